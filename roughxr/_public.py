@@ -27,7 +27,7 @@ from .runs.analysis import run
 from .scans import fill, level, open_sample, open_scan, roughness
 from .statistics import bootstrap, fit, pdf, pull_off, summary
 from .statistics.headline import answer
-from .studies.extrapolation import continued
+from .studies.extrapolation import extrapolated
 from .studies.parameter_grid import vary
 from .studies.several_scans import over_scans
 from .studies.short_waves import scale_dependence
@@ -49,10 +49,10 @@ __all__ = [
     "checkpointed",
     "compare",
     "compute",
-    "continued",
     "critical_load",
     "direct",
     "error_budget",
+    "extrapolated",
     "figures",
     "fill",
     "fit",

@@ -25,7 +25,7 @@ from .contact.rigid.bodies import rigid
 from .measured import compare, fit_pair
 from .particles import critical_load, resting, resuspension
 from .statistics.headline import answer
-from .studies.extrapolation import continued
+from .studies.extrapolation import extrapolated
 from .studies.parameter_grid import vary
 from .studies.short_waves import scale_dependence
 from .studies.uncertainty_budget import error_budget
@@ -77,7 +77,7 @@ class ContactAccessor:
     direct = _method(direct)
     adhesive = _method(adhesive)
     pull_off_map = _method(pull_off_map)
-    continued = _method(continued)
+    extrapolated = _method(extrapolated)
     rigid = _method(rigid)
     rolling = _method(rolling)
     regime = _method(regime)
@@ -115,7 +115,7 @@ _TASKS: tuple[tuple[str, set[str], str], ...] = (
     ("the scan", {"scan"}, "level fill"),
     ("its roughness", {"scan"}, "roughness asperities"),
     ("its asperities", {"asperities"}, "reconstruct"),
-    ("how hard it presses and sticks", {"scan"}, "adhesive continued direct rigid resting"),
+    ("how hard it presses and sticks", {"scan"}, "adhesive extrapolated direct rigid resting"),
     ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
     ("which model, and how sure", {"scan"}, "regime formulas vary error_budget scale_dependence"),
     ("the answer", {"force", "pull_off"}, "answer pull_off certificate"),

@@ -180,7 +180,7 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
     assert float((band.psd[inside] * power).sum() / (wanted * power).sum()) == pytest.approx(1, abs=0.1)
     pair = roughxr.assign_pair(coarse, sphere_radius=500, materials="glass")
     how = {"subregions": (2, 1), "seeds": 1, "shortest": 20}
-    own, told = roughxr.continued(pair, **how), roughxr.continued(pair, spectrum=measured, **how)
+    own, told = roughxr.extrapolated(pair, **how), roughxr.extrapolated(pair, spectrum=measured, **how)
     q = np.linspace(2 * np.pi / float(told.longest_added), 2 * np.pi / 20, 2000)
     power = np.exp(np.interp(np.log(q), np.log(measured.wavevector), np.log(measured.psd)))
     assert float(told.added_rms) == pytest.approx(np.sqrt(np.trapezoid(q * power, q) / (2 * np.pi)), rel=0.02)

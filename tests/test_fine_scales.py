@@ -91,7 +91,7 @@ def test_waves_are_nested_and_the_same_on_any_mesh_and_window(shown):
     assert rows[per_nm < 1 / 14 - 6 / (128 * PIXEL)].max() < 1e-6 * rows.max()
 
 
-def test_rms_is_that_of_the_continued_spectrum(shown, finer):
+def test_rms_is_that_of_the_extrapolated_spectrum(shown, finer):
     """The variance between two wavelengths is the integral of C(q) q dq/2π over them."""
     model = roughxr.scans.self_affine_fit(shown, hurst=0.5)
     q = np.linspace(2 * np.pi / finer.attrs["fine_longest"], 2 * np.pi / 10, 20001)

@@ -534,7 +534,7 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
         left[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
         assert left[humidity] == pytest.approx(float(stiff[0, 0, 0] / stiff[0, 1, 0]), abs=0.1)
     assert left[0.6] < left[0.9] < 1.02
-    flooded = wet(ground, 0.95, 300.0).contact.continued(subregions=(1, 1), seeds=1)
+    flooded = wet(ground, 0.95, 300.0).contact.extrapolated(subregions=(1, 1), seeds=1)
     assert bool(flooded.converged) and flooded.sizes["shortest_kept"] == 1
 
 

@@ -123,7 +123,9 @@ def test_the_flow_that_rolls_it_off_is_told_by_both_pull_offs(written, run):
     assert (run["statistics/detachment"]["mode"] == "roll").all()
     np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
     assert table.loc["places that roll first", ["adhesive", "energy"]].tolist() == [9, 9]
-    assert "solutions/continued" not in run and "no hardness is known" in run["statistics/continued"].attrs["known"]
+    assert (
+        "solutions/extrapolated" not in run and "no hardness is known" in run["statistics/extrapolated"].attrs["known"]
+    )
     text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
     few = int((held.contacts < 3).sum())
     assert "Coming off in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text
@@ -475,17 +477,17 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         "solutions/adhesive": whole.assign(pull_off_error=("subregion", np.full(3, np.nan))),
         "statistics/adhesive": whole,
         "solutions/finer": some.assign(pull_off_force=("subregion", [50.0, 32.0])),
-        "solutions/continued": xr.Dataset(
+        "solutions/extrapolated": xr.Dataset(
             {"pull_off_force": (("subregion", "seed"), [[9.0, 11], [1, 3]])}, some.coords
         ),
-        "statistics/continued": xr.Dataset({"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0}),
+        "statistics/extrapolated": xr.Dataset({"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0}),
     }
     run = report.with_mesh_error(run)
     assert float(roughxr.answer(run["statistics/adhesive"]).mesh_error) == pytest.approx(0.225)
     assert float(roughxr.answer(run["solutions/adhesive"]).mesh_error) == pytest.approx(0.225)
     table = report.by_place(run)
     np.testing.assert_allclose(table["pull_off_error"], [0.25, np.nan, 0.2])
-    np.testing.assert_allclose(table["pull_off_force_continued"], [2.0, np.nan, 10.0])
+    np.testing.assert_allclose(table["pull_off_force_extrapolated"], [2.0, np.nan, 10.0])
     best = report.interval_table(run).loc["pull-off force, mean, best estimate [nN]"].iloc[0]
     assert best[["estimate", "low", "high"]].tolist() == [6.0, 4.0, 9.0]
 

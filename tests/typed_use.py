@@ -89,7 +89,6 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
         roughxr.fit_pair(scan, forces[0], quantity="adhesion_range", method="rigid", subregions=(2, 2)),
         roughxr.fit_pair(scan, forces[0], quantity="hardness", subregions=(2, 2), preload=10.0),
     ]
-    others.append(roughxr.measured.predict_others({"a": (scan, forces[0]), "b": (scan, forces[1])}, fit_on="a"))
     if fitted and others:
         return roughxr.compare(roughxr.pull_off_map(scan), forces[1], shift=("5 nm", 0.0))
     return forces[0]
@@ -120,7 +119,7 @@ def stiff(scan: xr.Dataset) -> xr.Dataset:
         roughxr.formulas(scan),
         roughxr.regime(scan),
         roughxr.scale_dependence(scan, shortest=[20.0]),
-        roughxr.answer(roughxr.continued(scan, subregions=(2, 1), seeds=1)),
+        roughxr.answer(roughxr.extrapolated(scan, subregions=(2, 1), seeds=1)),
         roughxr.certificate(roughxr.direct(scan, delta=[5.0])),
     ]
     return roughxr.rigid(scan, subregions=(2, 2)) if constant and tables else scan

@@ -43,7 +43,7 @@ def detach(options: Namespace) -> None:
     source = f"{options.load} in {options.fluid}, pull-off forces of {method!r}"
     work = f"work of adhesion {number(held['work_of_adhesion'], 'J/m²')} as in the run"
     shown = source.replace("'energy'", "'menisci'") if wet else source
-    _tell_critical(critical, f"{shown}, {work}", "cases (places × surfaces)" if method == "continued" else "places")
+    _tell_critical(critical, f"{shown}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places")
     if "statistics/rests" in groups:
         _tell_rests(groups, body, slides)
     _write(options, groups, held, critical)

@@ -205,10 +205,10 @@ def _detach(commands: Any) -> None:
     slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: the sphere cannot slide")
     _add(slides, ("--shear-strength", "TAU", "of the contact, GPa, or text such as '5 MPa'"))
     words = (
-        "source of the pull-off forces: the simulation with the roughness continued below the scan, that on the scan "
+        "source of the pull-off forces: the simulation with roughness extrapolated below the scan, that on the scan "
         "as it is, or superposed asperities; default: the first of these that the run has"
     )
-    command.add_argument("--method", choices=("continued", "adhesive", "energy"), help=words)
+    command.add_argument("--method", choices=("extrapolated", "adhesive", "energy"), help=words)
     words = "input parameters for Rock'n'Roll, LAMMPS and code_saturne, OUT.csv or OUT.parquet"
     _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
     _add(command, ("--parameters", "TABLE", words))

@@ -1,4 +1,4 @@
-"""The pull-off at one place of a surface whose roughness is continued below what its scan shows.
+"""The pull-off at one place of a surface whose roughness is extrapolated below what its scan shows.
 
 The few cells within reach lie in patches far apart. They are found on coarse cells with the longer waves, then only
 where shorter ones may still touch; patches are moved together, but for a distance at which they hardly interact.

@@ -27,7 +27,7 @@ def overview(run: Mapping[str, xr.Dataset]):
     ----------
     run : mapping of str to Dataset
         The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
-        "statistics/adhesive" and "statistics/continued" if the run has them.
+        "statistics/adhesive" and "statistics/extrapolated" if the run has them.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def _pull_offs(pulls: Mapping[str, xr.Dataset], ax) -> None:
 
 
 def _best_estimate(run: Mapping[str, xr.Dataset], ax) -> None:
-    """Mark the mean with the roughness below the scan, and its interval, where the run continued it."""
+    """Mark the mean with the roughness below the scan, and its interval, where the run extrapolated it."""
     if (known := best_estimate(run)) is None:
         return
     mean, *ends = known

@@ -6,12 +6,10 @@ curves, curve_files, curve_reader  force-distance curves as they were recorded
 force_curves, baselines            pull-off forces from curves
 comparison, registration           measured beside predicted, place by place where they can be aligned
 fitting, matching                  work of adhesion, its range, hardness or radius, fitted to measured pull-offs
-elsewhere                          a fit on one surface, held against measurements on others
 """
 
 from .comparison import compare
 from .curves import open_curves
-from .elsewhere import predict_others
 from .fitting import fit_pair
 from .force_curves import ImplausibleCurves, curves_pull_off
 from .opening import open_pull_off
@@ -23,5 +21,4 @@ __all__ = [
     "fit_pair",
     "open_curves",
     "open_pull_off",
-    "predict_others",
 ]

@@ -24,8 +24,8 @@ VERBS: dict[str, Callable[..., xr.Dataset]] = {"adhesive": adhesive, "superposed
 PLACES = {"adhesive": (4, 4), "superposed": (8, 8), "rigid": (8, 8)}
 
 #: Whether the roughness that the scan does not show is part of a fit or verdict.
-SHOWN = "roughness finer than the scans is not included (below=)"
-COUNTED = "roughness finer than the scans is included"
+_WITHOUT = "roughness finer than the scans is not included (extrapolation=)"
+_WITH = "roughness finer than the scans is included"
 
 #: A number is not determined by forces that depend on it with a smaller exponent than this.
 _LEAST_EXPONENT = 0.05
@@ -78,7 +78,7 @@ def fit_pair(
     subregions: Places = None,
     confidence: float = 0.95,
     force_error: float = 0.0,
-    below: xr.Dataset | None = None,
+    extrapolation: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
     """Find the work of adhesion (or range, hardness, radius) at which prediction and measurement agree.
@@ -103,10 +103,10 @@ def fit_pair(
         Of the interval, between 0 and 1.
     force_error : float
         Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
-    below : Dataset, optional
-        Result of `continued` at the same places, with the assigned numbers. It scales the predicted forces, so that at
-        the assigned value their mean is that with the roughness that the scan does not show, and its uncertainty is
-        included in the fit's. Without it the fit is for the surface as scanned.
+    extrapolation : Dataset, optional
+        Result of `extrapolated` at the same places, with the assigned numbers. It scales the predicted forces: at the
+        assigned value their mean is that with the roughness that the scan does not show. Its uncertainty is included in
+        the fit's. Without it the fit is for the surface as scanned.
     **options
         Passed to the method, such as the ``preload`` of the measurement.
 
@@ -135,15 +135,15 @@ def fit_pair(
     with an edge. Superposed forces are divided by 0.7, their median ratio to the simulation, and the interval holds
     that this ratio lies between 0.3 and 1.4 on nine surfaces of ten.
 
-    Waves missing in the scan are absorbed by the fit unless ``below`` is given, the error of its mesh unless the
-    simulation states it. Measured and predicted places are taken as independent. A smooth sphere pulls with 2πwR
+    Roughness missing in the scan is absorbed by the fit unless ``extrapolation`` is given, the error of its mesh unless
+    the simulation states it. Measured and predicted places are taken as independent. A smooth sphere pulls with 2πwR
     whatever the range (Derjaguin), so that only roughness reveals it.
 
     In trials with 200 synthetic sets of measurements on 20 surfaces, which were resolved twice as finely as the scans
     but had no shorter waves, on cells of equal size, intervals of 95 % contained the true work of adhesion in 91 ± 5 %
     (error by surfaces), with a mean of ln(fit/truth) of −0.05 ± 0.04; in 84 % where a scan is two roll-off wavelengths
     wide, and in 92 ± 5 % on a scan of another surface of the same kind. With waves down to a pixel of the scan, and
-    without ``below``, it was 92 % and −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
+    without ``extrapolation``, it was 92 % and −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
 
     Examples
     --------
@@ -165,7 +165,7 @@ def fit_pair(
     law = {"law": "exponential"} if quantity == "adhesion_range" else {}
     options = {"subregions": PLACES[method] if subregions is None else subregions, **law, **options}
     start = _start(ds, quantity)
-    predict = _Prediction(ds, quantity, method, options, below)
+    predict = _Prediction(ds, quantity, method, options, extrapolation)
     given = {"confidence": confidence, "error": force_error}
     fit = matching(forces, predict, start, proportional=fitted.proportional, reach=fitted.reach, **given)
     out = _labelled(fit, quantity, fitted)
@@ -175,12 +175,14 @@ def fit_pair(
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
     out.attrs |= {"missing": f"NaN where the {fitted.words} is beyond the values solved, or forces do not determine it"}
-    out.attrs["not_identifiable"] = f"{_words(quantity, fitted, fit, out, ds)}; {SHOWN if below is None else COUNTED}"
+    out.attrs["not_identifiable"] = (
+        f"{_words(quantity, fitted, fit, out, ds)}; {_WITHOUT if extrapolation is None else _WITH}"
+    )
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, quantity=quantity, method=method, **given, **options)
 
 
-def predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Dataset:
+def _predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Dataset:
     """Return the pull-offs by a method, those of superposed asperities at the median of the simulation's."""
     pull = VERBS[method](schema.label(ds), **options)
     if method != "superposed":
@@ -188,7 +190,7 @@ def predicted(ds: xr.Dataset, method: str, options: dict[str, Any]) -> xr.Datase
     return pull.assign(pull_off_force=pull["pull_off_force"] / expectation.RATIO)
 
 
-def method_error(pull: xr.Dataset, method: str) -> float:
+def _method_error(pull: xr.Dataset, method: str) -> float:
     """Return the relative standard error that a method's forces share; NaN where it states none."""
     if method == "superposed":
         return _SUPERPOSITION_ERROR
@@ -196,16 +198,18 @@ def method_error(pull: xr.Dataset, method: str) -> float:
     return float(np.nanmean(stated)) if np.isfinite(stated).any() else np.nan
 
 
-def unseen(pull: xr.Dataset, below: xr.Dataset | None) -> tuple[float, float]:
+def _fine_roughness(pull: xr.Dataset, extrapolation: xr.Dataset | None) -> tuple[float, float]:
     """Return by what the roughness below the scan multiplies predicted forces, and the relative error of that."""
-    if below is None:
+    if extrapolation is None:
         return 1.0, 0.0
-    mean, upper = (float(below[name]) if name in below else np.nan for name in ("pull_off_mean", "pull_off_upper"))
-    here, there = (float(ds.get("work_of_adhesion", np.nan)) for ds in (pull, below))
-    if not (np.isfinite([mean, upper]).all() and np.isclose(here, there)):
+    mean, upper = (
+        float(extrapolation[name]) if name in extrapolation else np.nan for name in ("pull_off_mean", "pull_off_upper")
+    )
+    own, given = (float(ds.get("work_of_adhesion", np.nan)) for ds in (pull, extrapolation))
+    if not (np.isfinite([mean, upper]).all() and np.isclose(own, given)):
         raise ValueError(
-            f"below: expected what `continued` finds at a work of adhesion of {here:.3g} J/m², found a mean "
-            f"of {mean:.3g} nN at {there:.3g} J/m²"
+            f"extrapolation: expected a result of `extrapolated` at a work of adhesion of {own:.3g} J/m², found a mean "
+            f"of {mean:.3g} nN at {given:.3g} J/m²"
         )
     return mean / float(by_share(pull["pull_off_force"]).mean()), float(np.log(upper / mean)) / 1.96
 
@@ -213,21 +217,21 @@ def unseen(pull: xr.Dataset, below: xr.Dataset | None) -> tuple[float, float]:
 class _Prediction:
     """The forces as a function of the fitted number; a law that is chosen is chosen once, at the first value."""
 
-    def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any], below: Any = None):
+    def __init__(self, ds: xr.Dataset, quantity: str, method: str, options: dict[str, Any], extrapolation: Any = None):
         self.ds, self.quantity, self.method, self.held = ds, quantity, method, dict(options)
-        self.below = below
-        self.unseen: tuple[float, float] | None = None
+        self.extrapolation = extrapolation
+        self.fine: tuple[float, float] | None = None
 
     def __call__(self, value: float, traded: float = 1.0) -> Predicted:
         fitted = QUANTITIES[self.quantity]
         changed = {fitted.traded: float(self.ds[fitted.traded]) * traded, self.quantity: value}
         words = f"{fitted.words} {value:.3g}; choose other subregions, or begin nearer with another {self.quantity}"
-        pull = predicted(self.ds.assign_coords(changed), self.method, self.held)
+        pull = _predicted(self.ds.assign_coords(changed), self.method, self.held)
         if self.method == "adhesive":
             self.held["law"] = pull.attrs["law"]
-        self.unseen = self.unseen or unseen(pull, self.below)
-        pull = pull.assign(pull_off_force=self.unseen[0] * pull["pull_off_force"])
-        error = np.hypot(np.nan_to_num(method_error(pull, self.method)), self.unseen[1])
+        self.fine = self.fine or _fine_roughness(pull, self.extrapolation)
+        pull = pull.assign(pull_off_force=self.fine[0] * pull["pull_off_force"])
+        error = np.hypot(np.nan_to_num(_method_error(pull, self.method)), self.fine[1])
         return Predicted(predicted_forces(pull, words), error)
 
 

@@ -26,7 +26,7 @@ RESTS = "statistics/rests"
 
 #: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {
-    "continued": "statistics/detachment_continued",
+    "extrapolated": "statistics/detachment_extrapolated",
     "adhesive": "statistics/detachment",
     "energy": "statistics/detachment_superposed",
 }
@@ -56,24 +56,24 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     held, method = run["solutions/rolling"], method or leading(run)
     if method == "energy":
         return held
-    if method == "continued":
-        return _as_continued(held, run)
+    if method == "extrapolated":
+        return _as_extrapolated(held, run)
     return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
 
 
 def leading(run: Run) -> str:
-    """Return the method of a run's best estimate: the roughness continued below the scan, or as scanned."""
-    return "continued" if best_estimate(run) else "adhesive"
+    """Return the method of a run's best estimate: the roughness extrapolated below the scan, or as scanned."""
+    return "extrapolated" if best_estimate(run) else "adhesive"
 
 
-def _as_continued(held: xr.Dataset, run: Run) -> xr.Dataset:
-    """Return moments with the pull-off of the continued surfaces; each place of each of them counts as a place."""
-    continued = run["solutions/continued"]["pull_off_force"]
+def _as_extrapolated(held: xr.Dataset, run: Run) -> xr.Dataset:
+    """Return moments with the pull-off of the extrapolated surfaces; each place of each of them counts as a place."""
+    extrapolated = run["solutions/extrapolated"]["pull_off_force"]
     at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
-    which = [at[float(x), float(y)] for x, y in zip(continued["subregion_x"], continued["subregion_y"])]
-    every = held.isel(subregion=np.tile(which, continued.sizes["seed"]))
+    which = [at[float(x), float(y)] for x, y in zip(extrapolated["subregion_x"], extrapolated["subregion_y"])]
+    every = held.isel(subregion=np.tile(which, extrapolated.sizes["seed"]))
     every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
-    force = xr.zeros_like(every["pull_off_force"]) + continued.transpose("seed", "subregion").values.ravel()
+    force = xr.zeros_like(every["pull_off_force"]) + extrapolated.transpose("seed", "subregion").values.ravel()
     return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
 

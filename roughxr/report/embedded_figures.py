@@ -161,7 +161,7 @@ _BUDGET = _Drawing(
     (BUDGET,),
     lambda run: figures.error_budget(run[BUDGET]),
     "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of the "
-    "change. Known biases are subtracted, and half of each stays as its error. *: change if the roughness continued "
+    "change. Known biases are subtracted, and half of each stays as its error. *: change if the roughness extrapolated "
     "for another octave below the scan; not part of the total, which is for the surface as scanned.",
     file="error-budget.png",
 )

@@ -150,7 +150,9 @@ def _value(one: xr.DataArray, name: str) -> str:
 
 
 def _places(run: Mapping[str, xr.Dataset]) -> str:
-    counts = {ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes and "continued" not in name}
+    counts = {
+        ds.sizes["subregion"] for name, ds in run.items() if "subregion" in ds.sizes and "extrapolated" not in name
+    }
     return f"{max(counts)} contact centres" if counts else ""
 
 

@@ -34,7 +34,7 @@ def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> 
     flags = flagged(run)
     pull = _pull_off(run, method or ("adhesive" if "statistics/adhesive" in run else "energy"))
     if known := best_estimate(run):
-        count = float(run["solutions/continued"].sizes["subregion"])  # its interval is no bootstrap's
+        count = float(run["solutions/extrapolated"].sizes["subregion"])  # its interval is no bootstrap's
         rows["pull-off force, mean, best estimate [nN]", PLACES[0]] = [*known, np.nan, np.nan, count]
     for words, name, what in _PULL_OFF:
         if pull is None or name not in pull:

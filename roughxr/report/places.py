@@ -24,7 +24,7 @@ _COLUMNS = (
     ("statistics/rests", "barrier", "barrier"),
     ("statistics/adhesive", "pull_off_force", "pull_off_force"),
     (_PARTIAL_GROUP, "pull_off_error", "pull_off_error"),
-    (_PARTIAL_GROUP, "pull_off_force_continued", "pull_off_force_continued"),
+    (_PARTIAL_GROUP, "pull_off_force_extrapolated", "pull_off_force_extrapolated"),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/menisci", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
@@ -70,9 +70,9 @@ def _of_some(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     places, columns = run.get("solutions/adhesive", xr.Dataset()), {}
     if "pull_off_error" in places and bool(places["pull_off_error"].notnull().any()):
         columns["pull_off_error"] = places["pull_off_error"]
-    if "solutions/continued" in run:
-        continued = run["solutions/continued"]["pull_off_force"].mean("seed", keep_attrs=True)
-        columns["pull_off_force_continued"] = _among(places, continued)
+    if "solutions/extrapolated" in run:
+        extrapolated = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
+        columns["pull_off_force_extrapolated"] = _among(places, extrapolated)
     return xr.Dataset(columns)
 
 

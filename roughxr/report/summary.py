@@ -132,13 +132,13 @@ def _sentences(out: xr.Dataset, run: Run, pull: xr.Dataset) -> list[str]:
     if np.isfinite(best := float(out["best_estimate"])):
         ends = interval(float(out["best_low"]), float(out["best_high"]), "nN")
         effect = "lowers it" if best < mean else "hardly changes it"
-        shown = run["statistics/continued"].attrs.get("longest_added")
+        shown = run["statistics/extrapolated"].attrs.get("longest_added")
         finer = f"finer than {float(shown):.3g} nm" if shown is not None else "finer than the pixel"
         sentences.append(
             f"Roughness {finer}, which this scan does not show, {effect}: best estimate {quantity(best)} ({ends})."
         )
-    elif "statistics/continued" in run:
-        sentences.append(str(run["statistics/continued"].attrs["known"]))
+    elif "statistics/extrapolated" in run:
+        sentences.append(str(run["statistics/extrapolated"].attrs["known"]))
     if out.attrs["largest_source"]:
         sentences.append(
             f"The largest uncertainty is the {out.attrs['largest_source']} (± {percent(out['largest_error'])})."

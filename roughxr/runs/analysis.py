@@ -3,12 +3,12 @@
 A run is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
-    solutions/adhesive, /continued (with the roughness continued below the scan),
+    solutions/adhesive, /extrapolated (with the roughness extrapolated below the scan),
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /published, … or /menisci, /rolling (resisting moments)
     statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
-    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /continued, /detachment,
-    /detachment_continued and /detachment_superposed (the critical flow), /error_budget, /shorter_waves
+    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /extrapolated, /detachment,
+    /detachment_extrapolated and /detachment_superposed (the critical flow), /error_budget, /shorter_waves
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ from ..particles.resting_places import is_rests
 from ..scans import level, regions, roughness
 from ..statistics import pull_off
 from ..statistics.headline import answered
-from ..studies.extrapolation import continued, not_continued
+from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.parameter_grid import vary
 from ..studies.short_waves import quietly
 from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
@@ -80,7 +80,7 @@ _ALONG = ("subregion", "seed")
 _TELLING_FACTOR = 4
 
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
-_SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.continued(subregions=(2, 2))"
+_SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
 
 
 #: The mesh of a run's simulation with adhesion.
@@ -100,7 +100,7 @@ class Plan(NamedTuple):
     law: str = "auto"
     mesh: Mesh = _MESH
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
-    continued: int = 16  # places at which the roughness is continued below the scan; 0: none
+    extrapolated: int = 16  # places at which the roughness is extrapolated below the scan; 0: none
     budget: int = 8  # most places solved again under each change of the error budget; 0: no budget
 
 
@@ -109,7 +109,7 @@ _WORDS = {
     "asperities": "asperities",
     "mesh": "choice of the mesh",
     "adhesive": "simulation with adhesion",
-    "continued": "roughness continued below the scan",
+    "extrapolated": "roughness extrapolated below the scan",
     "rigid": "rigid bodies",
     "humidity": "rigid bodies over humidity",
     "direct": "simulation without adhesion",
@@ -339,8 +339,8 @@ def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
     if adheres:
         found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
         found |= {"adhesive": _SECONDS_PER_PLACE * places}
-        some, hard = min(plan.continued, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
-        found |= {"continued": 10.0 + some} if some and hard and not wet else {}
+        some, hard = min(plan.extrapolated, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
+        found |= {"extrapolated": 10.0 + some} if some and hard and not wet else {}
         found |= {"rigid": 5.0 + 0.3 * places}
     found |= {"humidity": 10.0} if wet else {}
     found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
@@ -383,24 +383,24 @@ def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset],
 
 
 def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
-    """Return the pull-off with the roughness continued below the scan, at some of the places; or why there is none."""
-    if not plan.continued:
+    """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
+    if not plan.extrapolated:
         return {}
     if schema.is_wet(specimen.bodies):
-        return {"statistics/continued": not_continued(specimen.bodies, _SLOW_IN_HUMID_AIR)}
+        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
         why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
-        return {"statistics/continued": not_continued(specimen.bodies, why)}
-    some = regions.sample(specimen.centres(plan.subregions), plan.continued)
-    say("continued", f", at {some.sizes['subregion']} places")
+        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, why)}
+    some = regions.sample(specimen.centres(plan.subregions), plan.extrapolated)
+    say("extrapolated", f", at {some.sizes['subregion']} places")
     try:
-        estimate = continued(specimen, subregions=some, preload=float(np.min(plan.preload)))
+        estimate = extrapolated(specimen, subregions=some, preload=float(np.min(plan.preload)))
     except ValueError as error:
-        return {"statistics/continued": not_continued(specimen.bodies, str(error))}
+        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, str(error))}
     places = ["pull_off_force"]
     return {
-        "solutions/continued": estimate[places],
-        "statistics/continued": estimate.drop_vars(places).drop_dims(_ALONG),
+        "solutions/extrapolated": estimate[places],
+        "statistics/extrapolated": estimate.drop_vars(places).drop_dims(_ALONG),
     }
 
 
@@ -408,12 +408,12 @@ def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str
     """Return the moments that superposed asperities resist, and the flow that overcomes them with either pull-off.
 
     The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities, and where
-    there is one that of the surface with its roughness continued below the scan.
+    there is one that of the surface with its roughness extrapolated below the scan.
     """
     held, places = rolling(catalogue, **options), options["subregions"]
     groups = groups | {"solutions/rolling": held}
     more = {"detachment": "adhesive"}
-    more |= {"detachment_continued": "continued"} if "solutions/continued" in groups else {}
+    more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     return {
         "solutions/rolling": held,
         **{f"statistics/{name}": critical_load(report.moments_of(groups, way)) for name, way in more.items()},

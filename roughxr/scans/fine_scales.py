@@ -1,4 +1,4 @@
-"""Scales that a scan does not show: its spectrum continued below its pixels, or cut off above them.
+"""Scales that a scan does not show: its spectrum extrapolated below its pixels, or cut off above them.
 
 The simplest assumption is that the spectrum continues as the K-correlation model fitted to the scan's longer waves. One
 random surface of these waves, from a seed, is one of many that agree with the scan; the scatter of results over seeds
@@ -205,7 +205,7 @@ def add_fine_roughness(
         See `self_affine_fit`: by default found from the scan.
     spectrum : Dataset, optional
         Result of `self_affine_fit`, in place of the last two, for example of a larger scan; or a measured one,
-        `combined_spectrum`, used as far as it goes and continued by the model of its last waves.
+        `combined_spectrum`, used as far as it goes and extrapolated by the model of its last waves.
 
     Returns
     -------
@@ -223,7 +223,7 @@ def add_fine_roughness(
     See Also
     --------
     smooth : remove short waves instead of adding them.
-    self_affine_fit : the spectrum that is continued, with its source.
+    self_affine_fit : the spectrum that is extrapolated, with its source.
 
     Examples
     --------

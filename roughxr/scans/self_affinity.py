@@ -1,4 +1,4 @@
-"""Whether a scan looks like a self-affine surface, which alone can be continued below its pixels.
+"""Whether a scan looks like a self-affine surface, which alone can be extrapolated below its pixels.
 
 Its spectrum falls as that of Hurst exponents from 0 to 1, and its curvature is Gaussian: grains or a blunt tip skew it,
 sharp edges of a few particles or steps raise its kurtosis.

@@ -91,9 +91,9 @@ def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] |
     >>> best_estimate({}) is None
     True
     """
-    if "statistics/continued" not in run:
+    if "statistics/extrapolated" not in run:
         return None
-    found = run["statistics/continued"]
+    found = run["statistics/extrapolated"]
     mean, lower, upper = (float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     return (mean, lower, upper) if np.isfinite(mean) else None
 

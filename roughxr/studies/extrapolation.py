@@ -1,4 +1,4 @@
-"""`continued`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
+"""`extrapolated`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
 
 From the shortest wave that the scan shows truly, half an octave is added after the other, at a few places, until the
 mean pull-off settles. All places are then solved with all these waves, and the few places once more with every
@@ -45,8 +45,8 @@ _RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
 #: leaves falsify shorter ones.
 _TRUE_PIXELS = 4.0
 
-#: What to do about a surface that cannot be continued.
-_ADVICE = "measure a finer scan, or give a measured spectrum to continued(spectrum=…)"
+#: What to do about a surface that cannot be extrapolated.
+_ADVICE = "measure a finer scan, or give a measured spectrum to extrapolated(spectrum=…)"
 
 #: What is said where no hardness is known.
 _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
@@ -61,7 +61,7 @@ class Question(NamedTuple):
 
 
 @verb
-def continued(
+def extrapolated(
     ds: xr.Dataset | Specimen,
     *,
     subregions: Places = None,
@@ -71,7 +71,7 @@ def continued(
     spectrum: xr.Dataset | None = None,
     accuracy: float = 0.1,
 ) -> xr.Dataset:
-    """Return the simulated pull-off with the roughness continued below what the scan shows, and its 95 % interval.
+    """Return the simulated pull-off with the roughness extrapolated below what the scan shows, and its 95 % interval.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def continued(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> found = continued(scan, subregions=(2, 1), seeds=1, shortest=10)
+    >>> found = extrapolated(scan, subregions=(2, 1), seeds=1, shortest=10)
     >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
     (True, 10.0)
     """
@@ -135,7 +135,7 @@ def continued(
         raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
     unlike = "" if spectrum is not None else unlike_self_affine(ds, model.shown)
     if unlike:
-        raise ValueError(f"only a self-affine surface can be continued, and this scan has {unlike}; {_ADVICE}")
+        raise ValueError(f"only a self-affine surface can be extrapolated, and this scan has {unlike}; {_ADVICE}")
     bodies, hardness = with_hardness(ds)
     centres = regions.centres(ds, subregions)
     problem, adhesion = settling(bodies, preload=preload)
@@ -149,8 +149,8 @@ def continued(
     return _result(ds, forces, entries, pilot, model, centres, hardness, (preload, subregions, count, end))
 
 
-def not_continued(ds: xr.Dataset, why: str) -> xr.Dataset:
-    """Return what `continued` finds of a scan that cannot be continued: nothing, and the reason."""
+def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
+    """Return what `extrapolated` finds of a scan that cannot be extrapolated: nothing, and the reason."""
     names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
     out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
     out = out.assign_coords(schema.travelling(ds))
@@ -213,7 +213,7 @@ class Surface:
         """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
         guess = guess or (self.depth, 0.0)
         tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="continued", lazy=False)
+        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="extrapolated", lazy=False)
         return np.asarray(found).reshape(len(places), seeds, 2)
 
 
@@ -349,7 +349,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness: str, g
     assumed = f"Below, {goes_on}down to {pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
     arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
-    return schema.record(schema.label(out), "continued", ds, **arguments)
+    return schema.record(schema.label(out), "extrapolated", ds, **arguments)
 
 
 def _spreads(entries: dict[str, float], pilot: _Pilot) -> tuple[float, float]:

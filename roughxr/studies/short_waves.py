@@ -67,7 +67,7 @@ def scale_dependence(
     subregions : (int, int), (array, array) or Dataset
         Contact centres.
     method : {"rigid", "adhesive"}
-        Between rigid bodies (`rigid`), or by the simulation with adhesion, solved as in `continued`.
+        Between rigid bodies (`rigid`), or by the simulation with adhesion, solved as in `extrapolated`.
     law : str, optional
         Law of attraction for "rigid", by default "hamaker".
     preload : number or quantity, optional
@@ -80,7 +80,7 @@ def scale_dependence(
     Dataset
         ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are equal.
         The scatter over seeds is that between surfaces that all agree with the scan. Attributes hold the spectrum that
-        was continued.
+        was extrapolated.
 
     Raises
     ------

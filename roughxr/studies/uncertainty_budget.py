@@ -374,14 +374,14 @@ def _of_thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
-    """Return the change when the scan's spectrum is continued by one octave."""
+    """Return the change when the scan's spectrum is extrapolated by one octave."""
     if scales is None:
         return _none("left out, no sphere, or a scan without a spectrum to continue")
     shown, force = scales.attrs["shortest_wavelength"], scales["pull_off_force"].mean("seed")
     least, own = force.isel(shortest_kept=0), force.sel(shortest_kept=shown, method="nearest")
     found = change_of(least.values, own.values, shares(scales).values)
     wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - found.places
-    words = f"spectrum continued from {shown:.3g} down to {wave:.3g} nm, random surfaces: {scales.sizes['seed']}"
+    words = f"spectrum extrapolated from {shown:.3g} down to {wave:.3g} nm, random surfaces: {scales.sizes['seed']}"
     return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
 
 

@@ -30,7 +30,7 @@ VARIABLES: dict[str, Variable] = {
         "nm", "range of adhesion", "w over the largest pull; the length of each law: rho, Dugdale's gap, z0"
     ),
     "hardness": Variable("GPa", "hardness H", "the largest pressure; beyond it the softer body yields"),
-    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; only `continued` yields at it"),
+    "hardness_estimate": Variable("GPa", "estimated hardness", "of named materials; only `extrapolated` yields at it"),
     "hamaker_constant": Variable("nN nm", "Hamaker constant A", "across what lies between; 1 nN nm = 1e-18 J"),
     "retardation": Variable("nm", "wavelength of retardation", "of van der Waals forces across gaps beyond some 10 nm"),
     "humidity": Variable("1", "relative humidity", "relative vapour pressure of the liquid that condenses"),
@@ -306,7 +306,7 @@ VARIABLES: dict[str, Variable] = {
     "places": Variable("1", "places known in both cases"),
     "missing_places": Variable("1", "places that could not be followed"),
     "contact_radius_pixels": Variable("1", "radius of the smallest contact that matters", "pixels of the scan"),
-    # continued below the scan
+    # extrapolated below the scan
     "pull_off_lower": Variable("nN", "mean pull-off force, lower end of its 95 % interval"),
     "pull_off_upper": Variable("nN", "mean pull-off force, upper end of its 95 % interval"),
     "scale_pull_off": Variable("nN", "mean pull-off force at a few places", "as shorter waves are added"),

@@ -4,23 +4,23 @@
     python tests/benchmarks/below_the_pixel.py --cost
 
 Each case makes a self-affine surface with waves down to 2 or 4 nm, or takes a measured map as it is: the truth. It is
-drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm), and `roughxr.continued`
-is asked for the mean pull-off at six places of the picture. The truth is solved at the same places as fine as it is.
+drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm); `roughxr.extrapolated` is
+asked for the mean pull-off at six places of the picture. The truth is solved at the same places as fine as it is.
 Where its last octave changes the mean by more than a tenth, its waves end where they still matter, and those that are
-continued are asked to end there too; so they are on a measured map, which ends where its microscope did.
+extrapolated are asked to end there too; so they are on a measured map, which ends where its microscope did.
 
 Printed for each case: the truth, the picture as it is, what is said with its 95 % interval, and by how many of the
 stated standard deviations it is off, once of all that the interval holds and once of what a truth at the same places,
-of the same range and hardness, can show: spectrum, surfaces drawn, waves left out. Where `continued` says that no
+of the same range and hardness, can show: spectrum, surfaces drawn, waves left out. Where `extrapolated` says that no
 self-affine surface describes the picture, only the bound remains: the picture's own pull-off, which must not lie below
 the truth's. At the end the shares inside, the bias, and of how many cases the bound holds.
 
-The settings of the first cases lie on a grid, and were looked at while `continued` was built. With ``--held-out`` they
+The settings of the first cases lie on a grid, and were seen while `extrapolated` was built. With ``--held-out`` they
 are drawn at random over wider ranges: on these nothing was tuned. Measured maps follow (where ``../shared/scans`` has
 them), with which at hand it was settled what is refused. With a cache a truth is solved once and a case asked once,
 unless ``--again``; a figure shows all it holds.
 
-With ``--cost`` it prints how long `continued` takes on the glass twin, down to where its waves end: at 16 places on two
+With ``--cost`` it prints the time of `extrapolated` on the glass twin, down to its shortest waves: at 16 places on two
 surfaces, as a run asks, and at 64 on four. The first call has its kernels at hand.
 """
 
@@ -164,7 +164,7 @@ def true(told):
 
 
 def solved(ds, places, waves):
-    """Return the mean pull-off (nN) with waves down to each of some lengths, as `continued` solves it."""
+    """Return the mean pull-off (nN) with waves down to each of some lengths, as `extrapolated` solves it."""
     problem, adhesion = settling(ds)
     out, guess = [], None
     for wave in waves:
@@ -181,7 +181,7 @@ def asked(told, known):
     seen, places = looked_at(told)[1:]
     ends = "map" not in told and abs(np.log(known["octave before"] / known["truth"])) < 0.1
     try:
-        said = roughxr.continued(seen, subregions=places, seeds=2, shortest=None if ends else told["shortest"])
+        said = roughxr.extrapolated(seen, subregions=places, seeds=2, shortest=None if ends else told["shortest"])
     except ValueError as error:
         return {"lower": 0.0, "mean": np.nan, "upper": known["picture"], "end": np.nan, "free": bool(ends)} | {
             "entries": dict.fromkeys(SHOWN, np.nan),
@@ -228,7 +228,7 @@ def row(told, known, said):
         f"{said['end']:5.1f}{'*' if said['free'] else ' '} | {known['truth']:7.2f} {known['picture']:8.2f}  "
     )
     if np.isnan(said["mean"]):
-        return f"{first}not continued, the bound holds: {'yes' if known['truth'] <= said['upper'] else 'NO '}"
+        return f"{first}not extrapolated, the bound holds: {'yes' if known['truth'] <= said['upper'] else 'NO '}"
     return first + (
         f"{said['mean']:7.2f} ({said['lower']:7.2f} … {said['upper']:7.2f})  {whole:5.1f} {shown:5.1f}  "
         f"{'yes' if abs(whole) < 1.96 else 'NO '} {known['seconds']:4.0f} {said['seconds']:4.0f}"
@@ -247,7 +247,7 @@ def sums(rows):
         f"standard deviation in stated ones: {np.sqrt(np.mean(whole**2)):.2f} and {np.sqrt(np.mean(shown**2)):.2f}\n"
         f"said over truth: {np.mean(said / truth):.2f} in the mean, {middle[0]:.2f} in the geometric mean; "
         f"the picture's: {middle[1]:.2f}\n"
-        f"not continued: {bounds.size}, of which the bound holds for {bounds.sum()}"
+        f"not extrapolated: {bounds.size}, of which the bound holds for {bounds.sum()}"
     )
 
 
@@ -268,7 +268,7 @@ def draw(truths, answers, path):
             continue
         truth, picture = (np.array([truths[key][one] for key in chosen]) for one in ("truth", "picture"))
         low, mean, high = (np.array([answers[key][one] for key in chosen]) for one in ("lower", "mean", "upper"))
-        style = {"color": colour, "fmt": "o", "markersize": 4, "linewidth": 1, "label": f"continued: {name}"}
+        style = {"color": colour, "fmt": "o", "markersize": 4, "linewidth": 1, "label": f"extrapolated: {name}"}
         axes.errorbar(truth, mean, [mean - low, high - mean], **style)
         axes.plot(truth[np.isnan(mean)], high[np.isnan(mean)], "v", color=colour, markersize=5)
         axes.plot(truth, picture, "x", color=colour, markersize=4, alpha=0.6)
@@ -276,7 +276,7 @@ def draw(truths, answers, path):
     ends = np.array([0.7 * min(known), 1.4 * max(known)])
     axes.plot(ends, ends, color="black", linewidth=0.8)
     axes.plot([], [], "x", color="tab:gray", label="the picture as it is")
-    axes.plot([], [], "v", color="tab:gray", label="not continued: the bound alone")
+    axes.plot([], [], "v", color="tab:gray", label="not extrapolated: the bound alone")
     axes.set(xscale="log", yscale="log", xlabel="truth, nN", ylabel="said from the coarse picture, nN")
     axes.set(xlim=ends, ylim=ends * [0.1, 4])
     axes.legend(fontsize=8, loc="lower right")
@@ -284,12 +284,12 @@ def draw(truths, answers, path):
 
 
 def cost():
-    """Print what `continued` takes on the glass twin."""
+    """Print what `extrapolated` takes on the glass twin."""
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    roughxr.continued(scan, subregions=(1, 1), seeds=1, shortest=20)
+    roughxr.extrapolated(scan, subregions=(1, 1), seeds=1, shortest=20)
     for side, seeds in ((4, 2), (8, 4)):
         processor, wall = time.process_time(), time.monotonic()
-        found = roughxr.continued(scan, subregions=(side, side), seeds=seeds)
+        found = roughxr.extrapolated(scan, subregions=(side, side), seeds=seeds)
         processor, wall = time.process_time() - processor, time.monotonic() - wall
         print(
             f"{side * side} places, {seeds} surfaces, waves to {float(found.shortest_wavelength):.2g} nm: "

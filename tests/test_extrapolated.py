@@ -1,4 +1,4 @@
-"""The surface as it would be: its roughness continued below the scan."""
+"""The surface as it would be: its roughness extrapolated below the scan."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
-from roughxr.studies.extrapolation import Surface, not_continued, shown_truly
+from roughxr.studies.extrapolation import Surface, not_extrapolated, shown_truly
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
 
@@ -34,7 +34,7 @@ def surface():
 
 @pytest.fixture(scope="module")
 def found(surface):
-    return roughxr.continued(surface, subregions=(2, 2), seeds=2, shortest=8)
+    return roughxr.extrapolated(surface, subregions=(2, 2), seeds=2, shortest=8)
 
 
 def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
@@ -90,7 +90,7 @@ def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surfac
     places = roughxr.scans.regions.centres(surface, (2, 2)).assign_coords(
         landing_share=("subregion", [0.7, 0.1, 0.15, 0.05])
     )
-    rested = roughxr.continued(surface, subregions=places, seeds=2, shortest=8)
+    rested = roughxr.extrapolated(surface, subregions=places, seeds=2, shortest=8)
     np.testing.assert_allclose(rested.pull_off_force, found.pull_off_force, rtol=1e-6)
     by_particle = np.average(rested.pull_off_force.mean("seed"), weights=[0.7, 0.1, 0.15, 0.05])
     assert float(rested.pull_off_mean) == pytest.approx(by_particle)
@@ -98,7 +98,7 @@ def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surfac
 
 
 def test_a_seed_is_one_surface_whatever_else_is_asked(surface, found):
-    again = roughxr.continued(surface, subregions=([120.0], [120.0]), seeds=1, shortest=8)
+    again = roughxr.extrapolated(surface, subregions=([120.0], [120.0]), seeds=1, shortest=8)
     assert float(again.pull_off_force[0, 0]) == pytest.approx(float(found.pull_off_force[0, 0]), rel=0.02)
 
 
@@ -120,7 +120,7 @@ def test_the_error_of_the_hurst_exponent_holds_the_truth():
 
 
 @pytest.mark.parametrize("averaged", [False, True])
-def test_the_continued_spectrum_is_that_of_the_surface_that_a_microscope_draws(averaged):
+def test_the_extrapolated_spectrum_is_that_of_the_surface_that_a_microscope_draws(averaged):
     """Its power at half the shortest wave shown, against the truth, lies within twice the stated error."""
     off = []
     for seed in range(6):
@@ -161,13 +161,13 @@ def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
     np.testing.assert_allclose(bent, rigid, rtol=0.1)
 
 
-def test_what_cannot_be_continued_says_so(surface):
+def test_what_cannot_be_extrapolated_says_so(surface):
     flat = roughxr.assign_pair(surface.assign(height=surface.height * 0), **PAIR)
     with pytest.raises(ValueError, match="expected a spectrum to continue"):
-        roughxr.continued(flat)
-    said = not_continued(surface, "noise to the pixel")
+        roughxr.extrapolated(flat)
+    said = not_extrapolated(surface, "noise to the pixel")
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), mesh=roughxr.Mesh(accuracy=None)))
-    words = report.headline({"statistics/adhesive": solved, "statistics/continued": said})
+    words = report.headline({"statistics/adhesive": solved, "statistics/extrapolated": said})
     assert "Roughness finer than the pixel is not included: noise to the pixel." in words
     assert np.isnan(said.pull_off_mean) and not bool(said.converged)
 
@@ -218,14 +218,14 @@ def test_other_surfaces_are_refused(make, why):
 def test_a_measured_map_is_refused_with_what_to_do_unless_its_spectrum_is_given():
     scan = roughxr.open_sample("rough").isel(x=slice(64), y=slice(64)).contact.assign_pair(**PAIR)
     with pytest.raises(
-        ValueError, match=r"only a self-affine surface can be continued.* measure a finer scan, or give a measured"
+        ValueError, match=r"only a self-affine surface can be extrapolated.* measure a finer scan, or give a measured"
     ):
-        roughxr.continued(scan)
-    told = roughxr.continued(scan, subregions=(1, 1), seeds=1, shortest=76, spectrum=shown_truly(scan))
+        roughxr.extrapolated(scan)
+    told = roughxr.extrapolated(scan, subregions=(1, 1), seeds=1, shortest=76, spectrum=shown_truly(scan))
     assert float(told.pull_off_mean) > 0
 
 
 def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
-    words = report.headline({"statistics/adhesive": solved, "statistics/continued": found})
+    words = report.headline({"statistics/adhesive": solved, "statistics/extrapolated": found})
     assert words.startswith("Mean pull-off ") and "best estimate" in words

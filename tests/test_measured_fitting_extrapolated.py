@@ -1,0 +1,54 @@
+"""A fit counts the roughness finer than the scan, and its uncertainty, where an extrapolation gives it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import roughxr
+from roughxr.scans.synthetic import self_affine
+
+TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (3, 3)}
+
+
+def surface(seed, work=TRUE, n=12, scale=1.0):
+    """Return a scan, and pull-offs simulated at random places of it with the instrument's noise."""
+    ds = self_affine((64, 64), 8.0, rms=1.2 * scale, hurst=0.8, rolloff=120, cutoff=40, seed=seed)
+    pair = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0.1, "adhesion_range": 0.3}
+    ds = ds.contact.assign_pair(**pair)
+    rng = np.random.default_rng(seed)
+    places = tuple(rng.uniform(-180, 180, (2, n)) + [[float(ds[axis].mean())] for axis in "xy"])
+    found = ds.assign_coords(work_of_adhesion=work).contact.adhesive(**QUICK | {"subregions": places})
+    return ds, found.assign(pull_off_force=found.pull_off_force * np.exp(0.05 * rng.standard_normal(n)))
+
+
+def extrapolation(scan, factor, spread):
+    """Return what `extrapolated` would say: a mean of so many times that of the picture, known to so large a factor."""
+    mean = factor * float(scan.contact.adhesive(**QUICK).pull_off_force.mean())
+    ends = {"pull_off_mean": mean, "pull_off_lower": mean / spread, "pull_off_upper": mean * spread}
+    return xr.Dataset(ends, {"work_of_adhesion": scan.work_of_adhesion})
+
+
+def test_a_fit_with_what_the_scan_does_not_show():
+    """Forces that unseen waves halve need more adhesion than the picture tells; the interval grows by their error."""
+    own, pulls = surface(0)
+    told = extrapolation(own, 0.5, 3.0)
+    bare, more = (own.contact.fit_pair(pulls, extrapolation=below, **QUICK) for below in (None, told))
+    halved = own.contact.fit_pair(pulls.assign(pull_off_force=2 * pulls.pull_off_force), **QUICK)
+    np.testing.assert_allclose(more.fitted_work_of_adhesion, halved.fitted_work_of_adhesion, rtol=0.01)
+    unsure, sure = (np.log(float(one.fitted_work_high / one.fitted_work_of_adhesion)) for one in (more, halved))
+    exponent = float(more.force_exponent)
+    assert unsure * exponent == pytest.approx(np.hypot(sure * exponent, np.log(3.0)), rel=0.15)
+    assert "is not included" in bare.not_identifiable and "is included" in more.not_identifiable
+    for wrong in (told.assign_coords(work_of_adhesion=0.2), told * np.nan, xr.Dataset()):
+        with pytest.raises(ValueError, match="extrapolation: expected a result of `extrapolated`"):
+            own.contact.fit_pair(pulls, extrapolation=wrong, **QUICK)
+
+
+def test_what_extrapolated_finds_is_taken_as_it_is():
+    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    options = {"subregions": (2, 2), "law": "exponential", "mesh": 1}
+    pulls = scan.contact.adhesive(**options)
+    below = scan.contact.extrapolated(subregions=(2, 2), seeds=1, shortest=10)
+    found, bare = (scan.contact.fit_pair(pulls, extrapolation=one, **options) for one in (below, None))
+    assert float(found.fitted_work_of_adhesion) > float(bare.fitted_work_of_adhesion)
+    assert float(found.fitted_work_low) < float(found.fitted_work_of_adhesion)
