@@ -4,7 +4,7 @@
     python tests/benchmarks/below_the_pixel.py --cost
 
 Each case makes a self-affine surface with waves down to 2 or 4 nm, or takes a measured map as it is: the truth. It is
-drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm); `roughxr.extrapolated` is
+drawn as a microscope would (a round tip, larger pixels, sampled or averaged, noise of 0.05 nm); `extrapolated` is
 asked for the mean pull-off at six places of the picture. The truth is solved at the same places as fine as it is.
 Where its last octave changes the mean by more than a tenth, its waves end where they still matter, and those that are
 extrapolated are asked to end there too; so they are on a measured map, which ends where its microscope did.
