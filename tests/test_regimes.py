@@ -6,8 +6,8 @@ import pytest
 import roughxr
 from roughxr import reference
 from roughxr.contact.adhesion import pair_law as adhesion_law
-from roughxr.contact.specimen import specimen_of
 from roughxr.scans.synthetic import self_affine
+from roughxr.specimen import specimen_of
 
 from .surfaces import scan
 

@@ -17,9 +17,9 @@ import roughxr
 from roughxr import archive, cli, report
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
-from roughxr.contact.specimen import specimen_of
 from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
+from roughxr.specimen import specimen_of
 from roughxr.vocabulary import numbers, schema
 
 from .browser import BROWSER, NO_BROWSER

@@ -10,10 +10,10 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.contact.specimen import specimen_of
 from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
+from roughxr.specimen import specimen_of
 
 from . import surfaces
 

@@ -2,7 +2,6 @@
 
 A Dataset is read once into plain numbers, and the results are labelled once; kinds of contact differ in between.
 
-specimen        a scan and its pair of bodies, read once: what verbs hand down in place of the Dataset
 problem         specimen and options -> plain numbers, and the surface at each contact centre
 solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads

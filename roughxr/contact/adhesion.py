@@ -18,6 +18,7 @@ from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
 from ..kernels.adhesion.states import ON_THE_WAY, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
+from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn
@@ -41,7 +42,6 @@ from .estimates import law_of_range, median_tabor
 from .mesh import MOST_REFINED, Mesh, mesh_of
 from .problem import Place, Problem, deepest, read_problem
 from .solving import fields_of, put_fields, solve
-from .specimen import Specimen, specimen_of
 
 #: Laws of adhesion; "auto" chooses between the first two.
 LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")

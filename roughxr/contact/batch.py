@@ -9,11 +9,11 @@ import numpy as np
 import xarray as xr
 
 from ..jobs import lazy as parallel
+from ..specimen import specimen_of
 from .adhesion import reach_of, settling
 from .cycle import Adhesion, cycles_at, largest_pull, reached
 from .mesh import Mesh
 from .problem import Place, Problem, places
-from .specimen import specimen_of
 
 
 class Case(NamedTuple):

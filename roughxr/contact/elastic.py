@@ -13,12 +13,12 @@ import xarray as xr
 from ..jobs import lazy as parallel
 from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
+from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities
 from ..vocabulary.verbs import verb, warn
 from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
-from .specimen import Specimen, specimen_of
 
 _STATES = {
     "force": float,

@@ -11,10 +11,10 @@ from ..bodies.liquid import menisci_of
 from ..bodies.pair import range_of
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
+from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
 from ..vocabulary.verbs import verb
-from .specimen import Specimen
 
 #: Tabor's parameter from which on the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
 #: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
@@ -144,7 +144,7 @@ def median_tabor(specimen: Specimen, length: float) -> float:
     """Return the median of Tabor's parameter over the asperities, at a range (nm); NaN if unread, or no sphere's."""
     if specimen.indenter.map or specimen.lazy:
         return np.nan
-    found = tabor(specimen.catalogue.assign_coords(adhesion_range=length))["tabor_parameter"].values
+    found = tabor(specimen.derived(asperities).assign_coords(adhesion_range=length))["tabor_parameter"].values
     found = found[np.isfinite(found)]
     return float(np.median(found)) if found.size else np.nan
 

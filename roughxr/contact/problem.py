@@ -9,9 +9,9 @@ import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
+from ..specimen import Indenter, Specimen
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities
-from .specimen import Indenter, Specimen
 
 #: The number of default displacements.
 _COUNT = 16

@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..asperity.catalogue import asperities
 from ..bodies import liquid
 from ..bodies.pair import closest_approach, range_of
 from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
+from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import Places
@@ -20,7 +22,6 @@ from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
 from .problem import hardness_of
 from .rigid.attraction import options_of
 from .rigid.bodies import rigid
-from .specimen import Specimen, specimen_of
 
 #: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)
 #: 326).
@@ -93,7 +94,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
     w, attractions, wet = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
-    tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.catalogue))
+    tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
     found = {
@@ -269,15 +270,15 @@ def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
 def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
-    distance = _mean_distance(flat.catalogue)
+    distance = _mean_distance(flat.derived(asperities))
     smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVE * distance))
     return {
         "rms": float(flat.heights.std()),
         "wavelength": distance,
-        "asperity_radius": _asperity_radius(flat.catalogue),
+        "asperity_radius": _asperity_radius(flat.derived(asperities)),
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
-        "long_wavelength": _mean_distance(smoothed.catalogue),
+        "long_wavelength": _mean_distance(smoothed.derived(asperities)),
     }
 
 

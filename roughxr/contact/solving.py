@@ -12,8 +12,8 @@ from ..jobs import lazy as parallel
 from ..jobs.records import Layout, labelled
 from ..kernels.halfspace.products import surface_displacement
 from ..scans import regions
+from ..specimen import Specimen
 from .problem import Place, Problem, Surface, places, surface_at
-from .specimen import Specimen
 
 
 def solve(

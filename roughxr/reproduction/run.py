@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.pair import assign_pair
-from ..contact.specimen import specimen_of
 from ..runs.analysis import Plan, kept, show, told
 from ..scans import open_sample
+from ..specimen import specimen_of
 from ..vocabulary.units import whole_number
 from .figures import paper_figures
 from .printed import PAIR, TWIN

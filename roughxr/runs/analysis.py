@@ -39,7 +39,6 @@ from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
-from ..contact.specimen import Specimen, specimen_of
 from ..files.disk import whole
 from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
@@ -48,6 +47,7 @@ from ..jobs.run import checkpointed, only_kept
 from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
 from ..scans import level, regions, roughness
+from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import answered
 from ..studies.extrapolation import extrapolated, not_extrapolated
@@ -214,7 +214,7 @@ def run(
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
-        subregions = resting(specimen.scan, landings=subregions, on=specimen.catalogue)
+        subregions = resting(specimen.scan, landings=subregions, on=specimen.derived(asperities))
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
@@ -269,7 +269,7 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
 def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[dict[str, xr.Dataset]]:
     """Yield the groups of a run after each of its stages, at last all."""
     say("asperities")
-    scan, bodies, suited = specimen.scan, specimen.bodies, specimen.catalogue
+    scan, bodies, suited = specimen.scan, specimen.bodies, specimen.derived(asperities)
     catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(

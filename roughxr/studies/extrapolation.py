@@ -16,13 +16,13 @@ from ..contact.adhesion import settling
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
 from ..contact.regimes import in_memory
-from ..contact.specimen import Specimen
 from ..contact.subpixel import Below, pull_off_below
 from ..jobs import lazy as parallel
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..scans.self_affinity import unlike_self_affine
+from ..specimen import Specimen
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema

@@ -35,7 +35,7 @@ def window(place):
     """Return the separation (nm) of a square of cells around a place's first contact, and the cells' side (nm)."""
     import roughxr
     from roughxr.contact import problem
-    from roughxr.contact.specimen import specimen_of
+    from roughxr.specimen import specimen_of
 
     scan = roughxr.open_sample("glass").contact.assign_pair(
         sphere_radius=3000, contact_modulus=MODULUS, work_of_adhesion=WORK

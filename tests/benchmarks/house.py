@@ -258,7 +258,7 @@ def passed(work):
 
     import xarray as xr
 
-    from roughxr.contact.specimen import Specimen
+    from roughxr.specimen import Specimen
 
     calls, wider = Counter(), Counter()
 

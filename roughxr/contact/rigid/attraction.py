@@ -11,9 +11,9 @@ from ...bodies.liquid import Menisci, menisci_of
 from ...bodies.pair import DEFAULT_RANGE, closest_approach, range_of
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
+from ...specimen import Specimen
 from ...vocabulary import schema
 from ..problem import Problem
-from ..specimen import Specimen
 
 #: How fast bodies part against the evaporation of liquid between them.
 RATES = ("slow", "fast")

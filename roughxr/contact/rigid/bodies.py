@@ -10,11 +10,11 @@ from ...jobs import lazy as parallel
 from ...jobs.records import warn_unconverged
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
+from ...specimen import Specimen, specimen_of
 from ...vocabulary import schema
 from ...vocabulary.units import Places, Quantities, whole_number
 from ...vocabulary.verbs import verb, warn
 from ..problem import Problem, first_touches, read_problem
-from ..specimen import Specimen, specimen_of
 from .attraction import Options, options_of
 from .rigid_map import every_pixel
 from .rigid_places import at_places

@@ -1,8 +1,9 @@
-"""A scan and its pair of bodies, read once: what verbs hand down in place of the Dataset, with derived values."""
+"""A scan and its pair of bodies, read once: verbs pass this down in place of the Dataset."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,13 +12,12 @@ import dask.array as da
 import numpy as np
 import xarray as xr
 
-from ..asperity.catalogue import asperities
-from ..bodies.pair import indenter_map
-from ..jobs.lazy import is_lazy
-from ..kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
-from ..scans import regions, wavelength
-from ..vocabulary import schema
-from ..vocabulary.units import Places
+from .bodies.pair import indenter_map
+from .jobs.lazy import is_lazy
+from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
+from .scans import regions, wavelength
+from .vocabulary import schema
+from .vocabulary.units import Places
 
 
 class Indenter(NamedTuple):
@@ -35,7 +35,7 @@ class Indenter(NamedTuple):
 
     @property
     def parabola(self) -> bool:
-        """Whether it is Hertz's paraboloid, as tests take it for its closed forms."""
+        """Whether it is Hertz's paraboloid, for which tests have closed forms."""
         return self.profile == PARABOLA
 
     def reach(self, depth: float) -> float:
@@ -49,9 +49,10 @@ class Indenter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """A valid scan with its pair of bodies; what is asked of them is found out once."""
+    """A valid scan with its pair of bodies; derived values are computed once."""
 
     scan: xr.Dataset
+    _derived: dict[Callable, xr.Dataset] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def bodies(self) -> xr.Dataset:
@@ -81,23 +82,24 @@ class Specimen:
     @cached_property
     def indenter(self) -> Indenter:
         """The assigned sphere or map."""
-        found = indenter_map(self.bodies)
-        radius = np.nan if found else schema.pair(self.bodies, "sphere_radius")[0]
-        return Indenter(radius, PROFILES["sphere"], found)
-
-    @cached_property
-    def catalogue(self) -> xr.Dataset:
-        """The asperities."""
-        return asperities(self.scan)
+        height_map = indenter_map(self.bodies)
+        radius = np.nan if height_map else schema.pair(self.bodies, "sphere_radius")[0]
+        return Indenter(radius, PROFILES["sphere"], height_map)
 
     @cached_property
     def shortest_wavelength(self) -> Any:
-        """Length (nm) of the shortest waves that the scan shows; lazy where its heights are."""
+        """Shortest wavelength (nm) that the scan resolves; lazy where its heights are."""
         heights, steps = self.scan["height"].data, schema.pixel(self.bodies)
         if not dask.is_dask_collection(heights):
             return wavelength.waves(heights, steps).shortest
         waves = dask.delayed(wavelength.waves, pure=False)(heights, steps)
         return (), da.from_delayed(waves.shortest, (), dtype=float)
+
+    def derived(self, make: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:
+        """Return ``make(scan)``, for example the asperities; computed at the first request."""
+        if make not in self._derived:
+            self._derived[make] = make(self.scan)
+        return self._derived[make]
 
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""
@@ -105,5 +107,5 @@ class Specimen:
 
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
-    """Return what a verb was given as a specimen: read from a Dataset, or that of the verb which called it."""
+    """Return the specimen of a scan; a specimen, which verbs pass to each other, as it is."""
     return given if isinstance(given, Specimen) else Specimen(schema.validate(given, "scan"))
