@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from roughxr import adhesive, assign_pair, direct, pdf, pull_off, pull_off_map, summary, superpose
+from roughxr import specimen as read
 from roughxr.contact import solving as up
-from roughxr.contact import specimen as read
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
-import dask
 import numpy as np
 import xarray as xr
 
@@ -20,7 +18,7 @@ from ..kernels.asperity.laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperiti
 from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
-from .catalogue import asperities, later
+from .catalogue import asperities
 from .expectation import refuse_crowded
 
 #: The laws with adhesion, and all laws.
@@ -121,28 +119,22 @@ class Summands:
     formulation: str
     options: SumOptions
     lazy: bool
-    unread: bool  # a scan whose heights are not loaded
 
     @cached_property
-    def catalogue(self) -> Any:
-        """The asperities: those given, those of the scan, or of an unread one a task that finds them."""
+    def catalogue(self) -> xr.Dataset:
+        """The catalogue, or that of the scan."""
         if "asperity" in self.ds.dims:
             return self.ds
-        return (later if self.unread else asperities)(self.ds, **fit_of(self.formulation))
-
-    def prepared(self, make: Callable, *more: Any) -> Any:
-        """Return ``make(catalogue, options, …)``, of an unread scan as a task."""
-        return (dask.delayed(make) if self.unread else make)(self.catalogue, self.options, *more)
+        return asperities(self.ds, **fit_of(self.formulation))
 
 
 def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = "highest_peak") -> Summands:
     """Return what a verb that sums asperities was given; raise where it does not go together."""
-    kind = "asperities" if "asperity" in ds.dims else "scan"
-    ds = schema.validate(ds, kind)
+    ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     if law == "menisci" and not schema.is_wet(ds):
         raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
-    law, lazy = law or ("menisci" if schema.is_wet(ds) else "jkr"), is_lazy(ds)
-    return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), lazy, lazy and kind == "scan")
+    law = law or ("menisci" if schema.is_wet(ds) else "jkr")
+    return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), is_lazy(ds))
 
 
 def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import dask
 import numpy as np
 import xarray as xr
 
@@ -16,7 +15,7 @@ from ..scans.cache import cached
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, is_whole, positive
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.verbs import warn
 from .ridges import repeated
 
 #: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
@@ -62,7 +61,6 @@ class _Setup(NamedTuple):
     waves: Waves | None
 
 
-@verb
 def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitted") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
@@ -120,50 +118,34 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
     True
     """
-    height, rest, asked = _prepared(ds, patch, vertex)
-    out = _of_heights(np.asarray(height), rest, asked)
+    ds = schema.validate(ds, "scan")
+    schema.one_of(vertex, ("fitted", "pixel"), "vertex")
+    height, pixel = ds["height"].values, schema.pixel(ds)
+    request = _Request(height.shape, pixel, _patch(height.shape, pixel, patch), vertex)
+    setup = _setup(request, wavelength.waves(height, pixel) if request.patch == "auto" else None)
+    out = _catalogue(_searched(height, setup), ds.coords.to_dataset().assign_attrs(ds.attrs), setup)
     if not (isinstance(patch, str) and patch == "paper"):
         _warn(out)
     return out
 
 
-def later(ds: xr.Dataset, *, patch: Any = "auto", vertex: str = "fitted") -> Any:
-    """Return `asperities` of a lazy scan as a dask task."""
-    return dask.delayed(_of_heights, pure=False)(*_prepared(ds, patch, vertex))
-
-
-def _of_heights(height: np.ndarray, rest: xr.Dataset, asked: _Request) -> xr.Dataset:
-    """Return the catalogue of heights in memory."""
-    setup = _setup(asked, wavelength.waves(height, asked.pixel) if asked.patch == "auto" else None)
-    return _catalogue(_searched(height, setup), rest, setup)
-
-
-def _prepared(ds: xr.Dataset, patch: Any, vertex: str) -> tuple[Any, xr.Dataset, _Request]:
-    """Return heights, axes, scalars and attributes without any maps, for tasks to carry along, and what is asked."""
-    ds = schema.validate(ds, "scan")
-    schema.one_of(vertex, ("fitted", "pixel"), "vertex")
-    height, rest = ds["height"].data, ds.coords.to_dataset().assign_attrs(ds.attrs)
-    pixel = schema.pixel(rest)
-    return height, rest, _Request(height.shape, pixel, _patch(height.shape, pixel, patch), vertex)
-
-
-def _setup(asked: _Request, waves: Waves | None) -> _Setup:
+def _setup(request: _Request, waves: Waves | None) -> _Setup:
     """Return the set-up of the search for the waves of a scan; None where these were not needed."""
-    patch = asked.patch
+    patch = request.patch
     if patch == "auto" and waves is not None:
-        resolved = waves.shortest >= RESOLVED * max(asked.pixel)
+        resolved = waves.shortest >= RESOLVED * max(request.pixel)
         patch = _PATCH_PER_WAVE * waves.shortest if resolved else _LEAST_PIXELS
-    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, asked)
-    (nx, ny), (dx, dy) = asked.shape, asked.pixel
+    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, request)
+    (nx, ny), (dx, dy) = request.shape, request.pixel
     shape = refine * (nx - 1) + 1, refine * (ny - 1) + 1
-    frame = Frame(shape, (dx / refine, dy / refine), count, asked.vertex)
+    frame = Frame(shape, (dx / refine, dy / refine), count, request.vertex)
     return _Setup(frame, refine, waves)
 
 
-def _pixels(width: float, asked: _Request) -> tuple[int, int]:
+def _pixels(width: float, request: _Request) -> tuple[int, int]:
     """Return a patch's pixels (odd, at least 3) and the refinement by which it comes near to a width (nm)."""
-    pixels = width / max(asked.pixel) * (1 + 1e-9)
-    most = int(min(pixels, _MOST_PIXELS, *asked.shape))
+    pixels = width / max(request.pixel) * (1 + 1e-9)
+    most = int(min(pixels, _MOST_PIXELS, *request.shape))
     if most >= _UNREFINED_PIXELS:
         return most - (most + 1) % 2, 1
     for refine in range(1, _MOST_REFINED + 1):

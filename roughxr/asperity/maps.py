@@ -11,7 +11,6 @@ from ..jobs import lazy as parallel
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
-from ..vocabulary.verbs import verb
 from .asperity_sum import ADHESIVE, DEFAULT, PULL_OFF, SumOptions, asperity_grid, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
@@ -21,7 +20,6 @@ _TILE = 512
 EVERY_PIXEL = "every pixel"
 
 
-@verb
 def pull_off_map(
     ds: xr.Dataset,
     *,
@@ -76,12 +74,11 @@ def pull_off_map(
     summands = summands_of(ds, law, DEFAULT, datum)
     ds, law, options = summands.ds, summands.law, summands.options
     positions = _pixels(ds, subregions) if isinstance(subregions, str) else regions.centres(ds, subregions)
-    out = _labelled(_records(positions, summands.prepared(asperity_grid), options), ds)
+    out = _labelled(_records(positions, asperity_grid(summands.catalogue, options), options), ds)
     out = _on_pixels(out, ds) if isinstance(subregions, str) else out.assign_coords(positions.coords)
     named = law_of(law, DEFAULT, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
-    if not summands.unread:
-        out.attrs |= expectation(summands.catalogue, options.law)
+    out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
     out = parallel.finish(out, lazy=summands.lazy)

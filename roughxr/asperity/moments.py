@@ -165,7 +165,7 @@ def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str,
 
 def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
-    positions, prepared = regions.centres(summands.ds, subregions), summands.prepared(_prepared)
+    positions, prepared = regions.centres(summands.ds, subregions), _prepared(summands.catalogue, summands.options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     solve = partial(parallel.spread, name="rolling", lazy=summands.lazy)

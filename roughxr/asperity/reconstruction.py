@@ -8,11 +8,9 @@ import xarray as xr
 from ..kernels.topography.envelope import asperity_rows, upper_envelope
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
-from ..vocabulary.verbs import verb
 from .catalogue import asperities
 
 
-@verb
 def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Quantity | None = None) -> xr.Dataset:
     """Return the upper envelope of the asperities as a scan on the original's pixels.
 

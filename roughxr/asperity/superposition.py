@@ -13,7 +13,7 @@ from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.verbs import warn
 from .asperity_sum import ADHESIVE, DEFAULT, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
@@ -34,7 +34,6 @@ _PULL_OFF: dict[str, type] = {"pull_off_force": float, "pull_off_delta": float}
 _STEPS = 301
 
 
-@verb
 def superpose(
     ds: xr.Dataset,
     *,
@@ -82,7 +81,7 @@ def superpose(
         ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, as `pull_off_map`.
         Lazy where the scan is a dask array.
 
-        Attributes say what to expect of the pull-off in comparison with `adhesive`, except for a lazy scan:
+        Attributes say what to expect of the pull-off in comparison with `adhesive`:
         ``expectation`` in words and, where known, ``expected_ratio`` with ``expected_ratio_low`` and ``…_high``.
 
     Raises
@@ -120,17 +119,12 @@ def superpose(
     summands = summands_of(ds, law, formulation, datum)
     ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
     positions = regions.centres(ds, subregions)
-    if delta is None and summands.unread:
-        raise ValueError(
-            "delta: expected displacements in nm, found none; their default needs the heights in memory, load them "
-            "(ds.load())"
-        )
     if "hardness" in ds.coords:
         warn(
             "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
             "which let the bodies yield, or drop the hardness"
         )
-    prepared = summands.prepared(_prepared)
+    prepared = _prepared(summands.catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
@@ -141,7 +135,7 @@ def superpose(
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
-    if law in ADHESIVE and not summands.unread:
+    if law in ADHESIVE:
         out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)

@@ -16,7 +16,7 @@ from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.verbs import warn
 from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 
@@ -47,7 +47,6 @@ class _Limits(NamedTuple):
 LIMITS = _Limits(1e-6, 5000)
 
 
-@verb
 def direct(
     ds: xr.Dataset | Specimen,
     *,

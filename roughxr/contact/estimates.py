@@ -14,7 +14,6 @@ from ..kernels.asperity import maugis
 from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
-from ..vocabulary.verbs import verb
 
 #: Tabor's parameter from which on the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
 #: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
@@ -25,9 +24,9 @@ SHORT_RANGE = 5.0
 _LEAST_CURVATURE = 0.25
 
 
-@verb
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset:
     """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella")."""
+    ds = schema.entered(ds)
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
         found = ", ".join(map(str, ds.variables))
         raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")
@@ -99,7 +98,6 @@ def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
     return [(work * menisci.share, range_of(ds)), (menisci.work, menisci.range)]
 
 
-@verb
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 

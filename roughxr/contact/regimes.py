@@ -16,7 +16,6 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import Places
-from ..vocabulary.verbs import verb
 from . import reference
 from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
 from .problem import hardness_of
@@ -43,7 +42,6 @@ _ABOVE_PLANE = 1.82
 _LONG_WAVE = 4.0
 
 
-@verb
 def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
@@ -172,7 +170,6 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
 
 
-@verb
 def formulas(
     ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8
 ) -> xr.Dataset:

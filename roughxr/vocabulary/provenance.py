@@ -102,6 +102,8 @@ def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
         return {str(key): as_json(item, long) for key, item in value.items()}
     if isinstance(value, (str, bool, int, float)) or value is None:
         return value
+    if hasattr(value, "magnitude") and hasattr(value, "units"):
+        return f"{value.magnitude} {value.units}"
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, (np.ndarray, xr.DataArray)):
