@@ -11,8 +11,10 @@ from roughxr.kernels.halfspace.products import (
     no_transfers,
     operator,
     surface_displacement,
+    table_size,
 )
 from roughxr.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
+from roughxr.kernels.halfspace.transforms import even_length
 from roughxr.kernels.jit import kernel
 
 
@@ -91,6 +93,12 @@ def test_coefficients_reach_across_every_box_in_few_sizes():
         assert rows <= 512 or rows - length <= 300
     assert len(set(sizes)) <= 7
     assert coefficients_for((900, 3)).shape == coefficients_for((3, 900)).shape
+
+
+def test_tables_hold_all_that_padded_boxes_read():
+    """Offsets up to half of a padded length: of twice a box's side, and of twice its even length (adhesion)."""
+    for cells in range(1, 2100):
+        assert table_size(cells) > max(even_length(2 * cells - 1) // 2, even_length(cells)), cells
 
 
 def test_displacement_scales_with_pixel_and_modulus():
