@@ -1,164 +1,74 @@
-"""A page in headless Chromium, driven through its own pipe: clicks, keys and windows as narrow as a telephone's.
-
-Speaks the DevTools protocol over two file descriptors, so that nothing is installed for it and no port is opened.
-"""
+"""The system's Chromium, headless, for tests of pages: windows as narrow as a telephone's, clicks and keys."""
 
 from __future__ import annotations
 
-import base64
-import itertools
-import json
-import os
-import select
 import shutil
-import subprocess
-import time
 from pathlib import Path
 
-_NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome") if os.name == "posix" else ()
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 
-BROWSER = next(filter(None, map(shutil.which, _NAMES)), None)
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 
-#: Why a test that needs one is skipped.
+#: Why a test that needs the browser is skipped.
 NO_BROWSER = "no Chromium to open the page with"
 
-_QUIET = (
+_OPTIONS = (
     "--headless=new",
     "--no-sandbox",
     "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
     "--hide-scrollbars",
+    "--host-resolver-rules=MAP * ~NOTFOUND",
 )
-
-#: Seconds to wait for an answer.
-_PATIENCE = 60.0
 
 
 class Browser:
-    """One tab; a context manager that ends the browser with all its processes.
+    """One tab; a context manager that ends the browser."""
 
-    Parameters
-    ----------
-    folder : Path
-        For the profile; empty.
-    """
-
-    def __init__(self, folder: Path):
-        (self._in, self._to), (self._from, self._out) = os.pipe(), os.pipe()
-        flags = [*_QUIET, "--host-resolver-rules=MAP * ~NOTFOUND", f"--user-data-dir={folder / 'profile'}"]
-        # The shell gives the pipe the numbers that Chromium expects.
-        start = f'exec "$0" "$@" 3<&{self._in} 4>&{self._out}'
-        self._process = subprocess.Popen(
-            ["bash", "-c", start, BROWSER, *flags, "--remote-debugging-pipe", "about:blank"],
-            pass_fds=(self._in, self._out),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        self._numbers, self._rest, self._answers, self.events = itertools.count(1), b"", {}, []
-        self._session = None
-        target = self.send("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self.send("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        for part in ("Page", "Runtime", "Network", "Log"):
-            self.send(f"{part}.enable")
+    def __init__(self):
+        options = webdriver.ChromeOptions()
+        options.binary_location = BROWSER
+        for option in _OPTIONS:
+            options.add_argument(option)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        self.driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self._process.terminate()
-        self._process.wait()
-        for end in (self._in, self._to, self._from, self._out):
-            os.close(end)
+        self.driver.quit()
 
-    def send(self, method, **parameters):
-        """Return the answer to a command."""
-        number = next(self._numbers)
-        message = {"id": number, "method": method, "params": parameters}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        until = time.monotonic() + _PATIENCE
-        while number not in self._answers:
-            self._receive(until, method)
-        answer = self._answers.pop(number)
-        if "error" in answer:
-            raise RuntimeError(f"{method}: {answer['error']['message']}")
-        return answer["result"]
-
-    def _receive(self, until, method):
-        ready, _, _ = select.select([self._from], [], [], max(0.0, until - time.monotonic()))
-        if not ready or self._process.poll() is not None:
-            raise TimeoutError(f"{method}: the browser does not answer")
-        self._rest += os.read(self._from, 2**20)
-        *whole, self._rest = self._rest.split(b"\0")
-        for message in map(json.loads, whole):
-            if "id" in message:
-                self._answers[message["id"]] = message
-            else:
-                self.events.append(message)
-
-    def open(self, path: Path, width: int, height: int = 900, hash: str = ""):
-        """Open a file in a window of so many pixels, and wait until it is drawn."""
+    def open(self, path: Path, width: int, height: int = 900, address: str = ""):
+        """Open a file in a window of so many pixels."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
-        self.send("Emulation.setDeviceMetricsOverride", **size)
-        self._load("about:blank")  # another part of the same page would not be loaded anew
-        self._load(path.resolve().as_uri() + hash)
-        self.settle()
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        self.driver.get("about:blank")  # another part of the same page would not be loaded again
+        self.driver.get_log("browser")
+        self.driver.get(path.resolve().as_uri() + address)
 
-    def _load(self, url: str):
-        self.events.clear()
-        self.send("Page.navigate", url=url)
-        until = time.monotonic() + _PATIENCE
-        while not any(event["method"] == "Page.loadEventFired" for event in self.events):
-            self._receive(until, "load")
+    def value(self, expression: str):
+        """Return the value of a script's expression."""
+        return self.driver.execute_script(f"return {expression}")
 
-    def settle(self):
-        """Wait until what was asked for is drawn."""
-        drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-        self.send("Runtime.evaluate", expression=drawn, awaitPromise=True)
+    def click(self, selector: str):
+        """Click in the middle of an element."""
+        element = self.driver.find_element(By.CSS_SELECTOR, selector)
+        self.driver.execute_script("arguments[0].scrollIntoView({block: 'center'})", element)
+        webdriver.ActionChains(self.driver).move_to_element(element).click().perform()
 
-    def value(self, expression):
-        """Return what a script's expression is."""
-        found = self.send("Runtime.evaluate", expression=expression, returnByValue=True)
-        if "exceptionDetails" in found:
-            raise RuntimeError(found["exceptionDetails"]["exception"].get("description"))
-        return found["result"].get("value")
+    def press(self, key: str):
+        """Press a key such as RIGHT or TAB."""
+        webdriver.ActionChains(self.driver).send_keys(getattr(Keys, key)).perform()
 
-    def click(self, selector):
-        """Click in the middle of an element, once it is in view."""
-        shown = f"document.querySelector({json.dumps(selector)})"
-        self.value(f"{shown}.scrollIntoView({{block: 'center'}})")
-        box = self.value(
-            f"(({{x, y, width, height}}) => [x + width / 2, y + height / 2])({shown}.getBoundingClientRect())"
-        )
-        for kind in ("mousePressed", "mouseReleased"):
-            at = {"x": box[0], "y": box[1], "button": "left", "clickCount": 1}
-            self.send("Input.dispatchMouseEvent", type=kind, **at)
-        self.settle()
+    def complaints(self) -> list[str]:
+        """Return the errors in the console since the page was opened, and what it requested from a network."""
+        errors = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE"]
+        requested = self.value("performance.getEntriesByType('resource').map(entry => entry.name)")
+        return errors + [url for url in requested if not url.startswith(("file:", "data:", "blob:"))]
 
-    def press(self, key):
-        """Press a key such as ArrowRight or Tab."""
-        codes = {"Tab": 9, "End": 35, "Home": 36, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40}
-        for kind in ("keyDown", "keyUp"):
-            self.send("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=codes[key])
-        self.settle()
-
-    def complaints(self):
-        """Return what went wrong in the page since it was opened, and what it asked of a network."""
-        wrong = [event["params"] for event in self.events if event["method"] == "Runtime.exceptionThrown"]
-        wrong += [e["params"] for e in self.events if e["method"] == "Log.entryAdded" and _bad(e["params"]["entry"])]
-        asked = [e["params"]["request"]["url"] for e in self.events if e["method"] == "Network.requestWillBeSent"]
-        return wrong + [url for url in asked if not url.startswith(("file:", "data:", "blob:"))]
-
-    def picture(self, path: Path, *, whole: bool = True):
-        """Write what is seen as a PNG file."""
-        taken = self.send("Page.captureScreenshot", captureBeyondViewport=whole)
-        Path(path).write_bytes(base64.b64decode(taken["data"]))
-
-
-def _bad(entry) -> bool:
-    return entry["level"] == "error"
+    def picture(self, path: Path):
+        """Write the whole page as a PNG file."""
+        self.driver.set_window_size(self.value("innerWidth"), self.value("document.documentElement.scrollHeight"))
+        self.driver.save_screenshot(str(path))

@@ -1,5 +1,7 @@
-"""The page to click through a run: what it holds, and that a click changes what it shows."""
+"""The interactive page of a run: it contains the archive's numbers, and a click changes what it shows."""
 
+import base64
+import io
 import json
 import re
 import warnings
@@ -12,7 +14,6 @@ from matplotlib.image import imread
 import roughxr
 from roughxr import archive, report
 from roughxr.cli import main
-from roughxr.report.explorer import images
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import rough, scan
@@ -36,159 +37,85 @@ def run():
         "solutions/direct": roughxr.direct(pressed, delta=DELTAS, subregions=places),
         "solutions/energy": roughxr.superpose(pressed, delta=np.linspace(-2, 14, 81), subregions=places),
         "solutions/adhesive": sticking,
+        "solutions/rigid": roughxr.rigid(pressed, delta=[0.0], subregions=places),
     }
 
 
 @pytest.fixture(scope="module")
 def written(run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("explorer")
-    return report.write_explorer(archive.save(run, folder / "run.nc"), loops=2)
+    return report.write_explorer(archive.save(run, folder / "run.nc"))
+
+
+def content(text):
+    """Return the data that the page's script reads."""
+    return json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL).group(1))
 
 
 @pytest.fixture(scope="module")
-def told(written):
-    """Return what the page's script reads."""
-    text = written.read_text(encoding="utf-8")
-    return json.loads(re.search(r'<script type="application/json" id="told">(.*?)</script>', text, re.DOTALL).group(1))
+def data(written):
+    return content(written.read_text(encoding="utf-8"))
 
 
-def one(rows, name):
+def named(rows, name):
     return next(row for row in rows if row["name"] == name)
 
 
-def test_places_and_sliders_are_those_of_the_archive(told, run):
-    centres = [[place["x"], place["y"]] for place in told["places"]]
+def pixels(uri):
+    return imread(io.BytesIO(base64.b64decode(uri.partition(",")[2])))
+
+
+def test_places_and_sliders_are_those_of_the_archive(data, run):
+    centres = [[place["x"], place["y"]] for place in data["places"]]
     direct = run["solutions/direct"]
     assert centres == np.stack([direct.subregion_x, direct.subregion_y], axis=1).tolist()
-    assert {axis["name"]: axis["values"] for axis in told["axes"]} == {"preload": PRELOADS, "work_of_adhesion": WORKS}
-    assert {axis["unit"] for axis in told["axes"]} == {"nN", "J/m²"}
+    assert {axis["name"]: axis["values"] for axis in data["axes"]} == {"preload": PRELOADS, "work_of_adhesion": WORKS}
+    assert {axis["unit"] for axis in data["axes"]} == {"nN", "J/m²"}
 
 
-def test_curves_and_pull_offs_are_the_archives(told, run):
+def test_curves_and_pull_offs_are_the_archives(data, run):
     for name in ("direct", "energy"):
-        lines = one(told["curves"], name)["lines"][""]
+        lines = named(data["curves"], name)["lines"][""]
         solved = run[f"solutions/{name}"]
         for k, (line,) in enumerate(lines):
             np.testing.assert_allclose(line["delta"], solved.delta, rtol=1e-4, atol=1e-9)
             np.testing.assert_allclose(line["force"], solved.force.isel(subregion=k), rtol=1e-4)
-    pulls = one(told["pulls"], "adhesive")
-    assert pulls["over"] == ["preload", "work_of_adhesion"]
+    pulls, events = named(data["pulls"], "adhesive"), named(data["curves"], "adhesive")
+    touch = run["solutions/rigid"].touch_delta.values
     for p, preload in enumerate(PRELOADS):
         for w, work in enumerate(WORKS):
-            found = pulls["values"][f"{preload:g};{work:g}"]
-            kept = run["solutions/adhesive"].pull_off_force.isel(preload=p, work_of_adhesion=w)
-            np.testing.assert_allclose(np.array(found, float), kept, rtol=1e-4)
+            solved = run["solutions/adhesive"].isel(preload=p, work_of_adhesion=w)
+            shown = pulls["values"][f"{preload:g};{work:g}"]
+            np.testing.assert_allclose(np.array(shown, float), solved.pull_off_force, rtol=1e-4)
+            for k, (points,) in enumerate(events["lines"][f"{preload:g};{work:g}"]):
+                assert points["delta"][0] == pytest.approx(float(solved.pull_off_delta[k]) + touch[k], rel=1e-4)
 
 
-def test_maps_without_adhesion_are_those_of_the_archives_solves(told, run):
-    """Solved again, they bear the archive's force; and as much of the picture is coloured as is in contact."""
-    for k, sheet in enumerate(one(told["maps"], "direct")["sheets"][""]):
-        solved = run["solutions/direct"].isel(subregion=k)
-        np.testing.assert_allclose(sheet["force"], solved.force, rtol=1e-4)
-        np.testing.assert_allclose(sheet["delta"], solved.delta)
-        shown = pixels(sheet["picture"]).reshape(len(DELTAS), sheet["rows"], sheet["columns"], 4)
-        x0, x1, y0, y1 = sheet["box"]
-        cell = (x1 - x0) * (y1 - y0) / (sheet["rows"] * sheet["columns"])
-        np.testing.assert_allclose((shown[..., 3] > 0).sum(axis=(1, 2)) * cell, solved.contact_area, rtol=1e-4)
-
-
-def test_maps_lie_as_the_surface_does(tmp_path):
+def test_maps_show_the_fields_of_the_archive_as_they_lie_on_the_surface():
     """A bump to the right of the centre and above it presses in the picture's right upper quarter."""
     flat = scan(np.zeros((32, 32)), pixel=10.0)
     bumpy = flat.assign(height=flat.height + 5 * np.exp(-((flat.x - 55) ** 2 + (flat.y - 35) ** 2) / 200))
     bumpy["height"].attrs = flat.height.attrs
     bumpy = roughxr.assign_pair(bumpy, sphere_radius=1000, contact_modulus=40)
-    groups = {"scan": bumpy, "solutions/direct": roughxr.direct(bumpy, delta=[3.0, 4.0], subregions=([0.0], [0.0]))}
-    text = report.explorer_page(groups)
-    (sheet,) = json.loads(re.search(r'id="told">(.*?)</script>', text).group(1))["maps"][0]["sheets"][""]
-    shown = pixels(sheet["picture"])[: sheet["rows"], :, 3] > 0
+    solved = roughxr.direct(bumpy, delta=[3.0, 4.0], subregions=([0.0], [0.0]), fields=True)
+    states = content(report.explorer_page({"scan": bumpy, "solutions/direct": solved}))["maps"]["0"]
+    np.testing.assert_allclose([state["force"] for state in states], solved.force[0], rtol=1e-4)
+    shown = pixels(states[-1]["picture"])[..., 3] > 0
+    x0, x1, y0, y1 = states[-1]["box"]
+    cell = (x1 - x0) * (y1 - y0) / shown.size
+    assert shown.sum() * cell == pytest.approx(float(solved.contact_area[0, -1]), rel=1e-4)
     rows, columns = np.nonzero(shown)
-    x0, x1, y0, y1 = sheet["box"]
-    assert x0 + (columns.mean() + 0.5) / sheet["columns"] * (x1 - x0) == pytest.approx(55, abs=10)
-    assert y1 - (rows.mean() + 0.5) / sheet["rows"] * (y1 - y0) == pytest.approx(35, abs=10)
+    assert x0 + (columns.mean() + 0.5) / shown.shape[1] * (x1 - x0) == pytest.approx(55, abs=10)
+    assert y1 - (rows.mean() + 0.5) / shown.shape[0] * (y1 - y0) == pytest.approx(35, abs=10)
 
 
-@pytest.mark.xfail(reason="by two edges: a loop holds the steeper one, an archive what both extrapolate to")
-def test_loops_are_followed_as_the_archive_followed_them(told, run):
-    """From parting to the turning point and back, with the same pull-off, for each preload and work of adhesion."""
-    maps, events = one(told["maps"], "adhesive"), told["events"]["points"]
-    assert maps["over"] == ["preload", "work_of_adhesion"] and len(maps["sheets"]) == 4
-    for key, sheets in maps["sheets"].items():
-        assert [sheet is not None for sheet in sheets] == [True, False, False, True]
-        for k in (0, 3):
-            happened = {event["is"]: event for event in events[key][k]}
-            assert set(happened) == {"first contact", "turning point", "pull-off", "parting"}
-            sheet = sheets[k]
-            assert min(sheet["force"]) == pytest.approx(happened["pull-off"]["force"], rel=0.02)
-            assert max(sheet["delta"]) == pytest.approx(happened["turning point"]["delta"], abs=1e-3)
-            assert min(sheet["delta"]) == pytest.approx(happened["parting"]["delta"], abs=1e-3)
-            turned = sheet["force"][sheet["branch"].index("retraction")]
-            assert turned == pytest.approx(happened["turning point"]["force"], abs=2.0)
-    assert maps["pull"] > 0 and maps["push"] > 0
-
-
-def test_loops_stand_where_the_direct_simulation_does(told, run):
-    """Displacements count from one datum: at the same load adhesion draws the sphere in by a little."""
-    without = roughxr.direct(run["scan"], load=[200], subregions=run["solutions/direct"]).delta.values.ravel()
-    for k, happened in enumerate(told["events"]["points"]["200;0.2"]):
-        turned = next(event for event in happened if event["is"] == "turning point")
-        assert 0 < turned["delta"] - without[k] < 0.4
-
-
-def test_a_picture_is_what_others_read():
-    indices = np.random.default_rng(1).integers(0, 256, (7, 5)).astype(np.uint8)
-    colours = images.tractions_palette()
-    np.testing.assert_array_equal(pixels(images.picture(indices, colours)), colours[indices])
-
-
-def pixels(uri):
-    """Return a picture's pixels, by another reader."""
-    import base64
-    import io
-
-    return (imread(io.BytesIO(base64.b64decode(uri.partition(",")[2]))) * 255).round().astype(np.uint8)
-
-
-def test_colours_tell_pulls_from_pushes():
-    found = images.tractions_indices(np.array([-2.0, -1.0, 0.0, 2.0, 4.0]), 2.0, 4.0)
-    assert found[0] == 1 and 1 < found[1] < 128 and found[2] == 0 and 128 < found[3] < found[4] == 255
-
-
-def test_fields_in_the_archive_are_not_solved_again(run, monkeypatch):
-    from roughxr.report.explorer import contact_maps
-
-    kept = run["solutions/direct"]
-    fields = roughxr.direct(run["scan"], delta=DELTAS, subregions=kept, fields=True)
-    monkeypatch.setattr(contact_maps, "direct", None)
-    groups = {"scan": run["scan"].drop_vars(["contact_modulus"]), "solutions/direct": fields}
-    text = report.explorer_page(groups)
-    sheets = json.loads(re.search(r'id="told">(.*?)</script>', text).group(1))["maps"][0]["sheets"][""]
-    np.testing.assert_allclose(sheets[2]["force"], kept.force.isel(subregion=2), rtol=1e-4)
-
-
-def test_what_is_missing_is_left_out(run):
-    """Elastic bodies: no pull-off, no events, no loop; a scan without its pair: no maps."""
-    bare = {"scan": run["scan"], "solutions/direct": run["solutions/direct"]}
-    text = report.explorer_page(bare)
-    told = json.loads(re.search(r'id="told">(.*?)</script>', text).group(1))
-    assert told["pulls"] == [] and told["events"] is None and [row["name"] for row in told["maps"]] == ["direct"]
-    bare = {name: ds.drop_vars("contact_modulus") for name, ds in bare.items()}
-    told = json.loads(re.search(r'id="told">(.*?)</script>', report.explorer_page(bare)).group(1))
-    assert told["maps"] == [] and told["curves"]
-
-
-def test_places_where_nothing_is_known_are_null(run):
+def test_missing_groups_are_left_out_and_missing_numbers_are_null(run):
+    bare = content(report.explorer_page({"scan": run["scan"], "solutions/direct": run["solutions/direct"]}))
+    assert bare["pulls"] == [] and bare["maps"] == {} and [curve["name"] for curve in bare["curves"]] == ["direct"]
     spoiled = run["solutions/adhesive"].copy(deep=True)
-    for name in ("pull_off_force", "detachment_delta", "snap_in_force"):
-        spoiled[name][dict(subregion=0)] = np.nan
-    spoiled["complete"][dict(subregion=0)] = False
-    text = report.explorer_page(run | {"solutions/adhesive": spoiled}, loops=1)
-    assert "NaN" not in text
-    told = json.loads(re.search(r'id="told">(.*?)</script>', text).group(1))
-    assert one(told["pulls"], "adhesive")["values"]["0;0.2"][0] is None
-    assert [event["is"] for event in told["events"]["points"]["0;0.2"][0]] == ["turning point"]
-    assert [row["name"] for row in told["maps"]] == ["direct"]  # the one place for a loop has none
-    assert "was not completed" in told["doubts"][0][0] and told["doubts"][1] == []
+    spoiled["pull_off_force"][dict(subregion=0)] = np.nan
+    text = report.explorer_page(run | {"solutions/adhesive": spoiled})
+    assert named(content(text)["pulls"], "adhesive")["values"]["0;0.2"][0] is None
 
 
 @pytest.mark.parametrize(
@@ -218,11 +145,6 @@ def test_a_file_that_is_no_archive_is_refused(tmp_path, content, capsys):
     assert not (tmp_path / "explore.html").exists()
 
 
-def test_counts_of_loops_are_whole_numbers(run):
-    with pytest.raises(ValueError, match="loops"):
-        report.explorer_page(run, loops=-1)
-
-
 def test_text_of_a_file_cannot_break_the_page(run):
     nasty = run["scan"].assign_attrs(title="</script><script>alert(1)</script>")
     text = report.explorer_page({"scan": nasty, "solutions/direct": run["solutions/direct"]})
@@ -235,98 +157,70 @@ def test_command_line_writes_and_opens_it(written, tmp_path, monkeypatch, capsys
     opened = []
     monkeypatch.setattr(webbrowser, "open", opened.append)
     output = tmp_path / "page.html"
-    assert main(["explore", str(written.parent), "-o", str(output), "--loops", "0", "--open", "-q"]) == 0
+    assert main(["explore", str(written.parent), "-o", str(output), "--open", "-q"]) == 0
     assert opened == [output.as_uri()] and "page.html" in capsys.readouterr().out
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
+def browser():
     if BROWSER is None:
         pytest.skip(NO_BROWSER)
-    with Browser(tmp_path_factory.mktemp("browser")) as browser:
+    with Browser() as browser:
         yield browser
 
 
-#: What the page shows that hangs on the place: map, curves, mark, ring on the scan, numbers, words.
+#: What the page shows of the chosen place.
 SHOWN = """({
-  map: document.querySelector("#sheet image")?.getAttribute("href"),
-  frame: document.querySelector("#sheet")?.dataset.frame,
-  curves: [...document.querySelectorAll("#force .curve")].map(curve => [curve.dataset.method, curve.getAttribute("d")]),
+  curves: [...document.querySelectorAll("#force .curve")].map(curve => curve.dataset.method + curve.getAttribute("d")),
+  methods: [...document.querySelectorAll("#force [data-method]")].map(curve => curve.dataset.method),
   mark: Number(document.querySelector("#mark")?.dataset.value),
-  at: Number(document.querySelector("#mark")?.getAttribute("x1")),
   chosen: Number(document.querySelector("#chosen").dataset.place),
-  said: document.querySelector("#said").textContent,
+  current: document.querySelector("#current").textContent,
+  map: document.querySelector("#map image")?.getAttribute("href"),
   words: document.querySelector("#map-words").textContent,
   hash: location.hash,
 })"""
 
 
 @pytest.mark.parametrize("width", [400, 1280])
-def test_a_click_changes_map_loop_and_mark(browser, written, told, run, width):
+def test_a_click_changes_curves_and_mark(browser, written, run, width):
     browser.open(written, width)
     before = browser.value(SHOWN)
-    assert before["chosen"] == 0 and "with adhesion" in browser.value("document.querySelector('#source').textContent")
     browser.click('#scan .place[data-place="3"]')
     after = browser.value(SHOWN)
-    assert after["chosen"] == 3 and "Place 3" in after["said"] and after["hash"].startswith("#place=3&")
-    assert after["map"] == one(told["maps"], "adhesive")["sheets"]["0;0.2"][3]["picture"] != before["map"]
-    assert {name for name, _ in after["curves"]} == {"adhesive", "direct", "energy"}
-    assert not {path for _, path in after["curves"]} & {path for _, path in before["curves"]}
-    kept = run["solutions/adhesive"].pull_off_force.isel(preload=0, work_of_adhesion=0)
-    assert [before["mark"], after["mark"]] == pytest.approx(kept.values[[0, 3]], rel=1e-4)
-    assert before["at"] != after["at"]
+    assert before["chosen"] == 0 and after["chosen"] == 3 and after["hash"].startswith("#place=3&")
+    assert "Place 3" in after["current"] and set(after["methods"]) == {"adhesive", "direct", "energy"}
+    assert not set(after["curves"]) & set(before["curves"])
+    stored = run["solutions/adhesive"].pull_off_force.isel(preload=0, work_of_adhesion=0)
+    assert [before["mark"], after["mark"]] == pytest.approx(stored.values[[0, 3]], rel=1e-4)
     assert browser.complaints() == []
     assert browser.value("document.documentElement.scrollWidth") <= width
 
 
-def test_sliders_change_what_hangs_on_them(browser, written, run):
+def test_keys_alone_choose_places_and_parameters(browser, written, run):
     browser.open(written, 1280)
-    before = browser.value(SHOWN)
-    browser.value("document.querySelector('#slide-work_of_adhesion').focus()")
-    browser.press("ArrowRight")
-    stronger = browser.value(SHOWN)
-    kept = run["solutions/adhesive"].pull_off_force.isel(subregion=0)
-    assert stronger["mark"] == pytest.approx(float(kept.sel(preload=0, work_of_adhesion=0.4)), rel=1e-4)
-    assert stronger["map"] != before["map"] and "work_of_adhesion=0.4" in stronger["hash"]
-    assert "0.4 J/m²" in browser.value("document.querySelector('#sliders').textContent")
-    browser.value("document.querySelector('#slide-preload').focus()")
-    browser.press("End")
-    pressed = browser.value(SHOWN)
-    assert pressed["mark"] == pytest.approx(float(kept.sel(preload=200, work_of_adhesion=0.4)), rel=1e-4)
-    same = [curves for curves in pressed["curves"] if curves[0] == "direct"]
-    assert len(same) == 1 and browser.complaints() == []
-
-
-def test_keys_alone_are_enough(browser, written):
-    """Tab reaches the map of places, arrows go from place to place, the step of the loop is a slider."""
-    browser.open(written, 1280)
-    for _ in range(20):
-        browser.press("Tab")
-        if browser.value("document.activeElement.id") == "scan":
-            break
+    browser.value("document.querySelector('#scan').focus()")
     visited = []
-    for key in ("ArrowUp", "ArrowRight", "ArrowRight", "ArrowDown", "Home", "End"):
-        browser.press(key)
+    for key in ("UP", "RIGHT", "RIGHT", "DOWN", "HOME", "END"):
+        browser.press(f"ARROW_{key}" if key not in ("HOME", "END") else key)
         visited.append(browser.value(SHOWN)["chosen"])
     assert visited == [1, 3, 3, 2, 0, 3]
-    browser.value("document.querySelector('#frame').focus()")
-    browser.press("Home")
-    assert browser.value(SHOWN)["frame"] == "0" and "Loading" in browser.value(SHOWN)["words"]
-    browser.press("End")
-    assert "Retraction" in browser.value(SHOWN)["words"]
-    assert browser.complaints() == []
+    browser.value("document.querySelector('#slide-work_of_adhesion').focus()")
+    browser.press("ARROW_RIGHT")
+    stronger = browser.value(SHOWN)
+    stored = run["solutions/adhesive"].pull_off_force.isel(subregion=3)
+    assert stronger["mark"] == pytest.approx(float(stored.sel(preload=0, work_of_adhesion=0.4)), rel=1e-4)
+    assert "work_of_adhesion=0.4" in stronger["hash"] and browser.complaints() == []
 
 
-def test_an_address_names_a_state_and_axes_name_their_units(browser, written):
-    browser.open(written, 400, hash="#place=2&preload=200&work_of_adhesion=0.4")
+def test_an_address_names_a_state_and_axes_name_their_units(browser, written, run):
+    browser.open(written, 400, address="#place=2&preload=200&work_of_adhesion=0.4")
     shown = browser.value(SHOWN)
-    assert shown["chosen"] == 2 and "at other places only" in shown["words"] and "--loops 4" in shown["words"]
+    stored = run["solutions/adhesive"].pull_off_force.sel(preload=200, work_of_adhesion=0.4)
+    assert shown["chosen"] == 2 and shown["mark"] == pytest.approx(float(stored[2]), rel=1e-4)
     words = browser.value("[...document.querySelectorAll('svg text')].map(text => text.textContent)")
-    axes = {word for word in words if re.search(r"\[.*\]", word)}
-    assert {"x [nm]", "y [nm]", "displacement δ [nm]", "x from the contact centre [nm]"} <= axes
-    assert any(word.startswith("force [") for word in axes) and any(
-        word.startswith("pull-off force [") for word in axes
-    )
+    for axis in ("x", "y", "displacement δ", "force", "pull-off force"):
+        assert any(re.fullmatch(rf"{axis} \[.*\]", word) for word in words), axis
 
 
 def test_a_bare_archive_is_shown_without_complaint(browser, run, tmp_path):
@@ -334,10 +228,24 @@ def test_a_bare_archive_is_shown_without_complaint(browser, run, tmp_path):
     page.write_text(report.explorer_page({name: run[name] for name in ("scan", "solutions/direct")}), encoding="utf-8")
     browser.open(page, 400)
     browser.click('#scan .place[data-place="1"]')
-    assert browser.complaints() == [] and "no pull-off" in browser.value("document.body.textContent")
-    assert isinstance(browser.value(SHOWN)["map"], str)
+    assert browser.complaints() == [] and "no pull-off" in browser.value("document.body.innerText")
     nothing = xr.full_like(run["solutions/direct"][["force"]], np.nan)
     bare = {"scan": run["scan"].drop_vars("contact_modulus"), "solutions/direct": nothing.drop_vars("contact_modulus")}
     page.write_text(report.explorer_page(bare), encoding="utf-8")
     browser.open(page, 400)
-    assert browser.complaints() == [] and "holds no fields" in browser.value("document.body.textContent")
+    assert browser.complaints() == [] and "holds no fields" in browser.value("document.body.innerText")
+    assert "querySelector" not in browser.value("document.body.innerText")
+
+
+def test_the_map_follows_the_place_and_the_displacement(browser, run, tmp_path):
+    page = tmp_path / "fields.html"
+    fields = roughxr.direct(run["scan"], delta=DELTAS[-3:], subregions=run["solutions/direct"], fields=True)
+    page.write_text(report.explorer_page({"scan": run["scan"], "solutions/direct": fields}), encoding="utf-8")
+    browser.open(page, 1280)
+    deepest = browser.value(SHOWN)
+    browser.value("document.querySelector('#state').focus()")
+    browser.press("HOME")
+    shallow = browser.value(SHOWN)
+    browser.click('#scan .place[data-place="3"]')
+    assert len({deepest["map"], shallow["map"], browser.value(SHOWN)["map"]}) == 3
+    assert f"δ = {DELTAS[-3]:g} nm" in shallow["words"] and browser.complaints() == []

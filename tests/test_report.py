@@ -5,7 +5,6 @@ import html.parser
 import json
 import re
 import shlex
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -18,22 +17,11 @@ from roughxr import archive, cli, report
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
 from roughxr.jobs.progress import Stages
-from roughxr.runs import analysis
+from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
 from roughxr.vocabulary import numbers, schema
 
-from .browser import BROWSER, NO_BROWSER
-
-#: Asks a loaded page for what went wrong, and writes the answer where ``--dump-dom`` shows it.
-PROBE = """<script>
-const wrong = []; window.addEventListener("error", found => wrong.push(String(found.message)), true);
-window.addEventListener("load", () => { const seen = {
-  pictures: [...document.images].map(one => one.naturalWidth), wrong: wrong,
-  page: document.documentElement.scrollWidth, window: window.innerWidth,
-  asked: performance.getEntriesByType("resource").filter(one => !one.name.startsWith("data:")).length };
-  const told = document.createElement("pre"); told.id = "probe"; told.textContent = JSON.stringify(seen);
-  document.body.append(told); });
-</script>"""
+from .browser import BROWSER, NO_BROWSER, Browser
 
 
 class Told(Stages):
@@ -440,33 +428,17 @@ def test_a_real_scan_makes_a_whole_report(shared_scans, tmp_path):
     assert "--level plane --subregions 2 2 --delta 30 60" in text
 
 
-def browse(path, *options):
-    """Run the browser headless, without network, and return what it says."""
-    arguments = [BROWSER, "--headless=new", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND"]
-    profile = f"--user-data-dir={path.parent / 'profile'}"
-    done = subprocess.run([*arguments, profile, *options, path.as_uri()], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 @pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
-@pytest.mark.parametrize("width", [390, 1300])
-def test_page_is_whole_in_a_browser(written, width, tmp_path):
-    page = tmp_path / "probed.html"
-    page.write_text(written.read_text(encoding="utf-8").replace("<head>", "<head>" + PROBE), encoding="utf-8")
-    dom = browse(page, f"--window-size={width},900", "--dump-dom")
-    seen = json.loads(re.search(r'<pre id="probe">(.*?)</pre>', dom).group(1))
-    assert seen["wrong"] == [] and seen["asked"] == 0
-    assert len(seen["pictures"]) == 15 and min(seen["pictures"]) > 500
-    assert seen["window"] <= max(width, 500) and seen["page"] <= seen["window"]
-
-
-@pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
-def test_page_prints(written, tmp_path):
-    sheet = tmp_path / "report.pdf"
-    browse(written, f"--print-to-pdf={sheet}")
-    pages = len(re.findall(rb"/Type\s*/Page\b", sheet.read_bytes()))
-    assert 2 <= pages <= 10
+@pytest.mark.parametrize("width", [400, 1280])
+def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
+    places = {name: run["statistics/places"] for name in ("a.gsf", "b.gsf")}
+    several.together(places, {"c.gsf": "no scan"}, tmp_path)
+    with Browser() as browser:
+        for page in (written, tmp_path / "index.html"):
+            browser.open(page, width)
+            assert browser.complaints() == []
+            assert browser.value("document.documentElement.scrollWidth") <= width
+            assert all(browser.value("[...document.images].map(image => image.naturalWidth > 0)"))
 
 
 def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():

@@ -20,8 +20,6 @@ from roughxr.measured.forces import Calibration, converts, forces, magnitudes
 from roughxr.measured.registration import _vertex, grid_of
 from roughxr.measured.tables import Column, _split, place_columns
 from roughxr.particles.loads import in_range
-from roughxr.report.explorer import images
-from roughxr.report.explorer.places import cases
 from roughxr.scans.channel import direction_in, is_length
 from roughxr.scans.plain import separators
 from roughxr.statistics import places, sampling
@@ -63,15 +61,6 @@ TOLD = xr.Dataset(coords={"work_of_adhesion": 0.1, "sphere_radius": 500.0}, attr
         ([display_unit("nN", 2e4), display_unit("nN", 20)], [("µN", 1000.0), ("nN", 1.0)]),
         ([in_words("contact_area"), in_words("axis_ratio")[:10]], ["contact area [nm²]", "axis ratio"]),
         (in_words("force", display_unit("nN", 1e3)), "contact force [µN]"),
-        (images.picture(np.zeros((2, 3), np.uint8), images.heights_palette())[:27], "data:image/png;base64,iVBOR"),
-        (images.heights_indices(np.array([[0.0, 1.0, np.nan]]))[0].tolist(), [[0, 254, 255]]),
-        (
-            images.tractions_indices(np.array([-1.0, -0.01, 0.0, 4.0, 99.0, np.nan]), 1.0, 4.0).tolist()[3:],
-            [255, 255, 0],
-        ),
-        (images.thinned(np.arange(10.0).reshape(1, 10), 5).tolist(), [[0.5, 2.5, 4.5, 6.5, 8.5]]),
-        ([images.edges(np.arange(5.0), 5), images.edges(np.arange(5.0), 2)], [(-0.5, 4.5), (-0.5, 2.5)]),
-        ([key for key, _ in cases(xr.Dataset(coords={"preload": [0.0, 50.0]}))], ["0", "50"]),
         (report.superposed({"solutions/energy": TOLD}), ["Superposed (energy): half of it."]),
         (report.text(pd.DataFrame({"direct": {"pull [nN]": np.nan}}), "Contact").split()[-1], "–"),
         ([is_length("um"), is_length("deg"), is_length(None)], [True, False, False]),

@@ -151,6 +151,6 @@ def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
         groups |= roughxr.reproduction.paper(str(path))
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: Path = roughxr.to_table(groups["asperities"], path)
-    pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path, loops=2)
+    pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path)
     version: str = roughxr.__version__
     return groups if written and pages and version else {}

@@ -158,8 +158,6 @@ def _pages(commands: Any) -> None:
     _add_measurement(command, "--measured", "measured pull-off forces to show with the prediction, as for `compare`")
     command = _command(commands, "explore", "pages:explore", "write an interactive page of a finished run")
     _add(command, _RUN, ("-o --output", "HTML", "default: explore.html beside the archive"))
-    words = "places whose force curve and contact maps are simulated, a second or more each; default: %(default)s"
-    command.add_argument("--loops", type=int, default=16, metavar="PLACES", help=words)
     command.add_argument("--open", action="store_true", help="show the page in the browser")
     _add_quiet(command)
 

@@ -17,7 +17,7 @@ def report(options: Namespace) -> None:
 
 def explore(options: Namespace) -> None:
     """Write the page to click through, and show it if asked to."""
-    page = write_explorer(options.run, options.output, loops=options.loops)
+    page = write_explorer(options.run, options.output)
     print(f"written to {page}")
     if options.open:
         webbrowser.open(page.resolve().as_uri())

@@ -1,38 +1,63 @@
-"""The interactive page: its content put together, and written."""
+"""The interactive page of a run: its data, taken from the archive as they are, and the page written."""
 
 from __future__ import annotations
 
+import io
+import itertools
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ... import archive
 from ..._version import __version__
+from ...figures.images import colour_map
+from ...figures.style import in_words
+from ...jobs.records import BRANCHES
+from ...statistics.sampling import SHARE
 from ...vocabulary import schema
-from ...vocabulary.units import whole_number
-from ...vocabulary.verbs import verb
 from ..budget import humid_words
 from ..embedded_figures import picture_of
+from ..intervals import flagged
+from ..places import by_place
 from ..run_warnings import cautions
 from ..summary import headline
-from ..template import filled, title, written
-from . import images, places
-from .contact_maps import contact_maps
+from ..template import as_uri, filled, title, written
 
-#: Largest number of the scan's pixels along a side: more are averaged.
-_MOST_PIXELS = 1200
+Run = Mapping[str, xr.Dataset]
+
+#: Parameters that may be dimensions of a result besides the places; each becomes a slider.
+PARAMETERS = ("preload", "sphere_radius", "contact_modulus", "work_of_adhesion", "cycle")
+
+#: Solutions of which force and pull-off are shown, by their names in the legend.
+METHODS = {
+    "adhesive": "simulation with adhesion",
+    "direct": "direct, without adhesion",
+    "energy": "superposed, least energy",
+    "menisci": "superposed asperities",
+    "self_similar": "superposed, self-similar",
+    "published": "superposed, as published",
+    "hertz": "superposed, without adhesion",
+    "rigid": "rigid bodies",
+}
+
+#: Groups with the pressure of some of the places.
+_FIELDS = ("adhesive", "direct", "contact")
+
+#: Largest number of pixels along a side of the scan and of a contact map, and of displacements in a curve.
+_SCAN_PIXELS, _MAP_PIXELS, _POINTS = 1200, 96, 320
 
 
-def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = None, *, loops: int = 16) -> Path:
+def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
     """Write a run's archive as one self-contained, interactive HTML page.
 
-    Clicking a place of the scan shows its contact map, its force over displacement and its position among all
-    pull-offs. There is a slider for each parameter, such as preload, radius, modulus or work of adhesion, that the
-    archive varies.
+    A click on a place of the scan shows its force over displacement, its position among all pull-offs, its numbers,
+    and the map of its contact where the archive contains the pressure. Each parameter that the archive varies, such as
+    preload, radius, modulus or work of adhesion, has a slider.
 
     Parameters
     ----------
@@ -40,9 +65,6 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
         The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
     output : path, optional
         The page, by default ``explore.html`` beside the archive; it appears under this name once it is complete.
-    loops : int
-        Of the simulation with adhesion a run keeps the events, not the states between them. At this many places, spread
-        evenly, it is followed again, for a second or more each, to show loop and contact maps; 0: at none.
 
     Returns
     -------
@@ -51,7 +73,7 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     Raises
     ------
     ValueError
-        If the file holds no scan, or no results at places of it.
+        If the file contains no scan, or no results at places of it.
     OSError
         If the file is absent or no NetCDF-4.
 
@@ -72,61 +94,254 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     path = archive.of_run(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
     try:
-        text = explorer_page(run, archive_name=path.name, loops=loops)
+        text = explorer_page(run, archive_name=path.name)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
     return written(text, path, output, "explore.html")
 
 
-@verb
-def explorer_page(run: Mapping[str, xr.Dataset], *, archive_name: str = "run.nc", loops: int = 16) -> str:
+def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
     """Return the page as text."""
-    told = _page_data(run, whole_number(loops, "loops", least=0))
+    data = page_data(run)
     return filled(
         "roughxr.report.explorer",
         title=title(run["scan"]),
         headline=headline(run),
         archive_name=archive_name,
         version=__version__,
-        count=len(told["places"]),
+        count=len(data["places"]),
         cautions=cautions(run),
         humid=humid_words(run),
         humidity_picture=picture_of("Pull-off over humidity", run),
-        # within a script, escape whatever could end it, since a file's own text may hold anything
-        told=json.dumps(told, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
+        # within a script, escape whatever could end it, since a file's own text may contain anything
+        data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
 
 
-def _page_data(run: Mapping[str, xr.Dataset], loops: int) -> dict[str, Any]:
-    """Return all the data that the page's script shows."""
+def page_data(run: Run) -> dict[str, Any]:
+    """Return all the data that the page's script draws."""
     if "scan" not in run:
         raise ValueError(
             f"expected the archive of a run, with its scan, found groups: {', '.join(run) or 'none'}; make one with "
             "roughxr run"
         )
-    scan = schema.validate(run["scan"], "scan")
-    at = places.placed({**run, "scan": scan})
+    scan, places = schema.validate(run["scan"], "scan"), _places(run)
+    solved = {name: ds for name in METHODS if (ds := _at_places(run, places, f"solutions/{name}")) is not None}
+    pulls = {name: _at_places(run, places, f"statistics/{name}") for name in METHODS}
+    pulls = {name: solved.get(name) if ds is None else ds for name, ds in pulls.items()}
     return {
         "scan": _scan(scan),
-        "places": places.rows(at),
-        "axes": places.axes([ds for ds in map(at.held, run) if ds is not None]),
-        "curves": places.curves(at),
-        "events": places.events(at),
-        "pulls": places.pull_offs(at),
-        "facts": places.facts(at),
-        "doubts": places.doubts(at),
-        "maps": contact_maps(at, loops=loops),
+        "places": _rows(run, places),
+        "axes": _axes([ds for ds in [*solved.values(), *pulls.values()] if ds is not None]),
+        "curves": list(_curves(run, places, solved)),
+        "pulls": list(_pull_offs(pulls)),
+        "facts": _facts(by_place(run), places),
+        "maps": _maps(run, places),
     }
+
+
+def _places(run: Run) -> xr.Dataset:
+    """Return the contact centres of the first result that has any."""
+    names = [f"{part}/{name}" for part in ("solutions", "statistics") for name in METHODS]
+    first = next((run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords), None)
+    if first is None or first.sizes.get("subregion", 0) == 0:
+        groups = ", ".join(run) or "none"
+        raise ValueError(f"expected results at places of the scan (subregion_x, subregion_y), found groups: {groups}")
+    return xr.Dataset(coords={name: first[name] for name in ("subregion", "subregion_x", "subregion_y")})
+
+
+def _at_places(run: Run, places: xr.Dataset, group: str) -> xr.Dataset | None:
+    """Return a group of the run if it has these places, in their order."""
+    ds = run.get(group)
+    if ds is None or "subregion_x" not in ds.coords or ds.sizes.get("subregion") != places.sizes["subregion"]:
+        return None
+    return ds if all(np.allclose(ds[name], places[name]) for name in ("subregion_x", "subregion_y")) else None
+
+
+def _over(ds: xr.Dataset) -> list[str]:
+    return [name for name in PARAMETERS if name in ds.dims]
+
+
+def _cases(ds: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
+    """Yield a result for each combination of its parameters, with their values as text."""
+    names = _over(ds)
+    for at in itertools.product(*(range(ds.sizes[name]) for name in names)):
+        case = ds.isel(dict(zip(names, at)))
+        yield ";".join(f"{float(case[name]):.10g}" for name in names), case
+
+
+def _axes(results: list[xr.Dataset]) -> list[dict[str, Any]]:
+    """Return the sliders: each parameter with the values in any of the results."""
+    axes = []
+    for name in PARAMETERS:
+        values = sorted({float(value) for ds in results if name in ds.dims for value in ds[name].values})
+        label, _, unit = in_words(name).partition(" [")
+        row = {"name": name, "label": label, "unit": unit.removesuffix("]"), "values": values}
+        axes += [row | {"words": [f"{value:.10g}" for value in values]}] if values else []
+    return axes
+
+
+def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the places, which of them contain debris by the rule, and what share of particles rests there."""
+    flags, rests = flagged(run), _at_places(run, places, "statistics/rests")
+    debris = flags.values if flags is not None and flags.size == places.sizes["subregion"] else None
+    shares = None if rests is None else _numbers(rests[SHARE].values)
+    return [
+        {"x": x, "y": y, "debris": bool(debris is not None and debris[k]), "share": shares[k] if shares else None}
+        for k, (x, y) in enumerate(zip(places["subregion_x"].values.tolist(), places["subregion_y"].values.tolist()))
+    ]
+
+
+def _curves(run: Run, places: xr.Dataset, solved: dict[str, xr.Dataset]) -> Iterator[dict[str, Any]]:
+    """Yield the force over displacement from the highest peak of each method that has it; of events, their points."""
+    rigid = solved.get("rigid")
+    touch = rigid["touch_delta"] if rigid is not None and "touch_delta" in rigid else None
+    for name, ds in solved.items():
+        from_touch = ds.attrs.get("datum") == "first_contact"
+        if from_touch and (touch is None or touch.dims != ("subregion",) or "sphere_radius" in ds.dims):
+            continue  # its displacements have no common origin
+        offset = touch.values if from_touch and touch is not None else np.zeros(places.sizes["subregion"])
+        if "delta" in ds.dims and "force" in ds and ds.sizes["delta"] > 1:
+            retraction = _at_places(run, places, "solutions/retraction") if name == "direct" else None
+            lines = {key: _lines(case, retraction, offset) for key, case in _cases(ds[["force"]])}
+        elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
+            lines = {key: _events(case, offset) for key, case in _cases(ds)}
+        else:
+            continue
+        events = "delta" not in ds.dims
+        yield {"name": name, "label": METHODS[name], "over": _over(ds), "events": events, "lines": lines}
+
+
+def _lines(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
+    """Return both branches of each place, or the only one."""
+    thin = case.isel(delta=slice(None, None, -(-case.sizes["delta"] // _POINTS)))
+    parts = [thin.sel(branch=way) for way in BRANCHES] if "branch" in case.dims else [thin]
+    parts += [] if retraction is None else [retraction]
+    forces = [part["force"].transpose("subregion", "delta").values for part in parts]
+    return [
+        [
+            {"delta": _numbers(part["delta"].values + shift), "force": _numbers(force[k])}
+            for part, force in zip(parts, forces)
+        ]
+        for k, shift in enumerate(offset)
+    ]
+
+
+def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
+    """Return pull-off and detachment of each place as points."""
+    deltas = np.stack([case["pull_off_delta"].values, case["detachment_delta"].values], axis=1) + offset[:, None]
+    forces = np.stack([-case["pull_off_force"].values, np.zeros(offset.size)], axis=1)
+    return [[{"delta": _numbers(delta), "force": _numbers(force)}] for delta, force in zip(deltas, forces)]
+
+
+def _pull_offs(pulls: Mapping[str, xr.Dataset | None]) -> Iterator[dict[str, Any]]:
+    """Yield the pull-off of every place by every method that has it."""
+    for name, ds in pulls.items():
+        if ds is None or "pull_off_force" not in ds:
+            continue
+        force = ds["pull_off_force"]
+        if not set(force.dims) - {"subregion", *PARAMETERS} and bool(force.notnull().any()):
+            values = {key: _numbers(case["pull_off_force"].values) for key, case in _cases(ds[["pull_off_force"]])}
+            yield {"name": name, "label": METHODS[name], "over": _over(force.to_dataset()), "values": values}
+
+
+def _facts(table: xr.Dataset, places: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the columns of the table of places: words, unit, and a value for each place."""
+    if table.sizes.get("subregion") != places.sizes["subregion"]:
+        return []
+    facts = []
+    for name, column in table.data_vars.items():
+        label, unit = str(column.attrs.get("long_name", name)), str(column.attrs.get("units", ""))
+        values = column.values.tolist() if column.dtype.kind in "OUT" else _numbers(column.values.astype(float))
+        facts.append({"name": name, "label": label, "unit": unit.removesuffix("1"), "values": values})
+    return facts
 
 
 def _scan(scan: xr.Dataset) -> dict[str, Any]:
     """Return the scan as an image, x to the right and y upwards, with its edges and its colour scale, nm."""
-    heights = images.thinned(scan["height"].transpose("x", "y").values, _MOST_PIXELS)
-    indices, low, high = images.heights_indices(heights.T[::-1])
-    return {
-        "picture": images.picture(indices, images.heights_palette()),
-        "colours": images.heights_legend(),
-        "box": [edge for axis in "xy" for edge in images.edges(scan[axis].values, _MOST_PIXELS)],
-        "low": places.number(low),
-        "high": places.number(high),
-    }
+    heights = _thinned(scan["height"].transpose("x", "y").values, _SCAN_PIXELS)
+    known = heights[np.isfinite(heights)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    shares = (heights - low) / ((high - low) or 1.0)
+    colours = colour_map("mako")
+    box = [edge for axis in "xy" for edge in _edges(scan[axis].values)]
+    return {"picture": _picture(colours(shares)), "box": box, "low": low, "high": high}
+
+
+def _maps(run: Run, places: xr.Dataset) -> dict[int, list[dict[str, Any]]]:
+    """Return by place the contact maps that the archive contains, one for each state of the first parameters."""
+    maps: dict[int, list[dict[str, Any]]] = {}
+    centres = np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=1)
+    for ds in (run[f"solutions/{name}"] for name in _FIELDS if f"solutions/{name}" in run):
+        if "pressure" not in ds or "subregion_x" not in ds.coords:
+            continue
+        _, case = next(_cases(ds))
+        case = case.sel(branch=BRANCHES[0]) if "branch" in case.dims else case
+        for k in range(case.sizes["subregion"]):
+            place = case.isel(subregion=k)
+            far = np.hypot(*(centres - [float(place["subregion_x"]), float(place["subregion_y"])]).T)
+            if far.min() < 1e-6 and int(far.argmin()) not in maps and (states := _states(place.load())):
+                maps[int(far.argmin())] = states
+    return maps
+
+
+def _states(place: xr.Dataset) -> list[dict[str, Any]]:
+    """Return the maps of one place along its displacements, cropped to its contact, on one colour scale."""
+    pressure = np.nan_to_num(place["pressure"].transpose("delta", "x", "y").values)
+    push, pull = max(float(pressure.max()), 0.0), max(-float(pressure.min()), 0.0)
+    strongest = abs(pressure).max(axis=0)
+    if not strongest.any():
+        return []
+    inside = [np.flatnonzero((strongest > 0.02 * strongest.max()).any(axis=other)) for other in (1, 0)]
+    window = tuple(slice(max(part[0] - 2, 0), part[-1] + 3) for part in inside)
+    box = [edge for axis, part in zip("xy", window) for edge in _edges(place[axis].values[part])]
+    return [
+        {
+            "picture": _picture(_tractions(_thinned(pressure[state][window], _MAP_PIXELS), pull, push)),
+            "box": box,
+            "delta": _number(float(place["delta"][state])),
+            "force": _number(float(place["force"][state])),
+            "area": _number(float(place["contact_area"][state])),
+            "pull": _number(pull),
+            "push": _number(push),
+        }
+        for state in range(pressure.shape[0])
+    ]
+
+
+def _tractions(values: np.ndarray, pull: float, push: float) -> np.ndarray:
+    """Return colours: pushes red, pulls blue, darker for stronger ones; transparent where there is none."""
+    pushes, pulls = (np.clip(sign * values / (most or 1.0), 0.0, 1.0) for sign, most in ((1, push), (-1, pull)))
+    reds, blues = colour_map("rocket_r")(0.12 + 0.83 * pushes), colour_map("Blues")(0.25 + 0.7 * pulls)
+    colours = np.where((values > 0)[..., None], reds, blues)
+    colours[..., 3] = (pushes > 0) | (pulls > 0.02)
+    return colours
+
+
+def _picture(colours: np.ndarray) -> str:
+    """Return colours (x, y, RGBA) as a data URI, x to the right and y upwards."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray((colours * 255).round().astype(np.uint8).transpose(1, 0, 2)[::-1]).save(file, "PNG")
+    return as_uri(file.getvalue())
+
+
+def _thinned(values: np.ndarray, most: int) -> np.ndarray:
+    """Return averages over blocks of pixels, so that no side exceeds ``most``."""
+    rows, columns = (max(1, -(-n // most)) for n in values.shape)
+    return xr.DataArray(values, dims=("x", "y")).coarsen(x=rows, y=columns, boundary="pad").mean().values
+
+
+def _edges(axis: np.ndarray) -> tuple[float, float]:
+    cell = float(axis[1] - axis[0]) if axis.size > 1 else 1.0
+    return float(axis[0]) - cell / 2, float(axis[-1]) + cell / 2
+
+
+def _number(value: float) -> float | None:
+    """Return a number to five digits, None for a missing one."""
+    return float(f"{value:.5g}") if np.isfinite(value) else None
+
+
+def _numbers(values: np.ndarray) -> list[float | None]:
+    return [_number(value) for value in np.asarray(values, float).tolist()]
