@@ -16,7 +16,7 @@ _PREFIXES = {
 _PLAIN_RANGE = 1e-4, 1e7
 
 #: Largest ratio of the ends of an interval that is printed as numbers; wider ones come from too few values.
-_WIDEST = 30.0
+_WIDEST = 50.0
 _TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}, too few values"
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
