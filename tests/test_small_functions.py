@@ -74,7 +74,7 @@ TOLD = xr.Dataset(coords={"work_of_adhesion": 0.1, "sphere_radius": 500.0}, attr
         (random_effects(np.array([1.0, 2.0, 3.0]), np.zeros(3), confidence=0.95).between, 1.0),
         (sampling.shares(xr.DataArray([1.0, 3.0], dims="subregion")).values.tolist(), [1.0, 1.0]),
         (sampling.other_dimensions(xr.Dataset({"f": (("seed", "subregion"), [[1.0, 2.0]])}), "f"), ["seed"]),
-        ([sampling.per("nN"), sampling.per("J/m^2"), sampling.per("1")], ["nN-1", "m^2/J", "1"]),
+        ([sampling.per("nN"), sampling.per("J/m^2"), sampling.per("1")], ["1/nN", "m^2/J", "1"]),
         ([number(2.04, "µN", 2), number(-0.5), number(99.96, "%"), number(1263.0)], ["2 µN", "−0.5", "100 %", "1263"]),
         ([number(6.5e-20, "J"), number(0.0), number(0.99996), number(np.inf)], ["6.5 × 10⁻²⁰ J", "0", "1", "∞"]),
         ([percent(0.9999), percent(0.0042), percent(12.3)], ["100 %", "0.42 %", "1230 %"]),
