@@ -2,16 +2,18 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import roughxr
 from roughxr import reference, report
 from roughxr.contact.adhesion import settling
 from roughxr.contact.subpixel import Below, _finer, _patches, _side_by_side, pull_off_below
 from roughxr.kernels.topography.random_surface import k_correlation, rms_of
-from roughxr.scans import synthetic
+from roughxr.scans import self_affine_fit, synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
-from roughxr.studies.extrapolation import Surface, not_extrapolated, shown_truly
+from roughxr.studies.extrapolation import Surface, _two_sides, not_extrapolated, shown_truly
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
 
@@ -211,18 +213,42 @@ def of_noise(seed):
 @pytest.mark.parametrize(
     ("make", "why"), [(grains, "curvature of skewness -"), (of_steps, "no power law"), (of_noise, "no power law")]
 )
-def test_other_surfaces_are_refused(make, why):
+def test_other_surfaces_are_told_from_self_affine_ones(make, why):
     assert all(why in found_unlike(picture(make(seed), 8, averaged=False)) for seed in range(4))
 
 
-def test_a_measured_map_is_refused_with_what_to_do_unless_its_spectrum_is_given():
-    scan = roughxr.open_sample("rough").isel(x=slice(64), y=slice(64)).contact.assign_pair(**PAIR)
-    with pytest.raises(
-        ValueError, match=r"only a self-affine surface can be extrapolated.* measure a finer scan, or give a measured"
-    ):
-        roughxr.extrapolated(scan)
-    told = roughxr.extrapolated(scan, subregions=(1, 1), seeds=1, shortest=76, spectrum=shown_truly(scan))
-    assert float(told.pull_off_mean) > 0
+@pytest.fixture(scope="module")
+def measured():
+    """Return a part of a measured map, whose summits are rounder than its valleys."""
+    scan = roughxr.level(roughxr.open_sample("rough").isel(x=slice(128), y=slice(128)).load())
+    return roughxr.assign_pair(scan, sphere_radius=500, materials="glass")
+
+
+def test_a_measured_map_has_an_estimate_between_the_scan_and_the_scan_with_roughness_added(measured):
+    given = {"subregions": (2, 2), "seeds": 1}
+    estimate = roughxr.extrapolated(measured, shortest=8, **given)
+    scanned = roughxr.extrapolated(measured, shortest=2 * float(measured.x[1] - measured.x[0]), **given)
+    assert estimate.pull_off_lower < estimate.pull_off_mean < scanned.pull_off_mean < estimate.pull_off_upper
+    assert "lies between both, since the scan shows a" in estimate.attrs["assumed"]
+
+
+def test_a_spectrum_that_is_given_is_used_as_it_is(measured):
+    spectrum = self_affine_fit(measured)
+    out = roughxr.extrapolated(measured, subregions=(2, 1), seeds=1, shortest=20, spectrum=spectrum)
+    assert f"Hurst exponent {float(spectrum.hurst_exponent):.2g} ±" in out.attrs["assumed"]
+
+
+@given(st.floats(1e-3, 4), st.floats(0, 2))
+def test_the_estimate_and_its_interval_follow_both_sides(ratio, noise):
+    sides = _two_sides(np.exp(ratio), 1.0, noise)
+    estimate = ratio * (1 - sides.share)  # its ln over that of the added side
+    assert 0 < estimate < ratio and sides.share <= 0.5 + 1e-6
+    assert estimate - sides.below < 0 < ratio < estimate + sides.above  # both sides lie inside
+    more, noisier = _two_sides(np.exp(1.1 * ratio), 1.0, noise), _two_sides(np.exp(ratio), 1.0, noise + 0.1)
+    assert more.below + more.above > sides.below + sides.above  # what takes more is less certain
+    assert noisier.below + noisier.above > sides.below + sides.above
+    if ratio < 0.05:
+        assert sides.share == pytest.approx(0.5, abs=0.02)  # their geometric mean
 
 
 def test_the_first_words_are_both_answers(surface, found):

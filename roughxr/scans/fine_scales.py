@@ -149,6 +149,12 @@ def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np
     return _next_to(q, psd, modes * len(known), shown)
 
 
+def spectrum_by_wavevector(heights: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return wavevectors (1/nm) and C(q), nm⁴, of a scan's parts together."""
+    spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
+    return _rings(np.mean([one for one in spectra if one is not None], axis=0), steps)[:2]
+
+
 def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a spectrum's waves next to the shortest that is shown."""
     inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _FIT_BAND * shown)

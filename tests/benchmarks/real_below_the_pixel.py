@@ -1,0 +1,129 @@
+"""Best estimates from coarse pictures of measured surfaces, against the surfaces themselves.
+
+    python tests/benchmarks/real_below_the_pixel.py [--surfaces NAME …] [--pictures N] [--cache FILE]
+
+A measured map of ``../shared/scans`` is scaled down in x, y and z alike to pixels of 2 nm, unless they are finer: then
+real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round tip,
+every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.continued` gives its estimate from the picture,
+down to two pixels of the truth, at six places. Each surface counts once in the last lines, by its mean over pictures.
+``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved.
+"""
+
+import argparse
+import itertools
+import json
+import os
+import warnings
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+import xarray as xr
+
+import roughxr
+from roughxr.contact.adhesion import settling
+from roughxr.contact.subpixel import Below
+from roughxr.scans.fine_scales import Spectrum
+from roughxr.studies.extrapolation import Question, Surface
+
+SCANS = Path(__file__).parents[3] / "shared" / "scans"
+SURFACES = {
+    "grains": "park_1um_512_grains.tiff",
+    "rough": "bruker_10um_512_rough.di",
+    "icon": "gwyddion_ascii_10um_256.txt",
+    "chip": "gsf_80um_300_chip.gsf",
+    "film": "asylum_2um_256_film.ibw",
+    "titanate": "gwyp_10um_256_pto.gwy",
+    "pits": "asylum_20um_256.ibw",
+    "flat": "nanosurf_20um_256.nid",
+    "streaks": "agilent_20um.mi",
+}
+PAIRS = {
+    "glass": {"contact_modulus": 39.4, "work_of_adhesion": 0.1},
+    "wet": {"contact_modulus": 39.4, "work_of_adhesion": 0.2, "hardness": 6.0},
+}
+#: Pixels of the truth in one of the picture, averaged or sampled, tip radius (nm), noise (nm); in a fixed mixed order.
+PICTURES = list(itertools.product((4, 8), (False, True), (5.0, 8.0, 15.0), (0.05, 0.2)))
+PICTURES = [PICTURES[k] for k in np.random.default_rng(1).permutation(len(PICTURES))]
+FINEST, RADIUS, GRID = 2.0, 300.0, (3, 2)
+
+
+def surface(name):
+    """Return a measured map, scaled down where it is coarse."""
+    scan = roughxr.level(roughxr.open_scan(SCANS / SURFACES[name]).load())
+    scale = min(1.0, FINEST / float(scan.x[1] - scan.x[0]))
+    nm = {"units": "nm"}
+    axes = {axis: (axis, scale * scan[axis].values, nm) for axis in "xy"}
+    return roughxr.level(xr.Dataset({"height": (("x", "y"), scale * scan.height.values.astype(float), nm)}, axes))
+
+
+def picture(truth, pixels, averaged, tip, noise):
+    """Return the truth as a microscope shows it."""
+    dilated = roughxr.scans.dilate(truth, tip_radius=tip)
+    if averaged:
+        coarse = dilated.coarsen(x=pixels, y=pixels, boundary="trim").mean()
+    else:
+        coarse = dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
+    return coarse.assign(height=coarse.height + np.random.default_rng(pixels).normal(0, noise, coarse.height.shape))
+
+
+def solved(scan, centres, shortest):
+    """Return the mean pull-off (nN) of the surface as scanned, with wavelengths down to the shortest (nm)."""
+    problem, adhesion = settling(scan)
+    bare = Below(Spectrum(0.0, 1.0, 0.5, shortest), shortest, shortest)
+    places = range(centres.sizes["subregion"])
+    return float(Surface(scan, problem, centres).solve(Question(problem, adhesion, bare), places, 1)[..., 0].mean())
+
+
+def case(name, pair, how):
+    """Return truth, picture and estimate with its interval (nN) of one picture."""
+    truth = surface(name).contact.assign_pair(sphere_radius=RADIUS, **PAIRS[pair])
+    pixel, seen = float(truth.x[1] - truth.x[0]), picture(truth, *how)
+    centres = roughxr.scans.regions.centres(seen, GRID)
+    out = roughxr.extrapolated(seen, subregions=centres, seeds=2, shortest=2 * pixel)
+    found = {key: float(out[f"pull_off_{key}"]) for key in ("mean", "lower", "upper")}
+    own = "self-affine" if "lies between both" not in out.attrs["assumed"] else "real"
+    sides = {"truth": solved(truth, centres, 2 * pixel), "picture": solved(seen, centres, 2 * pixel * how[0])}
+    return sides | found | {"taken for": own}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--surfaces", nargs="+", choices=SURFACES, default=list(SURFACES))
+    parser.add_argument("--pictures", type=int, default=4, help=f"of each surface and pair, at most {len(PICTURES)}")
+    parser.add_argument("--cache", type=Path)
+    given = parser.parse_args()
+    warnings.simplefilter("ignore")
+    known = json.loads(given.cache.read_text()) if given.cache and given.cache.exists() else {}
+    print("surface   pair   pixel mean  tip noise | truth  picture  estimate (95 % interval), nN", flush=True)
+    rows = []
+    for how, name, pair in itertools.product(PICTURES[: given.pictures], given.surfaces, PAIRS):
+        key = json.dumps([name, pair, how])
+        if key not in known:
+            known[key] = case(name, pair, how)
+            if given.cache:
+                given.cache.write_text(json.dumps(known, indent=1))
+        row = known[key]
+        rows.append((name, *(row[part] for part in ("truth", "picture", "mean", "lower", "upper"))))
+        print(
+            f"{name:9s} {pair:6s} {how[0]:4d} {how[1]!s:>5s} {how[2]:4.0f} {how[3]:5.2f} | {row['truth']:6.1f} "
+            f"{row['picture']:7.1f}  {row['mean']:6.1f} ({row['lower']:.1f} … {row['upper']:.1f}), taken for "
+            f"{row['taken for']}{'' if row['lower'] <= row['truth'] <= row['upper'] else ', MISSED'}",
+            flush=True,
+        )
+    names = np.array([row[0] for row in rows])
+    truth, seen, mean, low, high = np.array([row[1:] for row in rows]).T
+    errors = {"estimate": np.log(mean / truth), "picture": np.log(seen / truth), "0.7 x": np.log(0.7 * seen / truth)}
+    inside = (low <= truth) & (truth <= high)
+    surfaces = [names == name for name in dict.fromkeys(names)]
+    for words, error in errors.items():
+        rms = np.sqrt(np.mean([np.mean(error[which] ** 2) for which in surfaces]))
+        print(f"rms of ln({words} / truth), each surface once: {rms:.2f}")
+    share = np.mean([inside[which].mean() for which in surfaces])
+    print(f"inside: {inside.sum()} of {inside.size} pictures, {share:.0%} with each surface once")
+    print(f"half width of the interval, median: x {np.exp(np.median(np.log(high / low)) / 2):.2f}")
+
+
+if __name__ == "__main__":
+    main()
