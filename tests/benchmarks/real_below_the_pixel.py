@@ -3,8 +3,8 @@
     python tests/benchmarks/real_below_the_pixel.py [--surfaces NAME …] [--pictures N] [--cache FILE]
 
 A measured map of ``../shared/scans`` is scaled down in x, y and z alike to pixels of 2 nm, unless they are finer, so
-that real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round tip,
-every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.extrapolated` gives its estimate from it,
+that real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round
+tip, every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.extrapolated` gives its estimate from it,
 down to two pixels of the truth, at six places. Each surface counts once in the last lines, by its mean over pictures.
 ``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved.
 """
