@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.files.disk import uninterrupted, whole
+from roughxr.archive import uninterrupted, whole
 from roughxr.kernels.topography.random_surface import uniform
 from roughxr.scans.synthetic import OTHERS, labelled, unit_surface
 from roughxr.vocabulary import schema

@@ -11,45 +11,16 @@ methods of ``ds.contact``.
 'nN'
 """
 
-from __future__ import annotations
-
-import sys
 from importlib import import_module
-from importlib.abc import Loader, MetaPathFinder
-from importlib.util import find_spec, spec_from_loader
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ._version import __version__ as __version__
+import lazy_loader
+import xarray
 
-if TYPE_CHECKING:
-    from ._public import *  # noqa: F403
-
-#: Public modules by their short names, whichever room they lie in.
-_SHORT = {
-    f"{__name__}.{where.rpartition('.')[2]}": f"{__name__}.{where}"
-    for where in (*("contact.reference", "vocabulary.schema"),)
-}
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
-class _ByShortName(MetaPathFinder, Loader):
-    """Imports a public module by its short name, as in ``import roughxr.figures``."""
-
-    def __init__(self) -> None:
-        self._own: dict[str, Any] = {}
-
-    def find_spec(self, fullname, path=None, target=None):
-        return spec_from_loader(fullname, self) if fullname in _SHORT else None
-
-    def create_module(self, spec):
-        module = import_module(_SHORT[spec.name])
-        self._own[module.__name__] = module.__spec__
-        return module
-
-    def exec_module(self, module):
-        module.__spec__ = self._own.pop(module.__name__)  # the import system has written the short name's over it
-
-
-class _Later:
+class _LazyAccessor:
     """An accessor that is imported when it is first used."""
 
     def __init__(self, name: str):
@@ -58,57 +29,12 @@ class _Later:
     def _accessor(self) -> Any:
         return getattr(import_module(f"{__name__}.accessor"), self._name)
 
-    def __call__(self, of: Any) -> Any:
-        return self._accessor()(of)
+    def __call__(self, obj: Any) -> Any:
+        return self._accessor()(obj)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._accessor(), name)
 
 
-def _register(xarray: Any) -> None:
-    xarray.register_dataset_accessor("contact")(_Later("ContactAccessor"))
-    xarray.register_dataarray_accessor("contact")(_Later("ContactArrayAccessor"))
-
-
-class _AfterXarray(MetaPathFinder):
-    """Registers the accessors once xarray is imported, by whomever: the command line's help has no need of it."""
-
-    def find_spec(self, fullname, path=None, target=None):
-        if fullname != "xarray":
-            return None
-        sys.meta_path.remove(self)
-        spec = find_spec(fullname)
-        loader: Any = spec and spec.loader
-        if loader is not None:
-            execute = loader.exec_module
-
-            def executed(module: Any) -> None:
-                execute(module)
-                _register(module)
-
-            loader.exec_module = executed
-        return spec
-
-
-def __getattr__(name: str) -> Any:
-    if name.startswith("__") and name != "__all__":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if find_spec(f"{__name__}.{name}"):
-        return import_module(f"{__name__}.{name}")
-    public = import_module(f"{__name__}._public")
-    try:
-        found = globals()[name] = getattr(public, name)
-    except AttributeError:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}") from None
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *import_module(f"{__name__}._public").__all__})
-
-
-if not any(isinstance(finder, _ByShortName) for finder in sys.meta_path):
-    sys.meta_path.append(_ByShortName())
-    sys.meta_path.insert(0, _AfterXarray())
-if "xarray" in sys.modules:
-    _register(sys.modules["xarray"])
+xarray.register_dataset_accessor("contact")(_LazyAccessor("ContactAccessor"))
+xarray.register_dataarray_accessor("contact")(_LazyAccessor("ContactArrayAccessor"))

@@ -7,33 +7,28 @@ computed so far; the attribute `UNFINISHED` of its root says what is missing.
 
 from __future__ import annotations
 
-import math
+import glob
 import os
+import secrets
 import shutil
+import signal
+import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import dask.array as da
+import netCDF4
 import numpy as np
 import xarray as xr
+from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
-from .files import checksums, netcdf_reader, reader_process
-from .files.disk import (
-    as_characters,
-    each_group,
-    names_in,
-    opened,
-    raw,
-    uninterrupted,
-    unless_interrupted,
-    whole,
-)
-from .vocabulary.verbs import verb, warn
+from .vocabulary.schema import entered
+from .vocabulary.verbs import warn
 
-__all__ = ["load", "save", "verify"]
+__all__ = ["load", "save"]
 
 #: Zlib's level 1: half the size of fields in a tenth of the time of level 9.
 _COMPRESSED = {"zlib": True, "complevel": 1}
@@ -44,8 +39,10 @@ UNFINISHED = "unfinished"
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
 
+#: Set when an interrupt came while interrupts were delayed.
+_interrupted = threading.Event()
 
-@verb
+
 def save(
     groups: Mapping[str, xr.Dataset],
     path: str | os.PathLike,
@@ -95,40 +92,41 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
 
     The file is copied first: whatever ends the process, it is as before or as it is to be.
     """
-    there = {name: value for name, value in attrs.items() if value is not None}
-    stored = {name: _storable(ds, name) for name, ds in groups.items()}
-    later = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
-    now = {name: ds.drop_vars(later[name]).compute() for name, ds in stored.items()}
-    tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=there), **now})
-    encoding = {node.path: _compressed(node.dataset) for node in tree.subtree}
+    present = {name: value for name, value in attrs.items() if value is not None}
+    stored = {name: _storable(entered(ds), name) for name, ds in groups.items()}
+    lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
+    loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in stored.items()}
+    tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=present), **loaded})
+    encoding = {node.path: _encoding(node.dataset) for node in tree.subtree}
     with whole(path) as temporary:
         if onto:
             shutil.copyfile(path, temporary)
         with uninterrupted():
             tree.to_netcdf(temporary, mode="a" if onto else "w", encoding=encoding, engine="netcdf4")
-        for name, key in ((name, key) for name, keys in later.items() for key in keys):
+        for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
             # one by one: chunks from which several variables are cut would all stay in memory until the last of them
-            one = stored[name][[key]]
-            one[key].data = da.map_blocks(unless_interrupted, one[key].data, meta=one[key].data._meta)
+            single = stored[name][[key]]
+            single[key].data = da.map_blocks(_unless_interrupted, single[key].data, meta=single[key].data._meta)
             with uninterrupted():
-                one.to_netcdf(temporary, mode="a", group=name, encoding=_compressed(one), engine="netcdf4")
+                single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with raw(temporary, "a") as file:
-            for name in set(attrs) - set(there) & set(file.ncattrs()):
+            for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
-            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(names_in(file)))}"
-            checksums.write(file)
+            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(group_names(file)))}"
     return path
 
 
-def _compressed(ds: xr.Dataset) -> dict[str, dict]:
-    """Return the encoding of each variable: fields in one chunk for each subregion and displacement.
+def _encoding(ds: xr.Dataset) -> dict[str, dict]:
+    """Return the encoding of each variable: HDF5's checksums, and fields in one chunk for each subregion and state.
 
     The library's default chunks span many subregions: each subregion written would unpack and pack them again.
     """
     encoding = as_characters(ds)
-    for name, variable in ds.data_vars.items():
-        if variable.ndim:
-            encoding[str(name)] = encoding.get(str(name), {}) | _COMPRESSED
+    for name, variable in ds.variables.items():
+        if not variable.ndim:
+            continue
+        packed = _COMPRESSED if name in ds.data_vars else {}
+        encoding[str(name)] = encoding.get(str(name), {}) | packed | {"fletcher32": True}
         if variable.dims[:1] == ("subregion",) and {"x", "y"} <= set(variable.dims) and variable.size:
             sizes = (n if dim in ("x", "y") else 1 for dim, n in variable.sizes.items())
             encoding[str(name)]["chunksizes"] = tuple(sizes)
@@ -146,12 +144,12 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Returns
     -------
     dict of str to Dataset
-        In memory, except for fields along ``subregion``, which are lazy: each is read, and verified, when it is used.
+        In memory, except for fields along ``subregion``, which are lazy: each is read when it is used.
 
     Raises
     ------
     ValueError
-        If it is damaged, by its checksums; archives of earlier versions have none.
+        If it is damaged. HDF5 keeps a checksum of every array, but not of attributes and single values.
     OSError
         If it does not exist or cannot be read.
 
@@ -165,107 +163,74 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     3.0
     """
     path = Path(path)
-    kept = verify(path)
     if missing := root_of(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
-    with _in_words(path):
-        return {name: _without_fields(path, name, ds, kept.get(f"/{name}", {})) for name, ds in each_group(path)}
+    with _damage_explained(path):
+        with raw(path) as file:
+            names = group_names(file)
+        return {name: _without_fields(path, name) for name in names}
 
 
 def root_of(path: Path) -> dict[str, Any]:
     """Return the attributes of an archive's root."""
-    with opened(path) as root:
+    with _damage_explained(path), opened(path) as root:
         return dict(root.attrs)
 
 
-def verify(path: Path) -> dict[str, dict[str, Any]]:
-    """Return the checksums that an archive keeps, all but those of its fields verified.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    dict
-        By group, the checksum of each variable, and those of each part of a field; empty where the file keeps none.
-
-    Raises
-    ------
-    ValueError
-        If it is damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     sorted(verify(save({"scan": xr.Dataset({"height": ("x", [1.0])})}, Path(folder) / "run.nc")))
-    ['/', '/scan']
-    """
-    with _in_words(path):
-        reader_process.ask(path, netcdf_reader.__file__)
-        with raw(path) as file:
-            return checksums.read(file)
-
-
 @contextmanager
-def _in_words(path: Path) -> Iterator[None]:
-    """Raise whatever the libraries say of a damaged archive as one error."""
+def _damage_explained(path: Path) -> Iterator[None]:
+    """Raise every error of the libraries on a damaged archive as one error."""
     try:
         yield
     except (FileNotFoundError, PermissionError, IsADirectoryError):
         raise
     except Exception as error:
         raise ValueError(
-            f"{path}: expected an intact archive, found it damaged or changed, at: {error}; use a copy, or repeat "
-            "the run under another name; xarray.open_datatree reads what can be read"
+            f"{path}: expected an intact archive, found it damaged, cut short or overwritten: {error}; use a copy, or "
+            "repeat the run under another name; xarray.open_datatree reads what can be read"
         ) from error
 
 
-def _without_fields(path: Path, group: str, ds: xr.Dataset, kept: Mapping[str, Any]) -> xr.Dataset:
+def _without_fields(path: Path, group: str) -> xr.Dataset:
     """Return a group in memory, except for its fields."""
-    fields = [name for name, array in ds.data_vars.items() if checksums.is_field(array.dims, array.dtype)]
-    lazy = {name: _Stored(path, group, ds[name], kept.get(str(name))).later() for name in fields}
-    return ds.drop_vars(fields).load().assign({name: ds[name].copy(data=lazy[name]).variable for name in fields})
+    with opened(path, group=group) as ds:
+        fields = [name for name, array in ds.data_vars.items() if _is_field(array)]
+        lazy = {name: ds[name].copy(data=_StoredField(path, group, ds[name]).lazy()).variable for name in fields}
+        return ds.drop_vars(fields).load().assign(lazy)
 
 
-class _Stored:
+def _is_field(array: xr.DataArray) -> bool:
+    """Return whether a variable holds numbers over a plane for each of several places."""
+    return array.dims[:1] == ("subregion",) and "x" in array.dims and array.dtype.kind == "f"
+
+
+class _StoredField:
     """A field of an archive, whose file is open only while a part of it is read."""
 
-    def __init__(self, path: Path, group: str, array: xr.DataArray, kept: list[str] | None):
-        self.path, self.group, self.name, self.dims, self.kept = path, group, array.name, array.dims, kept
+    def __init__(self, path: Path, group: str, array: xr.DataArray):
+        self.path, self.group, self.name = path, group, array.name
         self.shape, self.dtype, self.ndim = array.shape, array.dtype, array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
-        count = checksums.planes_from(self.dims)
-        with _in_words(self.path), opened(self.path, group=self.group, cache=False) as ds:
-            values = ds[self.name][part[:count]].values  # whole planes, as they are packed
-            self._verify(part[:count], values)
-        return values[(..., *part[count:])]
+        with _damage_explained(self.path), opened(self.path, group=self.group, cache=False) as ds:
+            return ds[self.name][part].values
 
-    def _verify(self, part: tuple, values: np.ndarray) -> None:
-        """Raise unless the planes read are as they were written."""
-        if self.kept is None:
-            return
-        leading = self.shape[: checksums.planes_from(self.dims)]
-        expected = np.arange(math.prod(leading)).reshape(leading)[part].ravel()
-        if [self.kept[k] for k in expected] != checksums.of_planes(values, self.dims):
-            raise ValueError(f"{self.group}/{self.name}")
-
-    def later(self) -> da.Array:
+    def lazy(self) -> da.Array:
         """Return the variable as a dask array in chunks of whole subregions."""
-        one, meta = self.dtype.itemsize * int(np.prod(self.shape[1:])), np.empty((0,) * self.ndim, self.dtype)
-        chunks = (max(_CHUNK // max(one, 1), 1), *self.shape[1:])
+        plane, meta = self.dtype.itemsize * int(np.prod(self.shape[1:])), np.empty((0,) * self.ndim, self.dtype)
+        chunks = (max(_CHUNK // max(plane, 1), 1), *self.shape[1:])
         return da.from_array(self, chunks, name=False, fancy=False, meta=meta)
 
 
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     """Return ``ds`` without the encodings of its source file; raise for an attribute that cannot be stored."""
     out = ds.drop_encoding()
-    for attrs in (out.attrs, *(one.attrs for one in out.variables.values())):
+    for attrs in (out.attrs, *(variable.attrs for variable in out.variables.values())):
         for key, value in attrs.items():
             if value is None or isinstance(value, (dict, bool)):
                 raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
+            if "/" in str(key):
+                raise ValueError(f"{group}: expected attribute names without '/', found {key!r}; rename it")
     return out
 
 
@@ -279,3 +244,120 @@ def of_run(path: Path) -> Path:
         listed = ", ".join(file.name for file in archives) or "none"
         raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
     return archives[0]
+
+
+@contextmanager
+def whole(path: str | os.PathLike) -> Iterator[Path]:
+    """Yield a path to write to; afterwards rename the file to its real name, or after an error remove it."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.touch(exist_ok=False)
+        yield temporary
+        _flush(temporary)
+        os.replace(temporary, path)
+        _flush(path.parent)
+    except BaseException as error:
+        with uninterrupted(), suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        # netCDF4 reports a full disk as a RuntimeError
+        if isinstance(error, OSError) or (isinstance(error, RuntimeError) and str(error).startswith("NetCDF: ")):
+            raise OSError(
+                f"{path}: could not be written ({error}); no part of it is kept: make room, check your permission to "
+                "write there, and call again"
+            ) from error
+        raise
+
+
+def remove_leftovers(folder: Path, name: str = "*") -> None:
+    """Remove the temporary files that a killed process left in a folder."""
+    for file in folder.glob("." + (name if name == "*" else glob.escape(name)) + ".????????.part*"):
+        file.unlink(missing_ok=True)
+
+
+def _flush(path: Path) -> None:
+    """Flush a file or folder to the disk, so that it survives a power cut."""
+    if os.name == "nt" and path.is_dir():
+        return  # Windows opens no folders
+    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Delay an interrupt (Ctrl-C) until the end of the block.
+
+    Within xarray it would leave the lock of the NetCDF library taken: the next access to a file then waits for ever.
+    Only the main thread is ever interrupted; in others this does nothing.
+    """
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before) or before is _note_interrupt:
+        yield
+        return
+    _interrupted.clear()
+    signal.signal(signal.SIGINT, _note_interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+        if _interrupted.is_set():
+            _interrupted.clear()
+            signal.raise_signal(signal.SIGINT)
+
+
+def _note_interrupt(*_: Any) -> None:
+    _interrupted.set()
+
+
+def _unless_interrupted(block: Any) -> Any:
+    """Return ``block``, or raise if an interrupt is pending: for use between two pieces of a long write."""
+    if _interrupted.is_set():
+        _interrupted.clear()
+        raise KeyboardInterrupt
+    return block
+
+
+@contextmanager
+def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
+    """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
+
+    The library crashes where two threads are in it. xarray locks it while data are read, but not while metadata are.
+    """
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
+        yield ds
+
+
+@contextmanager
+def raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> Iterator[netCDF4.Dataset]:
+    """Open a NetCDF file as `opened` does, but without xarray."""
+    with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
+        yield file
+
+
+def group_names(file: netCDF4.Dataset) -> list[str]:
+    """Return the names of the groups of a file, except those that only hold other groups."""
+    names = []
+    for group in file.groups.values():
+        if group.variables or not group.groups:
+            names.append(group.path.strip("/"))
+        names += group_names(group)
+    return names
+
+
+def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """Return the encoding that stores text as characters of fixed width, which read back as the same text.
+
+    Strings of variable length, xarray's default, crash the interpreter that opens a file which it has open
+    already, such as in a data tree (Unidata/netcdf4-python issues 261 and 1444, HDFGroup/hdf5 issue 5359).
+    """
+    return {str(name): {"dtype": "S1"} for name, variable in ds.variables.items() if _is_text(variable)}
+
+
+def _is_text(variable: xr.Variable) -> bool:
+    if variable.dtype.kind != "O":
+        return variable.dtype.kind == "U"
+    return variable.size > 0 and all(isinstance(value, str) for value in np.ravel(variable.values))

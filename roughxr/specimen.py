@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from .bodies.pair import indenter_map
-from .jobs.lazy import is_lazy
+from .jobs.spread import is_lazy
 from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from .scans import regions, wavelength
 from .vocabulary import schema

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from .files.disk import whole
+from .archive import whole
 from .vocabulary import schema
 from .vocabulary.verbs import verb
 

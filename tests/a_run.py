@@ -11,7 +11,6 @@ from roughxr import checkpointed
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.jobs import executor, schedulers
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -48,15 +47,13 @@ def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, **options):
     return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def in_a_process(output, limit=None, told=None, alone=False, **options):
-    """Run, as a child that can be killed; with at most ``limit`` bytes in any file, or subregions kept one by one."""
+def in_a_process(output, limit=None, told=None, **options):
+    """Run, as a child that can be killed; with at most ``limit`` bytes in any file."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if limit is not None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
-    if alone:
-        executor._SECONDS = schedulers._Here.serving = schedulers._Cluster.serving = 0.0
     if options.get("scheduler") == "processes":
         dask.config.set(num_workers=2)
     try:

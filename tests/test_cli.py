@@ -2,9 +2,9 @@
 
 import contextlib
 import io
+import os
 import subprocess
 import sys
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +12,9 @@ import pandas as pd
 import pytest
 import xarray as xr
 
-from roughxr import figures, scans
+from roughxr import archive, figures, scans
 from roughxr.cli import main
-from roughxr.cli.config import with_config
 from roughxr.cli.files import MEASURED_FORMATS
-from roughxr.cli.options import LAWS
 from roughxr.contact.mesh import Mesh
 from roughxr.report import embedded_figures
 from roughxr.reproduction import printed
@@ -215,7 +213,7 @@ def test_doubts_are_said_in_a_line_and_without_code(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["-o", "scan.gsf", "--surfacetopography"], "expected one of '.nc', found '.gsf'"),
+        (["-o", "scan.xyz"], "--output: expected one of '.nc', '.gsf', found '.xyz'"),
         (["-o", "in.nc/scan.nc"], "in.nc/scan.nc: could not be written"),
     ],
 )
@@ -266,28 +264,11 @@ def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
     assert archived.read_bytes() == first
 
 
-def test_laws_of_the_command_line_are_those_of_the_simulation():
-    from roughxr.contact.adhesion import LAWS_OF_ADHESION
-
-    assert LAWS == LAWS_OF_ADHESION
-
-
 def test_help_names_every_command():
     shown = subprocess.run([sys.executable, "-m", "roughxr.cli", "--help"], check=True, capture_output=True, text=True)
-    for command in ("paper", "run", "report", "info", "convert", "cite"):
+    for command in ("paper", "run", "report", "info", "convert"):
         assert command in shown.stdout
     assert "sphinx-build -W notebooks build/site" in " ".join(shown.stdout.split())
-
-
-def test_cite_gives_balanced_entries_of_this_version(capsys):
-    import roughxr
-
-    assert main(["cite"]) == 0
-    said = capsys.readouterr().out
-    entries = [entry for entry in said.split("@") if entry]
-    assert [entry.split("{")[0] for entry in entries] == ["software", "article"]
-    assert all(entry.count("{") == entry.count("}") > 0 for entry in entries)
-    assert f"version = {{{roughxr.__version__}}}" in said
 
 
 @pytest.mark.parametrize(
@@ -358,13 +339,12 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     for seed in (3, 4):
         scan(rough(48, seed=seed), pixel=10.0).to_netcdf(f"wafer-{seed}.nc")
     (tmp_path / "torn.nc").write_bytes(b"no scan at all")
-    options = {"sphere-radius": "0.3 um", "materials": "glass/silicon", "law": "griffith", "mesh": 1, "budget": 0}
-    lines = [f"{name} = {value!r}".replace("'", '"') for name, value in options.items()]
-    (tmp_path / "wafer.toml").write_text("\n".join([*lines, "subregions = [2, 1]"]), encoding="utf-8")
+    lines = ["--sphere-radius '0.3 um' --materials glass/silicon  # the bodies", "--law griffith --mesh 1"]
+    (tmp_path / "wafer.txt").write_text("\n".join([*lines, "--budget 0", "--subregions 2 1"]), encoding="utf-8")
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
     monkeypatch.setattr(figures, "run_figures", lambda run: iter(()))
     monkeypatch.setattr(analysis, "_below_the_scan", lambda *_: {})  # what takes long is of each scan alone
-    assert main(["run", *files, "--config", "wafer.toml", "-o", "wafer", "-q"]) == 0
+    assert main(["run", *files, "@wafer.txt", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
     assert (
         printed.err.startswith("roughxr: torn.nc: cannot be read and is left out: ")
@@ -382,52 +362,6 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     page = (tmp_path / "wafer" / "index.html").read_text(encoding="utf-8")
     assert "wafer-4/report.html" in page and (tmp_path / "wafer" / "wafer-4" / "report.html").exists()
     assert "torn.nc" in page
-
-
-def test_the_options_of_a_run_are_written_as_toml_that_is_read(tmp_path, capsys):
-    path = tmp_path / "run.toml"
-    assert main(["config", "-o", str(path)]) == 0
-    text = path.read_text(encoding="utf-8")
-    assert "such as '60 %' or 0.6" in text  # copied from here it is read
-    assert "# sphere-radius = " in text and "# subregions = [8, 8]" in text
-    assert tomllib.loads(text) == {}
-    assert (
-        tomllib.loads("\n".join(line.removeprefix("# ") for line in text.splitlines() if " = " in line))["budget"] == 8
-    )
-    assert main(["config", "-o", str(path)]) == 1 and "exists already" in capsys.readouterr().err
-    path.write_text('humidty = "50 %"', encoding="utf-8")
-    assert main(["run", "scan.nc", "--config", str(path)]) == 1
-    told = capsys.readouterr().err
-    assert (
-        "run.toml: expected options of `roughxr run`, found 'humidty'" in told and "did you mean '--humidity'?" in told
-    )
-    path.write_text("budget = [", encoding="utf-8")
-    assert main(["run", "scan.nc", "--config", str(path)]) == 1 and "expected TOML" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "typed",
-    [
-        ["a.nc", "b.nc", "--config", "FILE", "--delta", "-5", "1e-3", "-q"],
-        ["a.nc", "--config=FILE", "b.nc", "--delta", "-5", "1e-3", "-q"],
-        ["a.nc", "b.nc", "--delta", "-5", "1e-3", "-q", "--config", "FILE"],
-    ],
-)
-def test_options_of_a_file_stand_before_those_that_are_typed(typed, tmp_path):
-    path = tmp_path / "run.toml"
-    path.write_text(
-        'particle = true\nprobe = false\nsubregions = [2, 1]\nhumidity = ["50 %"]\nmesh = 2', encoding="utf-8"
-    )
-    stated = ["--particle", "--subregions", "2", "1", "--humidity=50 %", "--mesh=2"]
-    words = with_config(["run", *(word.replace("FILE", str(path)) for word in typed)])
-    assert words == ["run", "a.nc", "b.nc", *stated, "--delta", "-5", "1e-3", "-q"]
-
-
-def test_an_option_without_a_value_is_refused_in_a_file_as_in_the_shell(tmp_path, capsys):
-    (tmp_path / "run.toml").write_text("delta = []", encoding="utf-8")
-    with pytest.raises(SystemExit):
-        main(["run", "a.nc", "--radius", "1 um", "--config", str(tmp_path / "run.toml")])
-    assert "--delta: expected at least one argument" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -518,3 +452,49 @@ def test_a_reader_that_has_had_enough_is_no_error(tmp_path):
     with subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as told:
         told.stdout.close()
         assert told.stderr.read() == b"" and told.wait() == 0
+
+
+def _bug():
+    return None + 1
+
+
+def _library():
+    return np.zeros(3).reshape(2, 2)
+
+
+@pytest.mark.parametrize("fault", [_bug, _library])
+def test_an_error_that_is_no_refusal_shows_where_it_is(fault, tmp_path, monkeypatch):
+    scan(rough(32)).to_netcdf(tmp_path / "scan.nc")
+    monkeypatch.setattr(scans, "open_scan", lambda *_, **__: fault())
+    with pytest.raises((TypeError, ValueError)):
+        main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / "out.nc")])
+
+
+def test_debug_shows_the_traceback_of_a_refusal(tmp_path):
+    with pytest.raises(FileNotFoundError):
+        main(["info", str(tmp_path / "none.nc"), "--debug"])
+
+
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii"])
+def test_output_never_fails_on_a_sign(encoding, tmp_path):
+    scan(rough(32), title="− Δ 表面").to_netcdf(tmp_path / "scan.nc")
+    words = ["info", str(tmp_path / "scan.nc")]
+    command = [sys.executable, "-m", "roughxr.cli", *words]
+    done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONIOENCODING": encoding}, check=False)
+    assert done.returncode == 0 and b"s_q" in done.stdout, done.stderr
+
+
+def test_a_failed_start_leaves_nothing_and_the_corrected_command_runs(finished, tmp_path, capsys):
+    words, _, _ = finished
+    output = ["-o", str(tmp_path / "run.nc")]
+    assert main([*words, *QUICK, "--budget", "0", *output, "--sphere-radius", "3 mm"]) == 1
+    assert "sphere_radius" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+    assert main([*words, *QUICK, "--budget", "0", *output]) == 0
+
+
+def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
+    groups = {name: ds for name, ds in archive.load(finished[1]).items() if "continued" not in name}
+    archive.save(groups, finished[1].with_name("other.nc"))
+    assert main(["detach", str(finished[1].with_name("other.nc")), "--method", "continued"]) == 1
+    assert "--method: expected a method of this run (adhesive, energy)" in capsys.readouterr().err

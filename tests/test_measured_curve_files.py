@@ -11,9 +11,8 @@ import xarray as xr
 
 import roughxr
 from roughxr.cli import main
-from roughxr.files import reader_process
 from roughxr.measured import curve_reader
-from roughxr.scans import UnreadableScan
+from roughxr.scans import UnreadableScan, reader_process
 
 from . import force_curves as made
 

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from roughxr.contact.elastic import direct
-from roughxr.jobs import lazy as parallel
-from roughxr.jobs import run as loop
+from roughxr.jobs import checkpoint as checkpoints
+from roughxr.jobs import spread
 from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.jobs.progress import Progress, Stages, progress, say
 
@@ -37,11 +37,11 @@ def surface():
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
 @pytest.mark.parametrize("order", ["C", "F"])
-def test_views_travel_as_parts_of_one_array(scheduler, order):
+def test_views_give_the_same_results_in_every_process(scheduler, order):
     array = np.asarray(np.random.default_rng(0).standard_normal((20, 30)), order=order)
     with dask.config.set(scheduler=scheduler):
-        found = parallel.spread(total, parts(array, 9), (1,), 2.0).compute()
-    np.testing.assert_array_equal(found[:, 0], [2.0 * part.sum() for (part,) in parts(array, 9)])
+        found = spread.task_results(total, parts(array, 9), (1,), 2.0).compute()
+    np.testing.assert_array_equal(found[:, 0], [2.0 * np.ascontiguousarray(part).sum() for (part,) in parts(array, 9)])
 
 
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
@@ -51,25 +51,6 @@ def test_progress_counts_subregions(surface, scheduler, capsys):
     assert "15/15 subregions" in capsys.readouterr().err
     xr.testing.assert_identical(shown, direct(surface, delta=[1.0], subregions=(5, 3)))
     assert not capsys.readouterr().err  # told within the block only
-
-
-def test_the_most_expensive_windows_come_first(surface):
-    """`direct` says what its windows cost: where more cells overlap."""
-
-    class Noted:
-        def array(self, work):
-            self.work = work
-            return np.zeros(len(work.arguments), work.dtype)
-
-        def finish(self, ds):
-            return ds
-
-    noted = Noted()
-    with parallel.computed_by(noted):
-        direct(surface, delta=[1.0, 4.0], subregions=(4, 4))
-    costs = noted.work.cost()
-    areas = direct(surface, delta=[1.0, 4.0], subregions=(4, 4)).contact_area.isel(delta=-1)
-    assert np.corrcoef(costs, areas)[0, 1] > 0.8
 
 
 class Terminal(io.StringIO):
@@ -169,7 +150,7 @@ def record(part, factor):
 
 
 def records_of(array, lazy=True):
-    return parallel.spread(record, [(array[k:],) for k in range(5)], RECORD, 2.0, lazy=lazy)
+    return spread.task_results(record, [(array[k:],) for k in range(5)], RECORD, 2.0, lazy=lazy)
 
 
 def check_records(found, array):
@@ -196,23 +177,22 @@ def test_results_may_be_records(scheduler, lazy):
 @pytest.mark.parametrize("in_memory", [0, 2**24])
 def test_records_are_computed_by_a_run(tmp_path, monkeypatch, in_memory):
     """In memory, or read from the checkpoint."""
-    monkeypatch.setattr(loop, "_IN_MEMORY", in_memory)
+    monkeypatch.setattr(checkpoints, "_IN_MEMORY", in_memory)
     array = np.random.default_rng(0).standard_normal((8, 4))
-    kept = Checkpoint(tmp_path / "run.nc")
-    for _ in range(2):
-        with parallel.computed_by(loop._WithCheckpoints(kept)):
-            found = records_of(array)
-        assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
-        with dask.config.set(scheduler="synchronous"):
-            check_records(found, array)
-    kept.close(remove=True)
+    with Checkpoint(tmp_path / "run.nc") as checkpoint:
+        for _ in range(2):
+            with spread.computed_by(checkpoints._WithCheckpoints(checkpoint)):
+                found = records_of(array)
+            assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
+            with dask.config.set(scheduler="synchronous"):
+                check_records(found, array)
 
 
 def test_a_lazy_result_may_be_an_array_of_records():
     """As of a task that computes many at once."""
     array = np.ones((8, 4))
     arguments = [(array,), (array,)]
-    found = parallel.spread(many, arguments, np.dtype((RECORD, (3,))), 2.0).reshape(-1)
+    found = spread.task_results(many, arguments, np.dtype((RECORD, (3,))), 2.0).reshape(-1)
     assert found["part"].shape == (6, 2, 3)
     np.testing.assert_array_equal(found["total"].compute(), 64.0)
 
@@ -225,7 +205,7 @@ def many(part, factor):
 def test_other_results_than_were_told_are_refused(lazy):
     """Rather than stretched over the array."""
     with pytest.raises(TypeError, match=r"expected a result of .*\(3,\).*, found one of .*\(1,\)"):
-        np.asarray(parallel.spread(total, [(np.ones((2, 2)),)], (3,), 2.0, lazy=lazy))
+        np.asarray(spread.task_results(total, [(np.ones((2, 2)),)], (3,), 2.0, lazy=lazy))
 
 
 def test_time_left_is_that_of_what_came_after_compiling(monkeypatch):

@@ -92,12 +92,12 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
 
 def test_at_an_interrupt_the_answer_is_that_of_all_finished_places(surface, whole, tmp_path, monkeypatch, capsys):
     """The first four places are solved, then two more at once: of these one is kept as the interrupt comes."""
-    put, kept = Checkpoint.put, []
+    put, stages = Checkpoint.put, []
 
-    def interrupted(self, stage, first, result):
-        put(self, stage, first, result)
-        kept.extend([stage] * len(result))
-        if kept.count(stage) == 5:  # four of them known
+    def interrupted(self, items, results):
+        put(self, items, results)
+        stages.append(results.dtype)
+        if stages.count(results.dtype) == 5:  # four of them known
             signal.raise_signal(signal.SIGINT)
 
     monkeypatch.setattr(Checkpoint, "put", interrupted)

@@ -20,8 +20,16 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, cli
-from roughxr.files import reader_process
-from roughxr.scans import ImplausibleScan, UnreadableScan, describe, open_scan, plausibility, to_netcdf, vendor_reader
+from roughxr.scans import (
+    ImplausibleScan,
+    UnreadableScan,
+    describe,
+    open_scan,
+    plausibility,
+    reader_process,
+    to_netcdf,
+    vendor_reader,
+)
 from roughxr.scans.plausibility import doubts
 from roughxr.scans.synthetic import self_affine
 
@@ -290,7 +298,7 @@ def test_the_reading_process_goes_with_its_caller(tmp_path):
     rows = picture()
     path = WRITERS["bruker"](tmp_path, rows, size_of(rows))
     code = (
-        "import roughxr, sys; from roughxr.files import reader_process as v; roughxr.open_scan(sys.argv[1]);"
+        "import roughxr, sys; from roughxr.scans import reader_process as v; roughxr.open_scan(sys.argv[1]);"
         "print(*(p.pid for p in v._running.values()), 'SurfaceTopography' in sys.modules)"
     )
     out = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)

@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 
 from roughxr import report
+from roughxr.archive import as_characters
 from roughxr.bodies.liquid import kelvin_radius
 from roughxr.bodies.substances import combined, pair_of, softer_hardness
 from roughxr.figures.distributions import _step
 from roughxr.figures.saving import mean_and_spread
 from roughxr.figures.style import decimals, display_unit, in_words
-from roughxr.files.disk import as_characters
 from roughxr.jobs.progress import about
 from roughxr.measured.baselines import baseline_of
 from roughxr.measured.forces import Calibration, converts, forces, magnitudes

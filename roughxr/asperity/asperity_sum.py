@@ -11,7 +11,7 @@ import xarray as xr
 
 from ..bodies.liquid import menisci_of, work_of
 from ..bodies.pair import range_of
-from ..jobs.lazy import is_lazy
+from ..jobs.spread import is_lazy
 from ..kernels.asperity import largest_pull
 from ..kernels.asperity import superposition as sums
 from ..kernels.asperity.laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales

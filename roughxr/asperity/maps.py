@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
@@ -81,7 +81,7 @@ def pull_off_map(
     out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    out = parallel.finish(out, lazy=summands.lazy)
+    out = spread.finish(out, lazy=summands.lazy)
     if not summands.lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
@@ -101,7 +101,7 @@ def _records(positions: xr.Dataset, grid: Any, options: SumOptions) -> Any:
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
     each = min(_TILE, x.size)
     record = np.dtype((PULL_OFF, (each,)))
-    records = parallel.spread(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
+    records = spread.task_results(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
     return records.reshape(-1)[: x.size]
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
@@ -168,10 +168,10 @@ def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     positions, prepared = regions.centres(summands.ds, subregions), _prepared(summands.catalogue, summands.options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
-    solve = partial(parallel.spread, name="rolling", lazy=summands.lazy)
+    solve = partial(spread.task_results, name="rolling", lazy=summands.lazy)
     records = solve(_roll, centres, layout.dtype, prepared, summands.options, layout, load)
     out = labelled(records, layout, summands.ds, positions)
-    return parallel.finish(out.assign_attrs(datum="highest_peak"), lazy=summands.lazy)
+    return spread.finish(out.assign_attrs(datum="highest_peak"), lazy=summands.lazy)
 
 
 def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
@@ -129,7 +129,7 @@ def superpose(
     deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
     layout = Layout({"delta": deltas}, _STATES, events)
-    solve = partial(parallel.spread, name="superpose", lazy=lazy)
+    solve = partial(spread.task_results, name="superpose", lazy=lazy)
     records = solve(_superpose, centres, layout.dtype, prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
@@ -139,7 +139,7 @@ def superpose(
         out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
-    out = parallel.finish(out, lazy=lazy)
+    out = spread.finish(out, lazy=lazy)
     if law in ADHESIVE and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out

@@ -63,11 +63,9 @@ def info(options: Namespace) -> None:
 
 def convert(options: Namespace) -> None:
     """Write a scan in another format."""
-    endings = (".nc",) if options.surfacetopography else (".nc", ".gsf")
-    suffix = one_of(Path(options.output).suffix, endings, "output")
+    suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "--output")
     scan = opened(options.file, options)
-    own = suffix == ".nc" and not options.surfacetopography
-    (scans.to_netcdf if own else scans.to_file)(scan, options.output)
+    (scans.to_netcdf if suffix == ".nc" else scans.to_file)(scan, options.output)
     print(f"written to {options.output}")
 
 

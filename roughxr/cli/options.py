@@ -30,6 +30,8 @@ _DOCUMENTATION = (
     "build/site/index.html the first of them; in Python, `help(roughxr)`."
 )
 
+_VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach, J. Adhesion 79 (2003) 749-776"
+
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
 _DIRECTIONS = ("trace", "retrace")
@@ -62,21 +64,16 @@ BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] 
 def command_line() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
     parser = Parser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
-    parser.add_argument("--version", action="version", version=f"roughxr {__version__}")
+    parser.add_argument("--version", action="version", version=_VERSION)
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    for add in (_paper, _run, _config, _pages, _files, _measurements, _detach):
+    for add in (_paper, _run, _pages, _files, _measurements, _detach):
         add(commands)
-    _command(commands, "cite", "citation:cite", "print what to cite, for BibTeX")
     return parser
 
 
-def run_parser() -> argparse.ArgumentParser:
-    """Return the parser of `run` alone."""
-    return _run(Parser(prog="roughxr").add_subparsers())
-
-
 def _command(commands: Any, name: str, does: str, help: str) -> argparse.ArgumentParser:
-    command = commands.add_parser(name, help=help)
+    command = commands.add_parser(name, help=help, fromfile_prefix_chars="@")
+    command.add_argument("--debug", action="store_true", help="show the traceback of every error")
     command.set_defaults(command=does)
     return command
 
@@ -96,11 +93,10 @@ def _paper(commands: Any) -> None:
     _add_quiet(command)
 
 
-def _run(commands: Any) -> argparse.ArgumentParser:
+def _run(commands: Any) -> None:
     does = "analyse a scan, or each of several: pull-off, forces, error budget, report"
     command = _command(commands, "run", "running:run", does)
-    _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan"))
-    _add(command, ("--config", "TOML", "file of options, as `roughxr config` writes it"))
+    _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan; @FILE reads options from a file"))
     words = "folder, or FILE.nc for the archive alone; default: %(default)s"
     command.add_argument("-o", "--output", default="run", metavar="OUT", help=words)
     _add_reading(command)
@@ -116,7 +112,6 @@ def _run(commands: Any) -> argparse.ArgumentParser:
     _add(command, ("--scheduler", "NAME", words))
     _add_budget(command)
     _add_quiet(command)
-    return command
 
 
 def _add_places(group: Any) -> None:
@@ -146,12 +141,6 @@ def _cells(text: str) -> int | str:
     return text if text == "auto" else int(text)
 
 
-def _config(commands: Any) -> None:
-    does = "write the options of `run` as a file to edit, for run --config"
-    command = _command(commands, "config", "config:write", does)
-    command.add_argument("-o", "--output", default="roughxr.toml", metavar="TOML", help=_DEFAULT)
-
-
 def _pages(commands: Any) -> None:
     command = _command(commands, "report", "pages:report", "write the report of a finished run, one HTML file")
     _add(command, _RUN, ("-o --output", "HTML", "default: report.html beside the archive"))
@@ -163,7 +152,7 @@ def _pages(commands: Any) -> None:
 
 
 def _files(commands: Any) -> None:
-    command = _command(commands, "info", "files:info", "say what a file holds")
+    command = _command(commands, "info", "files:info", "print the channels of a file, and the roughness of a scan")
     command.add_argument("file", metavar="FILE", nargs="?")
     words = "list the formats of scans and of measured pull-offs"
     command.add_argument("--formats", action="store_true", help=words)
@@ -173,12 +162,10 @@ def _files(commands: Any) -> None:
     command.add_argument("file", metavar="FILE")
     command.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.nc or OUT.gsf")
     _add_reading(command)
-    words = "write the NetCDF-3 that SurfaceTopography reads"
-    command.add_argument("--surfacetopography", action="store_true", help=words)
 
 
 def _measurements(commands: Any) -> None:
-    does = "say what a file of measured pull-off forces holds"
+    does = "print what a file of measured pull-off forces contains"
     command = _command(commands, "measured", "measurements:describe", does)
     _add_measurement(command, "file")
     _add(command, ("-o --output", "TABLE", "write them as a table, OUT.csv or OUT.parquet"))
@@ -192,7 +179,7 @@ def _measurements(commands: Any) -> None:
 
 
 def _detach(commands: Any) -> None:
-    does = "tell at what flow, vibration, tilt or rotation the sphere comes off"
+    does = "print the flow, vibration, tilt or rotation that detaches the sphere"
     command = _command(commands, "detach", "detach:detach", does)
     _add(command, _RUN)
     command.add_argument("--load", default="wall_shear", choices=LOADS, help=_DEFAULT)

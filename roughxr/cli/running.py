@@ -13,7 +13,7 @@ from .. import report, reproduction, scans
 from ..bodies.liquid import HumidAir
 from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
-from ..jobs.schedulers import on
+from ..jobs.spread import on_scheduler
 from ..runs import analysis, several
 from .files import opened
 from .options import AIR, BODIES
@@ -54,7 +54,7 @@ def _run_each(options: Namespace, output: Path) -> None:
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
     scan = paired(opened(file, options), options)
     same = ("particle", "delta", "preload", "law", "mesh", "budget")
-    with on(options.scheduler):
+    with on_scheduler(options.scheduler):
         return analysis.run(
             scan,
             output,

@@ -1,15 +1,20 @@
-"""The parser: it asks back what an option or a choice that it does not know was meant to be."""
+"""The parser: it suggests what an unknown option or choice may mean, and reads options from files."""
 
 from __future__ import annotations
 
 import argparse
 import re
+import shlex
 
 from ..vocabulary.text import did_you_mean
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that asks back."""
+    """A parser with suggestions for misspelt words, and with options in files, ``@FILE``."""
+
+    def convert_arg_line_to_args(self, line: str) -> list[str]:
+        """Return the words of a line of a file of options; a comment begins with #."""
+        return shlex.split(line, comments=True)
 
     def parse_known_args(self, args=None, namespace=None):
         """Parse as argparse does, and keep what was given."""

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import errno
+import linecache
 import sys
+import traceback
+from pathlib import Path
 from typing import Any, TextIO
 
 from ..vocabulary.text import printable
 
-#: Errors of the input, reported in one line; any other error is a bug and shows its traceback.
+#: Kinds of errors with which roughxr refuses its input.
 REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
+
+_PACKAGE = Path(__file__).parents[1]
 
 #: Control characters that may be printed.
 _LINES = "\n\t"
@@ -38,6 +43,16 @@ class Printable:
 
     def __getattr__(self, name: str):
         return getattr(self.stream, name)
+
+
+def is_refusal(error: BaseException) -> bool:
+    """Return whether an error is the system's or raised by roughxr itself; any other is a bug or a library's."""
+    if isinstance(error, OSError) and error.errno is not None:
+        return True
+    frames = traceback.extract_tb(error.__traceback__)
+    if not isinstance(error, REFUSALS) or not frames or _PACKAGE not in Path(frames[-1].filename).parents:
+        return False
+    return linecache.getline(frames[-1].filename, frames[-1].lineno or 0).strip().startswith("raise")
 
 
 def in_words(error: BaseException) -> str:

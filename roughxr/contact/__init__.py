@@ -16,3 +16,7 @@ reference       closed forms of single contacts, and formulas for rough ones, to
 A new kind of contact is one new file: a layout of what it returns, a function ``(place, problem, layout, options) ->
 record``, and a public verb that reads its options and calls `solving.solve`.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=["reference"])

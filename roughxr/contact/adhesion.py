@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..bodies.liquid import Menisci, menisci_of
 from ..bodies.pair import range_of
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
 from ..kernels.adhesion.states import ON_THE_WAY, TOLERANCE
@@ -244,7 +244,7 @@ def adhesive(
     arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
-    out = parallel.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out, lazy=specimen.lazy)
     if not specimen.lazy:
         _warn(out, adhesion)
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..specimen import specimen_of
 from .adhesion import reach_of, settling
 from .cycle import Adhesion, cycles_at, largest_pull, reached
@@ -40,11 +40,7 @@ def cases_at(
 
 def pull_offs(cases: Sequence[Case]) -> np.ndarray:
     """Return the pull-off of each case, nN; NaN where a cycle could not be completed."""
-
-    def cost() -> np.ndarray:
-        return np.array([case.adhesion.refine**2 / case.adhesion.step for case in cases])
-
-    return np.asarray(parallel.spread(_pull_off, cases, (), cost=cost, name="changes", lazy=False))
+    return np.asarray(spread.task_results(_pull_off, cases, (), name="changes", lazy=False))
 
 
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:

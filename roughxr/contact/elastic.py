@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..specimen import Specimen, specimen_of
@@ -133,13 +133,12 @@ def direct(
         positions=positions,
         reach=problem.indenter.reach(deepest(specimen, problem)),
         fields=fields,
-        cost=_overlapping,
     )
     out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", specimen.bodies, **steps, **arguments)
-    out = parallel.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out, lazy=specimen.lazy)
     if not specimen.lazy:
         warn_unconverged(out, "converged tells which, residual how far they are off")
         _warn_of_untouched(out)
@@ -169,17 +168,11 @@ def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
     return Layout({"branch": list(BRANCHES), **axes}, states | YIELDED, yields=True)
 
 
-def _overlapping(surface: Surface, problem: Problem) -> int:
-    """Return how many cells overlap at the largest displacement; all of them where that is not known in advance."""
-    known = not problem.by_load and not problem.first_contact
-    return int(np.count_nonzero(surface.separation < (problem.steps[-1] if known else np.inf)))
-
-
 class _Solved(NamedTuple):
     """The solutions of one place, with a leading branch axis where the body yields."""
 
     deltas: np.ndarray  # (…, step), nm below the datum
-    columns: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
+    found: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
     pressure: np.ndarray  # (…, kept, nx, ny), GPa
     left: np.ndarray  # (…, kept, nx, ny), nm ≤ 0, the height that is left
 
@@ -200,37 +193,35 @@ def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> n
 
 def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: Problem) -> None:
     """Write the variables of each solve."""
-    values = dict(zip(_COLUMNS, np.moveaxis(solved.columns, -1, 0)))
+    told = dict(zip(_COLUMNS, np.moveaxis(solved.found, -1, 0)))
     with np.errstate(invalid="ignore"):
-        values["yielded_fraction"] = values.pop("hard_force") / values["force"]
-        values["yielded_area_fraction"] = values["yielded_area"] / values["contact_area"]
-    values["plastic_work"] = problem.hardness * values.pop("dent") if problem.yielding else 0.0
-    values["converged"] = values.pop("status") == displacement_control.CONVERGED
-    values |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
-    for name in set(values) & set(record.dtype.fields or ()):
-        record[name] = values[name]
+        told["yielded_fraction"] = told.pop("hard_force") / told["force"]
+        told["yielded_area_fraction"] = told["yielded_area"] / told["contact_area"]
+    told["plastic_work"] = problem.hardness * told.pop("dent") if problem.yielding else 0.0
+    told["converged"] = told.pop("status") == displacement_control.CONVERGED
+    told |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
+    for name in set(told) & set(record.dtype.fields or ()):
+        record[name] = told[name]
     if problem.yielding:  # what has yielded stays so, though it bears less on the way back
         for name in YIELDED:
             record[name][1] = record[name][0, -1]
 
 
 def _elastic(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
-    deltas, columns, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
-    return _Solved(deltas, columns, pressure, np.zeros_like(pressure))
+    deltas, found, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
+    return _Solved(deltas, found, pressure, np.zeros_like(pressure))
 
 
 def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
     """Load a place that yields, and draw back from the shape that is left; both branches share their last state."""
     separation = surface.separation
-    deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
+    deltas, found, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
     left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)
     elastic, last = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False), slice(-1, None)
-    unloaded = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
-    joined = [
-        np.concatenate((branch, loaded[last])) for branch, loaded in zip(unloaded, (deltas, columns, pressure[-keep:]))
-    ]
-    deltas, columns, pressure = (np.stack(pair) for pair in zip((deltas, columns, pressure[-keep:]), joined))
-    return _Solved(deltas, columns, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
+    back = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
+    joined = [np.concatenate((one, both[last])) for one, both in zip(back, (deltas, found, pressure[-keep:]))]
+    deltas, found, pressure = (np.stack(pair) for pair in zip((deltas, found, pressure[-keep:]), joined))
+    return _Solved(deltas, found, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
 
 
 def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.halfspace.products import surface_displacement
 from ..scans import regions
 from ..specimen import Specimen
-from .problem import Place, Problem, Surface, places, surface_at
+from .problem import Place, Problem, Surface, places
 
 
 def solve(
@@ -27,31 +27,29 @@ def solve(
     positions: xr.Dataset,
     reach: float,
     fields: bool = False,
-    cost: Any = None,
 ) -> xr.Dataset:
     """Solve a problem at every contact centre, and label what comes back; lazy where the scan is.
 
     ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
-    ``fields`` are kept within ``reach`` nm of the centres; ``cost(surface, problem)`` is that of a centre, in any unit.
+    ``fields`` are kept within ``reach`` nm of the centres.
     """
-    placed, shape = places(specimen, positions, reach)
+    found, shape = places(specimen, positions, reach)
     cells = problem.refine * shape[0], problem.refine * shape[1]
     if fields:
         layout = layout._replace(window=cells)
-    records = parallel.spread(
+    records = spread.task_results(
         _solve_one,
-        placed,
+        found,
         layout.dtype,
         solver,
         problem,
         layout,
         options,
         name=name,
-        cost=(lambda: np.array([cost(surface_at(place, problem), problem) for place in placed])) if cost else None,
         lazy=specimen.lazy,
     )
     out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in placed], problem, cells)) if fields else out
+    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
@@ -70,10 +68,10 @@ def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, proble
     }
 
 
-def put_fields(record: np.ndarray, surface: Surface, fields: Mapping[str, np.ndarray]) -> None:
+def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndarray]) -> None:
     """Write the fields of the solved cells into a record's full windows; cells beyond the scan stay NaN."""
     (i, j), (rows, columns) = surface.corner, surface.separation.shape
-    for name, values in fields.items():
+    for name, values in found.items():
         record[name][..., i : i + rows, j : j + columns] = values
 
 

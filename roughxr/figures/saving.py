@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..files.disk import whole
+from ..archive import whole
 from ..vocabulary.numbers import number
 from .style import COLUMN, GREY, SMALL, TITLE, laid_out, tidy
 

@@ -1,4 +1,4 @@
-"""What `files.reader_process` runs to read force-distance curves through afmformats; imports nothing of roughxr.
+"""What `scans.reader_process` runs to read force-distance curves through afmformats; imports nothing of roughxr.
 
 The content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's
 travel, since not every format marks them.

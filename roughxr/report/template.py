@@ -9,7 +9,7 @@ from typing import Any
 
 import xarray as xr
 
-from ..files.disk import whole
+from ..archive import whole
 from ..vocabulary.text import printable
 
 

@@ -25,6 +25,7 @@ import numpy as np
 import xarray as xr
 
 from .. import figures, report
+from ..archive import remove_leftovers, whole
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
 from ..asperity.expectation import CROWDED, crowding
@@ -39,11 +40,10 @@ from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
-from ..files.disk import whole
+from ..jobs.checkpoint import checkpointed, only_kept
 from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
-from ..jobs.run import checkpointed, only_kept
 from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
 from ..scans import level, regions, roughness
@@ -250,6 +250,7 @@ def kept(specimen: Specimen, plan: Plan, say: Stages, path: Path):
         path,
         scan=specimen.scan,
         arguments=plan._asdict(),
+        derived=("direct_deltas", "sweep", "contact_delta"),
         title=specimen.bodies.attrs.get("title", ""),
         missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
     )
@@ -594,13 +595,21 @@ def show(
     notes: Sequence[str] = (),
     drawn: Callable = figures.run_figures,
 ) -> None:
-    """Print the tables and the notes below them, and put them and the figures into a folder."""
+    """Put tables and figures into a folder, then print the tables and the notes below them."""
     if words := report.headline(groups):
         notes = [words, *notes]
+    printed = _tables_text(tables, [*notes, *report.superposed(groups)], groups)
+    if folder is not None:
+        _write_folder(groups, tables, printed, say, path, folder, drawn)
     say.clear()
-    printed = _print(tables, [*notes, *report.superposed(groups)], groups)
-    if folder is None:
-        return
+    print(printed.rstrip("\n"))
+
+
+def _write_folder(
+    groups: dict[str, xr.Dataset], tables: tuple, printed: str, say: Stages, path: Path, folder: Path, drawn: Callable
+) -> None:
+    """Write tables, figures and report; what a killed process left half-written is removed."""
+    remove_leftovers(folder)
     for part, table in zip(("scan", "contact"), tables):
         with whole(folder / f"table-{part}.csv") as temporary:
             table.to_csv(temporary, float_format="%.6g")
@@ -637,8 +646,8 @@ def _six_digits(values: np.ndarray) -> np.ndarray:
     return np.vectorize(lambda value: float(f"{value:.6g}"), otypes=[float])(values)
 
 
-def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
-    """Print the tables, and below them the notes needed to read them."""
+def _tables_text(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
+    """Return the tables, and below them the notes needed to read them."""
     parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
     if "statistics/error_budget" in groups:
         parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
@@ -646,5 +655,4 @@ def _print(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> st
         parts.append(report.text(report.detachment_table(groups), "Coming off in a flow of air"))
         notes = [*notes, *report.coming_off_words(groups)]
     lines = "\n".join([*parts, *(fill(note, 100) for note in notes)])
-    print(lines)
     return lines + "\n" * bool(notes)

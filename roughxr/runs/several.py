@@ -13,7 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from .. import report
-from ..files.disk import whole
+from ..archive import whole
 from ..jobs.progress import about, say
 from ..statistics import bootstrap, pooled
 from ..tables import to_table

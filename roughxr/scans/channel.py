@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..files import reader_process
 from ..vocabulary.text import printable
 from ..vocabulary.units import factor
+from . import reader_process
 
 
 class UnreadableScan(ValueError):

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..files.disk import as_characters, uninterrupted, whole
+from ..archive import as_characters, uninterrupted, whole
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from ..vocabulary.verbs import verb

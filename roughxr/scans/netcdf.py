@@ -15,9 +15,9 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from ..files import netcdf_reader, reader_process
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
+from . import netcdf_reader, reader_process
 from .channel import UnreadableScan, first_bytes, is_length
 from .plausibility import refuse_absurd
 

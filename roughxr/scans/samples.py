@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ..files.disk import opened
+from ..archive import opened
 from ..vocabulary import schema
 
 #: Beside the modules in an installed package, beside the package in a checkout.

@@ -1,4 +1,4 @@
-"""Vendors' images, read through SurfaceTopography by `files.reader_process`: this file imports nothing of roughxr."""
+"""Vendors' images, read through SurfaceTopography by `scans.reader_process`: this file imports nothing of roughxr."""
 
 from __future__ import annotations
 

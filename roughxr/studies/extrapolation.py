@@ -23,7 +23,7 @@ from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
 from ..contact.regimes import in_memory
 from ..contact.subpixel import Below, pull_off_below
-from ..jobs import lazy as parallel
+from ..jobs import spread
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import Spectrum, known_spectrum, spectrum_by_wavevector
@@ -291,7 +291,7 @@ class Surface:
         """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
         guess = guess or (self.depth, 0.0)
         tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        found = parallel.spread(pull_off_below, tasks, (2,), *question, name="extrapolated", lazy=False)
+        found = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated", lazy=False)
         return np.asarray(found).reshape(len(places), seeds, 2)
 
 

@@ -144,7 +144,9 @@ def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[s
     told = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
     out = schema.label(out.assign_coords(told))
     made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
-    return schema.record(out, "vary", parts[0], solve=solve.__name__, indenter=made[0]["arguments"], **others)
+    return schema.record(
+        out, "vary", parts[0], solve=getattr(solve, "__name__", "a function"), indenter=made[0]["arguments"], **others
+    )
 
 
 def refuse_other_deltas(parts: list[xr.Dataset], of: str = "pair") -> None:

@@ -8,3 +8,7 @@ units       conversion of input, by pint
 numbers     numbers as they are printed
 verbs       the door of every public function, and warnings
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=["schema"])

@@ -27,7 +27,7 @@ import numpy as np
 import scipy.fft
 
 import roughxr
-from roughxr.jobs import lazy as parallel
+from roughxr.jobs import spread
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.scans.synthetic import self_affine
 from tests import half_space as kalker
@@ -198,7 +198,7 @@ def parallel_and_labelled(repeat):
 
     def on_threads(workers):
         with dask.config.set(scheduler="threads", num_workers=workers):
-            return parallel.spread(forces_of, [(s,) for s in windows], (len(DELTAS),), lazy=False)
+            return spread.task_results(forces_of, [(s,) for s in windows], (len(DELTAS),), lazy=False)
 
     show_speed_up("paper's job: 2 dask threads over 1", on_threads, repeat)
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=RADIUS, contact_modulus=MODULUS)

@@ -7,8 +7,6 @@
 3. Speed-up of two dask.distributed workers over one, on 48 x 48 subregions.
 4. Wall and processor time, and peak memory, from 64 to 4096 subregions, each in a process of its own; a line
    through the processor times says whether the cost is linear.
-5. What keeping a batch and sending one to a cluster costs the main process; from it, what 10^6 subregions cost on
-   100 machines.
 """
 
 from __future__ import annotations
@@ -19,16 +17,13 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from queue import SimpleQueue
 
 import dask
 import numpy as np
 
 import roughxr
 from roughxr import checkpointed
-from roughxr.jobs import executor, schedulers
-from roughxr.jobs import lazy as parallel
-from roughxr.jobs.work import Work, run_batch
+from roughxr.jobs import spread
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 DELTAS = [1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]
@@ -92,7 +87,7 @@ class Bare:
     def array(self, work):
         """Return the results, one after the other."""
         began = time.perf_counter()
-        results = [run_batch(work.task, [items], work.dtype, *work.shared) for items in work.arguments]
+        results = [spread._batch_results(work.task, [items], work.dtype, *work.shared) for items in work.arguments]
         self.seconds = time.perf_counter() - began
         return np.concatenate(results)
 
@@ -104,11 +99,11 @@ class Bare:
 def overhead(scan, folder):
     """Compare a run on one thread with a bare loop, for tasks of about 0.1 s."""
     deltas, subregions, bare = np.arange(1.0, 30.0, 0.05), (7, 7), Bare()
-    with parallel.computed_by(bare):
+    with spread.computed_by(bare):
         roughxr.direct(scan, delta=deltas, subregions=subregions)
     ratios = []
     for k in range(3):
-        with parallel.computed_by(bare):
+        with spread.computed_by(bare):
             roughxr.direct(scan, delta=deltas, subregions=subregions)
         with dask.config.set(num_workers=1):
             ratios.append(a_run(scan, deltas, subregions, folder / f"overhead-{k}.nc") / bare.seconds)
@@ -171,7 +166,7 @@ def two_workers(scan, folder):
     for k in range(3):
         for workers in times:
             with (
-                LocalCluster(n_workers=workers, threads_per_worker=1, **schedulers.NO_DASHBOARD) as cluster,
+                LocalCluster(n_workers=workers, threads_per_worker=1, **spread.NO_DASHBOARD) as cluster,
                 Client(cluster, set_as_default=False),
             ):
                 address = cluster.scheduler_address
@@ -179,66 +174,6 @@ def two_workers(scan, folder):
                 times[workers].append(a_run(scan, HEAVY, (48, 48), folder / f"far-{workers}-{k}.nc", address))
     one, two = (statistics.median(times[workers]) for workers in (1, 2))
     print(f"direct, 48 x 48 x {HEAVY.size}: {one:.2f} s on one distributed worker, {two:.2f} s on two: {one / two:.2f}")
-
-
-def keeping(folder, batches=100, size=312):
-    """Return the processor seconds that keeping one batch of ``size`` subregions costs, flushing included."""
-    from roughxr.jobs.checkpoint import Checkpoint
-
-    kept = Checkpoint(folder / "kept.nc")
-    result = np.random.default_rng(0).standard_normal((size, 8, HEAVY.size))
-    began, processor = time.perf_counter(), time.process_time()
-    for n in range(batches):
-        kept.put("stage", n * size, result)
-    seconds, processor = (
-        (end - start) / batches for end, start in ((time.perf_counter(), began), (time.process_time(), processor))
-    )
-    kept.close(remove=True)
-    print(f"keeping a batch of {size} subregions: {seconds * 1e3:.2f} ms, processor {processor * 1e3:.2f} ms")
-    return seconds
-
-
-def _nothing(k):
-    return np.zeros(8)
-
-
-def dispatch(batches=2000):
-    """Return the seconds that a batch of nothing takes to a local cluster and back, scheduler included."""
-    from distributed import Client, LocalCluster
-
-    work = Work(_nothing, [], np.dtype((float, (8,))), ([],))
-    with LocalCluster(n_workers=1, threads_per_worker=1, **schedulers.NO_DASHBOARD) as cluster, Client(cluster):
-        with schedulers.scheduler_for(work.shared, batches) as scheduler:
-            scheduler.submit(executor._attempt, work.task, [(0,)], work.dtype).result()
-            began, finished = time.perf_counter(), SimpleQueue()
-            for k in range(batches):
-                scheduler.submit(executor._attempt, work.task, [(k,)], work.dtype).add_done_callback(finished.put)
-                if k >= 50:
-                    scheduler.result(finished.get())
-        seconds = (time.perf_counter() - began) / batches
-    print(f"sending a batch to a cluster and back: {seconds * 1e3:.2f} ms, scheduler and worker on this machine")
-    return seconds
-
-
-def estimate(seconds_each, dispatched, kept, machines=100, cores=32, subregions=1e6):
-    """Print what many subregions cost on many machines, in as many batches as a run would send."""
-    queue = executor._Queue(
-        Work(_nothing, [], np.dtype((float, (8, HEAVY.size))), ()),
-        range(int(subregions)),
-        machines * cores,
-        schedulers._Cluster.serving,
-    )
-    queue.seconds.append(seconds_each)
-    sizes = []
-    while queue.waiting:
-        sizes.append(len(queue.take()))
-    computed = subregions * seconds_each / (machines * cores)
-    served = len(sizes) * (dispatched + kept)
-    print(
-        f"10^6 subregions of {seconds_each * 1e3:.0f} ms on {machines} machines of {cores} cores: {computed:.0f} s of "
-        f"computing, and {served:.0f} s of the main process for {len(sizes)} batches of up to {max(sizes)}; "
-        f"one behind the other {computed + served:.0f} s"
-    )
 
 
 if __name__ == "__main__":
@@ -253,4 +188,3 @@ if __name__ == "__main__":
         linearity()
         for side in ("8", "32", "64"):
             told([side, "fields"])
-        estimate(0.1, dispatch(), keeping(Path(temporary)))

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ...asperity.maps import EVERY_PIXEL
-from ...jobs import lazy as parallel
+from ...jobs import spread
 from ...jobs.records import warn_unconverged
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
@@ -138,7 +138,7 @@ def rigid(
     arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields, "datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
-    out = parallel.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out, lazy=specimen.lazy)
     if not specimen.lazy:
         _warn(out, options)
         if not pixels:

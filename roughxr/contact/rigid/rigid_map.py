@@ -8,7 +8,7 @@ import dask
 import numpy as np
 import xarray as xr
 
-from ...jobs import lazy as parallel
+from ...jobs import spread
 from ...kernels.adhesion import rigid as kernels
 from ...vocabulary import schema
 from ..problem import Problem
@@ -42,7 +42,7 @@ def every_pixel(specimen, problem, options, *, kept) -> xr.Dataset:
     starts = [(start,) for start in range(0, shape[0], rows)]
     kind = np.dtype((cell, (rows, shape[1])))
     shared = shape, problem._replace(steps=steps), options, prepared
-    records = parallel.spread(_some_rows, starts, kind, *shared, each=rows * shape[1], name="rigid", lazy=lazy)
+    records = spread.task_results(_some_rows, starts, kind, *shared, each=rows * shape[1], name="rigid", lazy=lazy)
     records = records.reshape((-1, shape[1]))[: shape[0]]
     names = [name for name in cell.fields or () if name != "force" or kept]
     dims = {"force": ("x", "y", "delta")}

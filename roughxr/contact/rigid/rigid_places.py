@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ...jobs import lazy as parallel
+from ...jobs import spread
 from ...jobs.records import Layout, labelled
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
@@ -46,7 +46,7 @@ def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
     mean = specimen.heights.mean()
     arguments = [(*place, mean) for place in found]
     shared = problem, layout, options
-    records = parallel.spread(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
+    records = spread.task_results(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
     out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
 
