@@ -23,6 +23,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, whole_number
 from ..vocabulary.verbs import verb, warn
 from .cycle import (
+    FIRST_CELL,
     LEAST_RADIUS,
     MOST_CELLS,
     Adhesion,
@@ -32,6 +33,7 @@ from .cycle import (
     events,
     gain,
     largest_cell,
+    overlapping_cells,
     reach_of_law,
     reached,
     sharper,
@@ -40,7 +42,7 @@ from .cycle import (
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import law_of_range, median_tabor
 from .mesh import MOST_REFINED, Mesh, mesh_of
-from .problem import Place, Problem, deepest, read_problem
+from .problem import Place, Problem, deepest, places, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 
 #: Laws of adhesion; "auto" chooses between the first two.
@@ -70,6 +72,7 @@ _EVENTS = {
     "mesh_error": float,
     "step_error": float,
     "interpolation_error": float,
+    "settling_error": float,
     "refinement": int,
     "truncated": bool,
     "complete": bool,
@@ -85,6 +88,12 @@ SMALL_CONTACTS = "contacts with a radius below"
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
+
+#: Steps are those of the mesh up to this displacement δ_c (nm) of JKR's pull-off, and longer in proportion above it.
+_STIFF_DISPLACEMENT = 10.0
+
+#: Cells in JKR's radius a_c on the coarsest mesh of soft bodies.
+_CELLS_OF_RADIUS = 20.0
 
 #: The cells are the scan's pixels.
 _AS_SCANNED = Mesh(1, None)
@@ -145,12 +154,15 @@ def adhesive(
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
         ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
-        ``complete``; also ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off, with its
-        parts ``mesh_error``, ``step_error`` and ``interpolation_error`` (the change if splines interpolate the heights
-        between pixels) for mesh="auto". On one mesh it is known for "griffith" and "dugdale" only, without the last
-        two: the change by extrapolation, and 0.7 over the contact's radius in cells. These events are NaN where nothing
-        is touched, the cycle could not be completed or the preload was not reached. With a preload also
-        ``preload_delta``, the displacement at which the indenter turned back, and ``contact_area`` there.
+        ``complete``. NaN where nothing is touched, the cycle could not be completed or the preload was not reached.
+        With a preload also ``preload_delta``, the displacement at which the indenter turned back, and
+        ``contact_area`` there.
+
+        ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off. With mesh="auto" it
+        combines ``mesh_error``, ``step_error``, ``interpolation_error`` (the change if splines interpolate the heights
+        between pixels) and ``settling_error`` (the change, without range, after a preload as large as the pull-off,
+        which closes gaps that attraction does not). On one mesh it is known for "griffith" and "dugdale" only, from
+        the change by extrapolation, the contact's radius in cells and the settling error.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
         patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest
@@ -182,8 +194,9 @@ def adhesive(
     steepest edge that the cells resolve and with one half as steep, and the results are extrapolated. Fields with the
     states at their displacements are those of the steeper edge alone. So are results for which both find different
     contacts, whose difference is then part of ``pull_off_error``; and, without range, those for which the steeper
-    pulls more, as at a rim that cannot move: their error includes twice the difference. Without range only cells that
-    have touched pull, and those around them up to the opening of the edge.
+    pulls more, as at a rim that cannot move: their error includes twice the difference. Without range only cells pull
+    that have touched or come so near that the pair's attraction snaps them in, and those around them up to the opening
+    of the edge.
 
     "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which leaves out 0.9 % of the work of
     adhesion. A smooth sphere pulls that much too little; stiff bodies of 0.5, 1.5 and 3 nm rms under a sphere of
@@ -217,6 +230,7 @@ def adhesive(
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
     adhesion = _adhesion_of(
+        specimen,
         pair_law(specimen, law),
         preloads=_preloads(preload) if by_preload else np.zeros(0),
         mesh=mesh_of(mesh, Mesh()),
@@ -225,6 +239,8 @@ def adhesive(
     delta = [_settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     _need_resolved_law(adhesion, problem)
+    reach = reach_of(specimen, problem, adhesion)
+    _need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
         _need_one_mesh(specimen, problem, adhesion, by_preload)
     out = solve(
@@ -235,7 +251,7 @@ def adhesive(
         adhesion,
         name="adhesive",
         positions=positions,
-        reach=reach_of(specimen, problem, adhesion),
+        reach=reach,
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
@@ -250,21 +266,26 @@ def adhesive(
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 
-def _adhesion_of(law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
+def _adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
-    found = Adhesion(
+    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _indenter_radius(specimen)
+    work = law["work"] + (law["liquid"].work if law.get("liquid") else 0.0)
+    softness = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3) / _STIFF_DISPLACEMENT
+    first_cell = max(FIRST_CELL, (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3) / _CELLS_OF_RADIUS)
+    settings = Adhesion(
         preloads=preloads,
         refine=0 if isinstance(mesh.refine, str) else mesh.refine,
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
-        step=mesh.step,
+        step=mesh.step * max(softness, 1.0),
+        first_cell=first_cell,
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
-    if found.cycles > 1 and not preloads.size:
+    if settings.cycles > 1 and not preloads.size:
         raise ValueError(
             f"cycles: several need a preload, found {cycles} with displacements (delta); leave delta or cycles out"
         )
-    return found
+    return settings
 
 
 def settling(
@@ -275,7 +296,7 @@ def settling(
     The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
     """
     specimen = specimen_of(ds)
-    adhesion = _adhesion_of(pair_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
+    adhesion = _adhesion_of(specimen, pair_law(specimen, law), preloads=_preloads(preload), mesh=mesh, cycles=1)
     depth = [_settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
@@ -292,11 +313,23 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     length = range_of(ds, law)
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
+    parameter = median_tabor(specimen, length) if law in ("auto", "griffith") and work > 0 else np.nan
     if law == "auto":
-        law = law_of_range(median_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
+        law = law_of_range(parameter, yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
-    return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
+    if law != "griffith":
+        return {"law": law, "length": length, "work": work}
+    return {"law": law, "length": np.nan, "work": work, "capture": snap_in_gap(length, parameter)}
+
+
+def snap_in_gap(length: float, parameter: float) -> float:
+    """Return the gap (nm) at which a sphere snaps in under an exponential attraction of this length (nm).
+
+    Its attraction 2πRw exp(−u/ρ) then grows faster with the approach than the elastic force on the area of radius
+    √(2Rρ) that it pulls up: 2πRw/ρ exp(−u/ρ) = 2E*√(2Rρ), u = ρ ln(π/√2 µ^{3/2}) by Tabor's parameter µ.
+    """
+    return length * max(float(np.log(np.pi / np.sqrt(2) * parameter**1.5)), 0.0) if parameter > 0 else 0.0
 
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
@@ -342,7 +375,7 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     """
     ds = specimen.bodies
     (modulus,) = schema.pair(ds, "contact_modulus")
-    radius = float(ds["sphere_radius"]) if "sphere_radius" in ds.coords else _radius_of_map(ds)
+    radius = _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
@@ -350,8 +383,11 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     return float(hertz + _ROUGH_DEPTH * specimen.in_memory.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
-def _radius_of_map(ds: xr.Dataset) -> float:
-    """Return the radius (nm) of the paraboloid whose mean depth is that of an indenter's map."""
+def _indenter_radius(specimen: Specimen) -> float:
+    """Return the sphere's radius (nm), or that of the paraboloid whose mean depth is that of an indenter's map."""
+    ds = specimen.bodies
+    if "sphere_radius" in ds.coords:
+        return float(ds["sphere_radius"])
     height = ds["indenter_height"]
     r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
     depth = float((height.max() - height).mean())
@@ -368,6 +404,24 @@ def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
             f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones cannot follow its traction), "
             f"found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
             f"mesh={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
+        )
+
+
+def _need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, positions: xr.Dataset, reach) -> None:
+    """Refuse one mesh for all places that is too fine for any of them; name the finest that is not."""
+    if not adhesion.refine or specimen.lazy:
+        return
+    solved, shape = places(specimen, positions, reach)
+    if shape[0] * shape[1] * adhesion.refine**2 <= MOST_CELLS:  # windows are wider than what they hold
+        return
+    surfaces = [surface_at(place, problem._replace(refine=1)) for place in solved]
+    cells = max(overlapping_cells(surface, problem, adhesion) for surface in surfaces)
+    if cells * adhesion.refine**2 > MOST_CELLS:
+        finest = int(np.sqrt(MOST_CELLS / cells))
+        advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
+        raise ValueError(
+            f"mesh: expected at most {MOST_CELLS:g} cells within reach, found {cells * adhesion.refine**2:.3g} with "
+            f"mesh={adhesion.refine}; {advice}"
         )
 
 

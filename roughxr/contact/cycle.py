@@ -44,8 +44,8 @@ REFINEMENTS = (1, 2, 4, 8, 16)
 #: The largest cell on which a law with a range can be solved. The cell must resist more than the traction falls off:
 #: w/ρ² < E*/dx times this. On larger cells the edge of a contact jumps from cell to cell, which overestimates the
 #: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range
-#: start with cells of 5 nm or less.
-_SOFTENING, _FIRST_CELL = 1.0, 5.0
+#: start with cells of 5 nm or less, of soft bodies of a twentieth of JKR's radius a_c.
+_SOFTENING, FIRST_CELL = 1.0, 5.0
 
 #: Contacts of fewer cells in radius than this at pull-off are not taken as resolved. JKR's sphere is off by 6 % in the
 #: mean square where it has two and a half cells, 1.4 % at five, 0.3 % at ten and 0.2 % at twenty
@@ -98,6 +98,8 @@ class Adhesion(NamedTuple):
     step: float  # nm
     cycles: int = 1  # at each place, each on the shape that the one before has left
     liquid: Menisci | None = None  # what condenses between the bodies; ``work`` is then that of the solids beside it
+    first_cell: float = FIRST_CELL  # nm, of the coarsest mesh that "auto" takes without range
+    capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; of "griffith" only
 
     @property
     def whole(self) -> float:
@@ -159,7 +161,9 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
         found = _cycles(place, problem, adhesion, adhesion.refine, fields=fields)
-        return found, {"refinement": adhesion.refine, "pull_off_error": _error_of_one_mesh(found)}
+        settling = _settling_error(place, problem, adhesion, found)
+        error = np.hypot(_error_of_one_mesh(found), settling)
+        return found, {"refinement": adhesion.refine, "settling_error": settling, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
 
@@ -171,18 +175,20 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     coarsest mesh; where it is large, finer meshes take half the step. The error of what lies between the pixels is the
     change from a band-limited surface to splines on the first mesh that divides them.
     """
-    meshes = [n for n in REFINEMENTS if n >= _first_refinement(problem, adhesion)][:_MOST_MESHES]
+    pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
+    finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
+    first = min(_first_refinement(problem, adhesion), finest)
+    meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
     before = _cycles(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
         return before, {"refinement": meshes[0]}
     of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
     between = _between_pixels(place, problem, adhesion, before)
+    settling = _settling_error(place, problem, adhesion, before)
     if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
     found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
     for finer in meshes[1:]:
-        if _overlapping(before.surface, problem, adhesion) * (finer / n) ** 2 > MOST_CELLS:
-            break
         found = _cycles(place, problem, adhesion, finer)
         of_mesh, n = np.fmax(np.fmax(_change(before, found), _apart(found)), _unseen(found)), finer
         between = _between_pixels(place, problem, adhesion, found) if between is None else between
@@ -191,7 +197,8 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         before = found
     between = 0.0 * of_mesh if between is None else between
     errors = {"mesh_error": of_mesh, "step_error": of_step, "interpolation_error": between}
-    errors["pull_off_error"] = np.sqrt(of_mesh**2 + of_step**2 + between**2)
+    errors |= {"settling_error": settling}
+    errors["pull_off_error"] = np.sqrt(sum(error**2 for error in errors.values()))
     return found, {"refinement": n, **errors}
 
 
@@ -201,6 +208,22 @@ def _between_pixels(place: Place, problem: Problem, adhesion: Adhesion, found: C
     if refine == 1:
         return None
     return _change(_cycles(place, problem._replace(splined=True), adhesion, refine), found)
+
+
+def _settling_error(place: Place, problem: Problem, adhesion: Adhesion, found: Cycles) -> np.ndarray:
+    """Return the relative change of each pull-off if the indenter is pressed on by the pull-off itself, or more.
+
+    A law without range closes gaps up to one distance only (`snap_in_gap`); a preload closes what that may have missed.
+    """
+    pulls = np.array([largest_pull(found, k) for k in range(len(found.paths))])
+    change, load = np.zeros(pulls.size), np.nanmax(pulls, initial=0.0)
+    light = np.resize(adhesion.preloads, pulls.size) < load if adhesion.preloads.size else np.zeros(pulls.size, bool)
+    if adhesion.law != "griffith" or np.isnan(adhesion.accuracy) or not light.any():
+        return change
+    pressed = adhesion._replace(preloads=np.array([load]), cycles=1)
+    pull = largest_pull(_cycles(place, problem, pressed, found.problem.refine), 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(light & (pulls > 0), np.abs(pull - pulls) / pulls, change)
 
 
 def _unseen(found: Cycles) -> np.ndarray:
@@ -234,6 +257,7 @@ def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
 def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
     """Return the largest cells (nm) on which adhesion holds between bodies of a modulus (GPa)."""
     cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
+    cell = adhesion.first_cell if adhesion.law == "griffith" else cell
     if liquid is None:
         return cell
     return min(cell, 0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
@@ -242,15 +266,17 @@ def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
     """Return the largest cells (nm) on which a law of this length (nm) holds; modulus in GPa, work in J/m²."""
     if law == "griffith" or work == 0:
-        return _FIRST_CELL
+        return FIRST_CELL
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
         return 0.75 * _EDGE_SLOPE * bears
     return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
 
 
-def _overlapping(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
-    return int(np.count_nonzero(surface.separation < deltas_of(surface, problem, adhesion)[-1]))
+def overlapping_cells(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
+    """Return the number of cells within reach of the law at the largest displacement."""
+    within = deltas_of(surface, problem, adhesion)[-1] + reach_of_law(adhesion, problem)
+    return int(np.count_nonzero(surface.separation < within))
 
 
 def _change(one: Cycles, other: Cycles) -> np.ndarray:
@@ -328,6 +354,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         limit=limit,
         left=left,
         from_contact=adhesion.law == "griffith" and adhesion.work > 0,
+        capture=adhesion.capture,
     )
 
 

@@ -24,7 +24,8 @@ class Mesh:
         Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
         solved, without an estimate of its error, in a fifth of the time or less.
     step : number or quantity
-        Longest step of the displacement, nm. Retraction takes shorter ones where a branch of solutions ends, and where
+        Longest step of the displacement, nm; bodies whose JKR displacement δ_c exceeds 10 nm take steps δ_c/10 nm
+        times as long. Retraction takes shorter ones where a branch of solutions ends, and where
         a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
 
     Raises

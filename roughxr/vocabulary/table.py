@@ -152,6 +152,7 @@ VARIABLES: dict[str, Variable] = {
     "mesh_error": Variable("1", "change of the pull-off force from the mesh before"),
     "step_error": Variable("1", "change of the pull-off force by steps twice as long"),
     "interpolation_error": Variable("1", "change of the pull-off force by splines between the pixels"),
+    "settling_error": Variable("1", "change of the pull-off force by a preload as large as it"),
     "complete": Variable("1", "the cycle could be followed to its end"),
     "snap_in_force": Variable("nN", "snap-in force", "positive magnitude of the pull right after first contact"),
     "snap_in_delta": Variable("nm", "displacement of first contact", "counted from the datum"),

@@ -106,6 +106,7 @@ def follow_smooth(
     limit=np.inf,
     left=None,
     from_contact=False,
+    capture=0.0,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -136,7 +137,9 @@ def follow_smooth(
         Residual height of earlier cycles, nm ≤ 0.
     from_contact : bool
         The law stands for one without range: it pulls around contacts only, as far as their edges open within it, and
-        not across the gap to what has not touched.
+        not across the gap to what has not touched, unless that gap is smaller than ``capture``.
+    capture : float
+        Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
 
     Returns
     -------
@@ -149,7 +152,7 @@ def follow_smooth(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
-    solver = Solver(separation, coefficients, law, cap, limit, from_contact)
+    solver = Solver(separation, coefficients, law, cap, limit, from_contact, capture)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Loading(solver, step, deltas, left, fields=fields)
     return [_path(loading, loading.load(goal)) for goal in goals]

@@ -72,12 +72,13 @@ class SolvedState(NamedTuple):
 class Solver:
     """Finds the states of one body."""
 
-    def __init__(self, separation, coefficients, law, cap, limit, from_contact):
+    def __init__(self, separation, coefficients, law, cap, limit, from_contact, capture=0.0):
         self.separation, self.coefficients, self.law = separation, coefficients, law
         self.cap, self.limit = cap, limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
         self.transfers = {}
         self.around = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
+        self.closes_at = capture if capture > 0.0 else -_CONTACT_OVERLAP * law.range
 
     def nothing(self, delta, left):
         """Return the state without any traction."""
@@ -144,7 +145,7 @@ class Solver:
         """
         near = last.near[rows, columns]
         gap = self.separation[rows, columns] - last.left[rows, columns] + sinks - delta
-        touches = (near < _TOUCHED) & (state.touching | ((gap < -_CONTACT_OVERLAP * self.law.range) & (near == 0)))
+        touches = (near < _TOUCHED) & (state.touching | ((gap < self.closes_at) & (near == 0)))
         if not touches.any():
             return last.near, False
         grown = last.near.copy()

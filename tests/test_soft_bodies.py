@@ -1,0 +1,67 @@
+"""Soft bodies: attraction that acts across gaps on loading, and lengths that follow the body's own."""
+
+import time
+
+import numpy as np
+import pytest
+
+import roughxr
+from roughxr.contact import adhesion
+from roughxr.contact.adhesion import snap_in_gap
+from tests import surfaces
+
+
+def rough(**pair):
+    """Return a soft rough surface on which first contact is one low summit at its last place."""
+    made = roughxr.scans.synthetic.self_affine((64, 64), 20.0, rms=12, hurst=0.8, rolloff=640, cutoff=80, seed=1)
+    return made.contact.assign_pair(**({"sphere_radius": 2000, "contact_modulus": 0.3, "work_of_adhesion": 0.1} | pair))
+
+
+def test_a_soft_body_settles_beyond_its_first_summit():
+    """Without a preload it pulls off as after one; with contacts alone it pulled 7 times less."""
+    place = {"subregions": ([840.0], [840.0]), "law": "griffith"}
+    found = rough().contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
+    pressed = rough().contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
+    assert found.pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.02)
+
+
+def test_the_stated_error_includes_what_a_preload_changes(monkeypatch):
+    """Without attraction across gaps the sphere is left on its first summit, and the error states it."""
+    monkeypatch.setattr(adhesion, "snap_in_gap", lambda length, parameter: 0.0)
+    ds = rough()
+    place = {"subregions": ([840.0], [840.0]), "law": "griffith"}
+    found = ds.contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
+    pressed = ds.contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
+    off = abs(float(pressed.pull_off_force[0] / found.pull_off_force[0]) - 1)
+    assert off > 1.0
+    assert float(found.settling_error[0]) == pytest.approx(off, rel=0.05)
+    assert float(found.pull_off_error[0]) >= float(found.settling_error[0])
+
+
+def test_the_gap_of_snapping_in_grows_with_the_range_and_vanishes_with_it():
+    """u = ρ ln(π/√2 µ^{3/2}) at a fixed pair, where µ ~ 1/ρ; without a range nothing acts across gaps."""
+    lengths = np.array([1e-4, 1e-3, 1e-2, 0.1])
+    gaps = [snap_in_gap(length, 3.0 / length) for length in lengths]
+    assert np.all(np.diff(gaps) > 0) and gaps[0] < 2e-3
+    assert snap_in_gap(0.3, float("nan")) == snap_in_gap(0.3, 0.1) == 0.0
+
+
+def smooth(pixels=61, pixel=20.0):
+    """Return a plane under a small soft sphere, on which JKR's contact is larger than the sphere's usual steps."""
+    scan = surfaces.scan(np.zeros((pixels, pixels)), pixel)
+    return scan.contact.assign_pair(sphere_radius=500, contact_modulus=2e-3, work_of_adhesion=0.05)
+
+
+def test_a_very_soft_smooth_sphere_is_solved_in_seconds():
+    """JKR's pull-off of E* 2 MPa, R 500 nm, w 0.05 J/m²: 1.5 π w R."""
+    begin = time.process_time()
+    found = smooth().contact.adhesive()
+    assert time.process_time() - begin < 120
+    assert float(found.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.05 * 500, rel=0.02)
+
+
+def test_a_mesh_of_too_many_cells_names_the_finest_that_is_not():
+    """It is refused before anything is solved; the named one is not."""
+    ds = smooth(401, 5.0)
+    with pytest.raises(ValueError, match=r"found .* with mesh=16; take mesh=\d+"):
+        ds.contact.adhesive(mesh=16)
