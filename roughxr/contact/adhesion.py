@@ -278,6 +278,7 @@ def _adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Ad
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=mesh.step * max(softness, 1.0),
         first_cell=first_cell,
+        capture=_capture(specimen) if law["law"] == "griffith" and law["work"] > 0 else 0.0,
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
@@ -313,14 +314,17 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     length = range_of(ds, law)
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
-    parameter = median_tabor(specimen, length) if law in ("auto", "griffith") and work > 0 else np.nan
     if law == "auto":
-        law = law_of_range(parameter, yields=yields) if work > 0 else "griffith"
+        law = law_of_range(median_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
-    if law != "griffith":
-        return {"law": law, "length": length, "work": work}
-    return {"law": law, "length": np.nan, "work": work, "capture": snap_in_gap(length, parameter)}
+    return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
+
+
+def _capture(specimen: Specimen) -> float:
+    """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
+    length = range_of(specimen.bodies)
+    return snap_in_gap(length, median_tabor(specimen, length))
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
