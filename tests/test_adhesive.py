@@ -241,7 +241,7 @@ def quiet(*arguments, **options):
 def test_rough_contact_keeps_its_order_of_events(ground):
     solution = quiet(ground, delta=np.arange(0, 9, 0.5), subregions=(2, 2))
     assert (solution.detachment_delta <= solution.pull_off_delta).all()
-    assert (solution.pull_off_delta < solution.snap_in_delta + 1).all()
+    assert (solution.detachment_delta <= solution.snap_in_delta).all()
     assert (solution.hysteresis > 0).all()
     assert (solution.work_of_separation > 0).all()
     excess = solution.force.sel(branch="retraction") - solution.force.sel(branch="loading")

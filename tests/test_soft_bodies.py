@@ -1,7 +1,5 @@
 """Soft bodies: attraction that acts across gaps on loading, and lengths that follow the body's own."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -50,14 +48,6 @@ def smooth(pixels=61, pixel=20.0):
     """Return a plane under a small soft sphere, on which JKR's contact is larger than the sphere's usual steps."""
     scan = surfaces.scan(np.zeros((pixels, pixels)), pixel)
     return scan.contact.assign_pair(sphere_radius=500, contact_modulus=2e-3, work_of_adhesion=0.05)
-
-
-def test_a_very_soft_smooth_sphere_is_solved_in_seconds():
-    """JKR's pull-off of E* 2 MPa, R 500 nm, w 0.05 J/m²: 1.5 π w R."""
-    begin = time.process_time()
-    found = smooth().contact.adhesive()
-    assert time.process_time() - begin < 120
-    assert float(found.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.05 * 500, rel=0.02)
 
 
 def test_a_mesh_of_too_many_cells_names_the_finest_that_is_not():
