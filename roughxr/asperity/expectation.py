@@ -29,7 +29,7 @@ from .catalogue import RESOLVED
 RATIO, LOW, HIGH = 0.7, 0.3, 1.4
 
 #: The same of liquid over the sum of pixels between rigid bodies, and the crowding from which it is refused.
-WET_RATIO, WET_LOW, WET_HIGH, CROWDED = 1.0, 0.6, 1.6, 2.0
+LIQUID_RATIO, LIQUID_LOW, LIQUID_HIGH, CROWDED = 1.0, 0.6, 1.6, 2.0
 
 #: Largest patch, over the shortest wave, for which the ratio was measured.
 WIDEST = 0.8
@@ -38,14 +38,14 @@ WIDEST = 0.8
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
     if law == "menisci":
-        return _told("of `rigid`", WET_RATIO, WET_LOW, WET_HIGH, why=", since menisci merge")
+        return _attributes("of `rigid`", LIQUID_RATIO, LIQUID_LOW, LIQUID_HIGH, why=", since menisci merge")
     unknown = _unknown(catalogue, law)
     if unknown:
         return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
-    return _told("of the adhesive simulation", RATIO, LOW, HIGH)
+    return _attributes("of the adhesive simulation", RATIO, LOW, HIGH)
 
 
-def _told(of: str, ratio: float, low: float, high: float, why: str = "") -> dict[str, Any]:
+def _attributes(of: str, ratio: float, low: float, high: float, why: str = "") -> dict[str, Any]:
     words = f"pull-off over that {of} on such a surface: {ratio:.2g}, {low:g} … {high:g} for nine of ten surfaces{why}"
     return {
         "expectation": words,
@@ -73,7 +73,7 @@ def crowding(catalogue: xr.Dataset) -> float:
         return 0.0
     (radius,) = schema.pair(catalogue, "sphere_radius")
     curvatures = [catalogue[name].values + 1 / radius for name in ("curvature_min", "curvature_max")]
-    radii = 1 / np.sqrt(np.prod([one[curvatures[0] > 0] for one in curvatures], axis=0))
+    radii = 1 / np.sqrt(np.prod([curvature[curvatures[0] > 0] for curvature in curvatures], axis=0))
     x_low, x_high, y_low, y_high = regions.extent(catalogue)
     each = 2 * np.pi * menisci.height * float(np.median(radii)) if radii.size else 0.0
     return radii.size * each / ((x_high - x_low) * (y_high - y_low))

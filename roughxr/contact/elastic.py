@@ -172,7 +172,7 @@ class _Solved(NamedTuple):
     """The solutions of one place, with a leading branch axis where the body yields."""
 
     deltas: np.ndarray  # (…, step), nm below the datum
-    found: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
+    columns: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
     pressure: np.ndarray  # (…, kept, nx, ny), GPa
     left: np.ndarray  # (…, kept, nx, ny), nm ≤ 0, the height that is left
 
@@ -193,35 +193,37 @@ def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> n
 
 def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: Problem) -> None:
     """Write the variables of each solve."""
-    told = dict(zip(_COLUMNS, np.moveaxis(solved.found, -1, 0)))
+    values = dict(zip(_COLUMNS, np.moveaxis(solved.columns, -1, 0)))
     with np.errstate(invalid="ignore"):
-        told["yielded_fraction"] = told.pop("hard_force") / told["force"]
-        told["yielded_area_fraction"] = told["yielded_area"] / told["contact_area"]
-    told["plastic_work"] = problem.hardness * told.pop("dent") if problem.yielding else 0.0
-    told["converged"] = told.pop("status") == displacement_control.CONVERGED
-    told |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
-    for name in set(told) & set(record.dtype.fields or ()):
-        record[name] = told[name]
+        values["yielded_fraction"] = values.pop("hard_force") / values["force"]
+        values["yielded_area_fraction"] = values["yielded_area"] / values["contact_area"]
+    values["plastic_work"] = problem.hardness * values.pop("dent") if problem.yielding else 0.0
+    values["converged"] = values.pop("status") == displacement_control.CONVERGED
+    values |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
+    for name in set(values) & set(record.dtype.fields or ()):
+        record[name] = values[name]
     if problem.yielding:  # what has yielded stays so, though it bears less on the way back
         for name in YIELDED:
             record[name][1] = record[name][0, -1]
 
 
 def _elastic(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
-    deltas, found, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
-    return _Solved(deltas, found, pressure, np.zeros_like(pressure))
+    deltas, columns, pressure, _ = _solutions(surface.separation, surface, problem, limits, keep)
+    return _Solved(deltas, columns, pressure, np.zeros_like(pressure))
 
 
 def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
     """Load a place that yields, and draw back from the shape that is left; both branches share their last state."""
     separation = surface.separation
-    deltas, found, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
+    deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
     left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)
     elastic, last = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False), slice(-1, None)
-    back = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
-    joined = [np.concatenate((one, both[last])) for one, both in zip(back, (deltas, found, pressure[-keep:]))]
-    deltas, found, pressure = (np.stack(pair) for pair in zip((deltas, found, pressure[-keep:]), joined))
-    return _Solved(deltas, found, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
+    unloaded = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
+    joined = [
+        np.concatenate((branch, loaded[last])) for branch, loaded in zip(unloaded, (deltas, columns, pressure[-keep:]))
+    ]
+    deltas, columns, pressure = (np.stack(pair) for pair in zip((deltas, columns, pressure[-keep:]), joined))
+    return _Solved(deltas, columns, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
 
 
 def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):

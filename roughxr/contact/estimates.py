@@ -28,8 +28,8 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
     """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella")."""
     ds = schema.entered(ds)
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
-        found = ", ".join(map(str, ds.variables))
-        raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {found}")
+        names = ", ".join(map(str, ds.variables))
+        raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {names}")
     (w,) = schema.pair(ds, "work_of_adhesion")
     if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ADHESIVE:
         raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
@@ -142,9 +142,9 @@ def median_tabor(specimen: Specimen, length: float) -> float:
     """Return the median of Tabor's parameter over the asperities, at a range (nm); NaN if unread, or no sphere's."""
     if specimen.indenter.map or specimen.lazy:
         return np.nan
-    found = tabor(specimen.derived(asperities).assign_coords(adhesion_range=length))["tabor_parameter"].values
-    found = found[np.isfinite(found)]
-    return float(np.median(found)) if found.size else np.nan
+    parameter = tabor(specimen.derived(asperities).assign_coords(adhesion_range=length))["tabor_parameter"].values
+    parameter = parameter[np.isfinite(parameter)]
+    return float(np.median(parameter)) if parameter.size else np.nan
 
 
 def law_of_range(parameter: float, *, yields: bool = False, wet: bool = False) -> str:

@@ -48,7 +48,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with an assigned sphere and work of adhesion; Tabor's parameter is taken with the pair's range
+        A scan with an assigned sphere and work of adhesion; Tabor's parameter is taken with the pair's range
         of adhesion, ``yields`` with its ``hardness``, else its ``hardness_estimate``.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
@@ -67,7 +67,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     Raises
     ------
     ValueError
-        If no sphere or no work of adhesion is assigned, or the scan is not in memory or has no asperities.
+        If no sphere or no work of adhesion is assigned, or the scan has no asperities.
 
     Notes
     -----
@@ -95,7 +95,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
-    found = {
+    result = {
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
         "asperity_tabor": (
             max(_tabor(tip, modulus, *each) for each in attractions)
@@ -107,16 +107,16 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if wet:
-        found["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
+        result["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = hardness_of(bodies)
     if np.isfinite(hardness):
-        found["yields"] = found["peak_pressure"] > hardness
-    beyond = 1.0 if wet else found["pull_beyond_contact"]
-    found["recommended"] = _recommended(found["asperity_tabor"], beyond)
+        result["yields"] = result["peak_pressure"] > hardness
+    beyond = 1.0 if wet else result["pull_beyond_contact"]
+    result["recommended"] = _recommended(result["asperity_tabor"], beyond)
     kind = {"yields": "hardness" in bodies.coords, "wet": wet}
-    words = " ".join(filter(None, (_sentence(found, **kind), liquid.told(bodies))))
-    told = {"recommendation": words, "law": law_of_range(found["asperity_tabor"], **kind)}
-    out = xr.Dataset(found).assign_attrs(told, resolved=_resolved(float(found["pixels_per_contact"])))
+    words = " ".join(filter(None, (_sentence(result, **kind), liquid.told(bodies))))
+    attributes = {"recommendation": words, "law": law_of_range(result["asperity_tabor"], **kind)}
+    out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
 
 
@@ -131,18 +131,18 @@ def _recommended(tabor: float, beyond: float) -> str:
     return "superpose" if tabor >= SHORT_RANGE and beyond < _MOST_BEYOND_CONTACT else "adhesive"
 
 
-def _sentence(found: dict[str, Any], *, yields: bool, wet: bool) -> str:
+def _sentence(result: dict[str, Any], *, yields: bool, wet: bool) -> str:
     """Return the recommendation as a sentence."""
-    tabor, beyond = found["asperity_tabor"], found["pull_beyond_contact"]
+    tabor, beyond = result["asperity_tabor"], result["pull_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
         "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=wet)}",
         "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
-    }[found["recommended"]]
+    }[result["recommended"]]
     words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
     words += f"between rigid bodies {percent(beyond)} of the pull acts across gaps outside the contact)."
-    if found.get("yields"):
-        words += f" Summits yield under their own adhesion ({number(found['peak_pressure'], 'GPa')}): give a hardness."
+    if result.get("yields"):
+        words += f" Summits yield under their own adhesion ({number(result['peak_pressure'], 'GPa')}): give a hardness."
     return words
 
 
@@ -178,7 +178,7 @@ def formulas(
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with an assigned sphere and work of adhesion.
+        A scan with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the scan is summed.
     law, refine
@@ -220,10 +220,10 @@ def formulas(
     """
     specimen = in_memory(ds)
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
-    found, inputs = (_of_liquid if schema.is_wet(specimen.bodies) else _of_solids)(specimen, law, _inputs(specimen))
-    force = np.array([float(summed.pull_off_force.median()), *found.values()])
+    result, inputs = (_of_liquid if schema.is_wet(specimen.bodies) else _of_solids)(specimen, law, _inputs(specimen))
+    force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
-    out = xr.Dataset(columns, {"formula": ["sum", *found]}, attrs=inputs)
+    out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
     return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
 
 
@@ -235,7 +235,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
     left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
-    found = {
+    result = {
         "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
         "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
@@ -243,7 +243,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
         "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
         "gaussian_heights": 2 * np.pi * radius * left,
     }
-    return found, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
+    return result, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
 
 
 def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
@@ -260,8 +260,8 @@ def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
         "plane_below": (radius, menisci.work * open_gap),
         "gaussian_heights": (radius, over_heights),
     }
-    found = {name: 2 * np.pi * R * w for name, (R, w) in pulled.items()}
-    return found, given | {"meniscus_height": menisci.height}
+    result = {name: 2 * np.pi * R * w for name, (R, w) in pulled.items()}
+    return result, given | {"meniscus_height": menisci.height}
 
 
 def _inputs(specimen: Specimen) -> dict[str, float]:

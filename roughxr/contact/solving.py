@@ -33,13 +33,13 @@ def solve(
     ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
     ``fields`` are kept within ``reach`` nm of the centres.
     """
-    found, shape = places(specimen, positions, reach)
+    placed, shape = places(specimen, positions, reach)
     cells = problem.refine * shape[0], problem.refine * shape[1]
     if fields:
         layout = layout._replace(window=cells)
     records = spread.task_results(
         _solve_one,
-        found,
+        placed,
         layout.dtype,
         solver,
         problem,
@@ -49,7 +49,7 @@ def solve(
         lazy=specimen.lazy,
     )
     out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
+    return out.assign_coords(window_axes([place.window for place in placed], problem, cells)) if fields else out
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
@@ -68,10 +68,10 @@ def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, proble
     }
 
 
-def put_fields(record: np.ndarray, surface: Surface, found: Mapping[str, np.ndarray]) -> None:
+def put_fields(record: np.ndarray, surface: Surface, fields: Mapping[str, np.ndarray]) -> None:
     """Write the fields of the solved cells into a record's full windows; cells beyond the scan stay NaN."""
     (i, j), (rows, columns) = surface.corner, surface.separation.shape
-    for name, values in found.items():
+    for name, values in fields.items():
         record[name][..., i : i + rows, j : j + columns] = values
 
 

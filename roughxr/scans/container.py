@@ -30,6 +30,9 @@ from .netcdf import is_netcdf, unread
 #: The largest size of a zip file's content: in bytes, over the size of the zip file, and the size allowed to any file.
 _LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
 
+#: The largest metadata, bytes: YAML is read slowly.
+_LARGEST_METADATA = 2**24
+
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}
 
@@ -113,6 +116,8 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     there = [name for name in METADATA if name in archive.namelist()]
     if not there:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
+    if archive.getinfo(there[0]).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{there[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
     text = archive.read(there[0])
     return json.loads(text) if there[0] == METADATA[0] else _plain_yaml(text)
 

@@ -216,7 +216,7 @@ def tell_humid(humidities=(0.3, 0.5, 0.7, 0.9)):
             whole = rigid(scan, subregions=(2, 2), delta=[0.0], refine=4, law="exponential").pull_off_force.mean()
             rows.append({"group": group, "crowding": crowding, "ratio": float(found / whole)})
     table = pd.DataFrame(rows)
-    rule = expectation.WET_LOW, expectation.WET_HIGH
+    rule = expectation.LIQUID_LOW, expectation.LIQUID_HIGH
     print(f"menisci, below a crowding of {expectation.CROWDED:g}; the rule: {rule[0]:g} … {rule[1]:g}")
     for group, part in table.groupby("group"):
         low, middle, high = np.quantile(part.ratio, (0.05, 0.5, 0.95))
