@@ -128,7 +128,6 @@ def test_a_map_is_compared_as_its_places():
         ({"shift": (1.0, 2.0, 3.0)}, "two lengths"),
         ({"shift": ("1 V", 2.0)}, "shift: "),
         ({"shift": (1e6, 0.0)}, "at least 9 measured places within the predicted ones, found 0"),
-        ({"farthest": 2.0}, "farthest: expected a number between 0 and 1"),
         ({"confidence": 95}, "confidence"),
         ({"statistics": ["mode"]}, "statistics: expected mean"),
     ],

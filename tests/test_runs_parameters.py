@@ -11,8 +11,6 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.moments import rolling
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
-from roughxr.contact.rigid.bodies import rigid
-from roughxr.particles import critical_load
 
 from .surfaces import glass_pair, rough, scan
 
@@ -57,66 +55,16 @@ def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
             np.testing.assert_allclose(values, expected, rtol=1e-5 if solve is direct else 1e-9, atol=1e-7 * scale)
 
 
-@pytest.mark.parametrize(("solve", "options", "needed"), [(*CASES[0], 2), (*CASES[1], 8), (*CASES[3], 2)])
-def test_what_can_be_shared_is_solved_once(surface, solve, options, needed):
-    """12 pairs: 2 radii without adhesion; with it 4 different w/E* among 6, at each radius."""
-    calls = []
-
-    @functools.wraps(solve)
-    def counted(ds, **given):
-        calls.append(ds)
-        return solve(ds, **given)
-
-    vary(surface, counted, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
-    assert len(calls) == needed
-
-
-def test_what_is_not_known_to_scale_is_solved_for_every_pair(surface):
-    """Critical velocities go as the root of forces; a hardness and a preload are stresses and forces of their own."""
-    pairs = {"contact_modulus": [20.0, 40.0], "work_of_adhesion": [0.5, 1.0]}
-    places = {"subregions": (2, 2), "directions": 4}
-    found = vary(surface, lambda ds, **given: critical_load(rolling(ds, **given)), **pairs, **places)
-    for modulus, work in ((20.0, 0.5), (40.0, 1.0)):
-        pair = {"contact_modulus": modulus, "work_of_adhesion": work}
-        one = critical_load(rolling(surface.assign_coords(pair), **places))
-        np.testing.assert_allclose(
-            found.sel(pair).critical_friction_velocity, one.critical_friction_velocity, rtol=1e-6
-        )
-    hard = surface.assign_coords(hardness=4.0)
-    deltas = {"delta": [3.0], "subregions": ([0.0], [0.0])}
-    found = vary(hard, direct, contact_modulus=[20.0, 40.0], **deltas)
-    for modulus in (20.0, 40.0):
-        one = direct(hard.assign_coords(contact_modulus=modulus), **deltas)
-        np.testing.assert_allclose(found.force.sel(contact_modulus=modulus), one.force, rtol=1e-5)
-
-
-@pytest.mark.parametrize(
-    ("solve", "assigned", "options"),
-    [
-        (rigid, {"hardness": 20.0}, {"limit": "hardness", "delta": [-2.0]}),
-        (rigid, {"hamaker_constant": 0.1}, {"delta": [-2.0]}),
-        (rigid, {}, {"limit": "elastic", "delta": [-2.0]}),
-        (superpose, {"hardness": 4.0}, {"delta": [1.0, 3.0]}),
-        (rolling, {}, {"load": 100.0, "directions": 4}),
-    ],
-)
-def test_nothing_is_shared_between_pairs_that_do_not_scale(surface, solve, assigned, options):
-    """The same w/E* twice, and an input with a mass in it that is the same for both."""
-    hard = surface.assign_coords(assigned).isel(x=slice(20, 44), y=slice(20, 44))
-    found = vary(hard, solve, contact_modulus=[40.0, 80.0], work_of_adhesion=[0.25, 0.5], **options)
-    for modulus, work in ((40.0, 0.25), (80.0, 0.5)):
-        pair = {"contact_modulus": modulus, "work_of_adhesion": work}
-        one = solve(hard.assign_coords(pair), **options)
-        for name in {"force", "pull_off_force", "resisting_moment"} & set(one.data_vars):
-            np.testing.assert_allclose(found[name].sel(pair), one[name], rtol=1e-6)
-
-
-def test_a_function_of_ones_own_shares_nothing_whatever_its_name(surface):
-    def rolling(ds, **given):
-        return xr.Dataset({"pull_off_force": ds.work_of_adhesion * ds.contact_modulus**2})
-
-    found = vary(surface, rolling, contact_modulus=[20.0, 40.0], work_of_adhesion=[0.5, 1.0])
-    assert float(found.pull_off_force.sel(contact_modulus=40.0, work_of_adhesion=1.0)) == 1600.0
+def test_a_function_with_bound_options_is_varied_and_named(surface):
+    bound = functools.partial(pull_off_map, subregions=(2, 2))
+    found = vary(surface, bound, work_of_adhesion=[0.5, 1.0])
+    one = pull_off_map(surface.assign_coords(work_of_adhesion=1.0), subregions=(2, 2))
+    np.testing.assert_allclose(found.pull_off_force.sel(work_of_adhesion=1.0), one.pull_off_force)
+    landing = surface.contact.placements(sphere_radius=1000.0, count=2)
+    pressed = functools.partial(direct, delta=[2.0], subregions=([0.0], [0.0]))
+    placed = vary(surface, pressed, indenter=landing)
+    assert dict(placed.force.sizes) == {"placement": 2, "subregion": 1, "delta": 1}
+    assert "direct" in str(placed.attrs["history"]) and "pull_off_map" in str(found.attrs["history"])
 
 
 def test_loads_are_not_scaled(surface):

@@ -128,11 +128,15 @@ def test_kernels_do_not_leak_below_zero():
     assert density["cdf"].values[[0, -1]] == pytest.approx([0, 1], abs=1e-6)
     half_normal = np.sqrt(2 / np.pi)
     assert density.values[0] == pytest.approx(half_normal, rel=0.1)
-    leaking = pdf(ds, "pull_off_force", method="kde", boundary=None)
-    assert leaking["pull_off_force"].values[0] < 0 and "boundary" not in leaking.attrs
-    assert float(leaking.interp(pull_off_force=0.0)) < 0.7 * half_normal
-    with pytest.raises(ValueError, match="at most the least sample"):
-        pdf(ds, "pull_off_force", method="kde", boundary=1.0)
+    leaking = pdf(ds.rename(pull_off_force="height"), "height", method="kde")  # a height can be negative
+    assert leaking["height"].values[0] < 0 and "boundary" not in leaking.attrs
+    assert float(leaking.interp(height=0.0)) < 0.7 * half_normal
+
+
+def test_bins_of_a_kernel_estimate_are_refused():
+    ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 4.0], {"units": "nm"})})
+    with pytest.raises(ValueError, match="bins: "):
+        pdf(ds, "height", method="kde", bins=4)
 
 
 def test_weights_count_as_repetition():
@@ -145,7 +149,7 @@ def test_weights_count_as_repetition():
     table = summary(weighted, weights="area").height
     assert float(table.sel(statistic="mean")) == pytest.approx(repeated.height.mean().item())
     assert float(table.sel(statistic="std")) == pytest.approx(repeated.height.std().item())
-    smooth = pdf(weighted, "height", method="kde", bandwidth=0.5, weights="area")
+    smooth = pdf(weighted, "height", method="kde", weights="area")
     assert float(smooth.cdf[-1]) == pytest.approx(1) and float(smooth.idxmax()) > 5
 
 

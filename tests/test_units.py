@@ -171,9 +171,7 @@ OPTIONS = [
     ("pull_off", "pressed", "smoothing", 1.5, {"method": "ciavarella"}),
     ("tip_flags", "catalogue", "tip_radius", 10.0, {}),
     ("curves_pull_off", "curves", "spring_constant", 0.5, {}),
-    ("bootstrap", "pulls", "block", 60.0, {"name": "pull_off_force", "resamples": 19, "confidence": 0.9}),
     ("pdf", "pulls", "bins", [0.0, 50.0, 100.0, 400.0], {"name": "pull_off_force"}),
-    ("pdf", "pulls", "boundary", -1.0, {"name": "pull_off_force", "method": "kde"}),
     ("critical_load", "held", "direction", 0.5, {}),
     ("critical_load", "held", "particle_density", 2500.0, {"load": "vibration"}),
     ("critical_load", "held", "shear_strength", 1.0, {}),
@@ -185,7 +183,7 @@ OPTIONS = [
     ("compare", "pulls", "shift", (0.0, 0.0), {"measured": "measured", "resamples": 19, "confidence": 0.9}),
     ("assign_pair", "scan", "hardness", 4.0, {"sphere_radius": 800, "contact_modulus": 3, "work_of_adhesion": 0.05}),
 ]
-TABLE = {"directions": "rad", "direction": "rad", "load": "nN", "preload": "nN", "bins": "nN", "boundary": "nN"}
+TABLE = {"directions": "rad", "direction": "rad", "load": "nN", "preload": "nN", "bins": "nN"}
 MORE = {"kg/m^3": ("g/cm^3",), "m/s^2": ("km/s^2",), "m^2/s": ("cm^2/s",)}
 
 

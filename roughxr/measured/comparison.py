@@ -35,9 +35,7 @@ def compare(
     statistics: Sequence[str] = STATISTICS,
     confidence: float = 0.95,
     resamples: int = 999,
-    seed: int = 0,
     shift: str | Sequence[Quantity] | None = "find",
-    farthest: float = 0.25,
 ) -> xr.Dataset:
     """Compare predicted pull-off forces with measured ones.
 
@@ -49,13 +47,12 @@ def compare(
         The same, from `open_pull_off`, or a second prediction.
     statistics : sequence of str
         Statistics whose ratios are reported, see `bootstrap`.
-    confidence, resamples, seed
+    confidence, resamples
         As for `bootstrap`.
     shift : "find", (length, length) or None
         Offset to add to the measured places along x and y, which brings them to those of the prediction. "find": it is
-        searched where both places are known and the prediction lies on a grid. None: places are not compared.
-    farthest : float
-        How far the offset is searched along each axis, as a share of the prediction's extent.
+        searched where both places are known and the prediction lies on a grid, within a quarter of its extent. None:
+        places are not compared.
 
     Returns
     -------
@@ -90,12 +87,12 @@ def compare(
     """
     fraction(confidence, "confidence")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
-    out = _statistics(both, list(statistics), confidence, resamples, seed)
+    out = _statistics(both, list(statistics), confidence, resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
     out = out.assign_coords(probability=_LEVELS)
     out = out.assign(_tested(*both))
-    out = schema.label(out.merge(_places(both[0], both[1], shift, farthest)))
+    out = schema.label(out.merge(_places(both[0], both[1], shift)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
@@ -122,9 +119,9 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     return found
 
 
-def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int, seed: int) -> xr.Dataset:
+def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int) -> xr.Dataset:
     """Return the statistics of both with their intervals, and their ratios with theirs."""
-    of = [_intervals(forces, statistics, confidence, resamples, seed + k) for k, forces in enumerate(both)]
+    of = [_intervals(forces, statistics, confidence, resamples, k) for k, forces in enumerate(both)]
     out = xr.Dataset(coords={"statistic": statistics})
     for name, forces in zip(("predicted", "measured"), of):
         out = out.assign({name: forces[0], f"{name}_low": forces[1], f"{name}_high": forces[2]})
@@ -168,15 +165,14 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
     }
 
 
-def _places(predicted: Samples, measured: Samples, shift: Any, farthest: float) -> xr.Dataset:
+def _places(predicted: Samples, measured: Samples, shift: Any) -> xr.Dataset:
     """Return the comparison place by place; empty where places cannot be compared."""
     asked = isinstance(shift, str)
     if shift is None or predicted.places is None or measured.places is None:
         return xr.Dataset()
     given = None if asked and schema.one_of(shift, ("find",), "shift") else _shift(shift)
-    fraction(farthest, "farthest")
     try:
-        match = matched(predicted, measured, shift=given, farthest=farthest)
+        match = matched(predicted, measured, shift=given)
     except ValueError:
         if not asked:
             raise

@@ -13,6 +13,9 @@ import numpy as np
 from ..statistics.places import correlogram, independent_places, mean_spacing, normal_scores
 from ..statistics.sampling import Samples
 
+#: How far the offset is searched along each axis, as a share of the prediction's extent.
+_FARTHEST = 0.25
+
 
 class Grid(NamedTuple):
     """A prediction on a grid of places."""
@@ -46,14 +49,14 @@ def grid_of(predicted: Samples) -> Grid | None:
     return Grid(x, y, values)
 
 
-def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None, farthest: float) -> Match:
+def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None) -> Match:
     """Return the prediction at the measured places, after the given shift or, without one, the best."""
     grid = grid_of(predicted)
     if grid is None:
         return _at_the_same(predicted, measured)
     tried = 1.0
     if shift is None:
-        shift, tried = _best_shift(grid, measured, farthest)
+        shift, tried = _best_shift(grid, measured)
     there = _interpolated(grid, measured.places + np.asarray(shift))
     both = np.isfinite(there)
     if both.sum() < 9:
@@ -114,7 +117,7 @@ def _interpolated(grid: Grid, places: np.ndarray) -> np.ndarray:
     return out
 
 
-def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[float, float], float]:
+def _best_shift(grid: Grid, measured: Samples) -> tuple[tuple[float, float], float]:
     """Return the shift, nm, of the largest correlation, and the number of independent shifts that were tried."""
     steps = np.array([grid.x[1] - grid.x[0], grid.y[1] - grid.y[0]])
     coarse = _binned(measured, steps)
@@ -125,7 +128,7 @@ def _best_shift(grid: Grid, measured: Samples, farthest: float) -> tuple[tuple[f
     start = (coarse.origin - [grid.x[0], grid.y[0]]) / steps  # of the measured map, in steps of the grid
     lags = [np.arange(n) - (m - 1) for n, m in zip(correlation.shape, coarse.values[0].shape)]
     shifts = [(lag - first) * step for lag, first, step in zip(lags, start, steps)]
-    reach = farthest * steps * grid.values.shape
+    reach = _FARTHEST * steps * grid.values.shape
     allowed = (np.abs(shifts[0]) <= reach[0])[:, None] & (np.abs(shifts[1]) <= reach[1])
     allowed &= overlap >= max(9, 0.25 * min(known.sum(), coarse.values[1].sum()))
     if not allowed.any():

@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, carries_units, plain
+from ..vocabulary.units import carries_units, plain
 from ..vocabulary.verbs import verb
 from .sampling import Samples, per, samples
 
@@ -38,9 +38,7 @@ def pdf(
     name: str = "pull_off_force",
     *,
     method: str = "histogram",
-    bins: int | str | ArrayLike = "auto",
-    bandwidth: str | float | None = None,
-    boundary: Quantity = "auto",
+    bins: int | str | ArrayLike | None = None,
     weights: str | xr.DataArray | None = None,
 ) -> xr.DataArray:
     """Return the probability density of a variable over its subregions or asperities.
@@ -51,16 +49,12 @@ def pdf(
     name : str
         A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first.
     method : {"histogram", "kde"}
-        Densities of bins, or a Gaussian kernel estimate.
-    bins : int, str or array
-        As for `numpy.histogram_bin_edges` (histogram), edges in the variable's units or with their own; a rule ignores
-        the weights.
-    bandwidth : str, float, optional
-        As for `scipy.stats.gaussian_kde` (kde); Scott's rule by default.
-    boundary : "auto", None or number
-        Lower limit of the variable (kde), at which the estimate is reflected; by default 0 for variables that cannot be
-        negative, such as ``pull_off_force``, and none otherwise. Reflection keeps the integral, not the mean: take
-        means from `summary`. An axis ratio is also reflected at its upper limit, 1.
+        Densities of bins, or a Gaussian kernel estimate with Scott's bandwidth. The estimate is reflected at 0 for
+        variables that cannot be negative, such as ``pull_off_force``, and at 1 for an axis ratio. Reflection keeps the
+        integral, not the mean: take means from `summary`.
+    bins : int, str or array, optional
+        Of a histogram, as for `numpy.histogram_bin_edges`, by default "auto"; edges in the variable's units or with
+        their own. A rule ignores the weights.
     weights : str or DataArray, optional
         Weight of each sample: a variable of ``ds``, or an array along the same dimension.
 
@@ -92,13 +86,12 @@ def pdf(
     some = samples(ds, name, weights=weights)
     units = ds[name].attrs.get("units", "1")
     bins = plain(bins, units, name) if carries_units(bins) else bins
-    boundary = plain(boundary, units, name) if carries_units(boundary) else boundary
     if method == "histogram":
-        points, values, cumulative, extra = _histogram(some, bins)
+        points, values, cumulative, extra = _histogram(some, "auto" if bins is None else bins)
     else:
-        points, values, cumulative, extra = _kernel_density(
-            some, bandwidth, _boundary(boundary, name, some), 1.0 if name in AT_MOST_ONE else np.inf
-        )
+        schema.refuse_unused("method='kde'", bins=bins)
+        lower = 0.0 if name in NOT_NEGATIVE and some.values.min() >= 0 else -np.inf
+        points, values, cumulative, extra = _kernel_density(some, lower, 1.0 if name in AT_MOST_ONE else np.inf)
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
     out["cdf"].attrs.update(schema.attributes("cdf"))
@@ -154,7 +147,7 @@ def _histogram(some: Samples, bins: Any) -> tuple:
     return (edges[:-1] + edges[1:]) / 2, density, cumulative, {"bin_rule": rule, "bin_edges": edges}
 
 
-def _kernel_density(some: Samples, bandwidth: Any, boundary: float, end: float, points: int = 512) -> tuple:
+def _kernel_density(some: Samples, boundary: float, end: float, points: int = 512) -> tuple:
     """Return the Gaussian estimate on a grid that holds all but 1e-9 of it, reflected at ``boundary`` and ``end``."""
     from scipy.special import ndtr
     from scipy.stats import gaussian_kde
@@ -164,7 +157,7 @@ def _kernel_density(some: Samples, bandwidth: Any, boundary: float, end: float, 
         raise ValueError(
             "expected samples that differ, found all equal, which have no kernel estimate; use method='histogram'"
         )
-    estimate = gaussian_kde(values, bw_method=bandwidth, weights=some.weights)
+    estimate = gaussian_kde(values, weights=some.weights)
     width = float(np.sqrt(estimate.covariance[0, 0]))
     grid = np.linspace(max(values.min() - 6 * width, boundary), min(values.max() + 6 * width, end), points)
     below = lambda at: ndtr((at[:, None] - values) / width) @ estimate.weights  # noqa: E731
@@ -178,16 +171,3 @@ def _kernel_density(some: Samples, bandwidth: Any, boundary: float, end: float, 
         mirrored = 2 * end - grid
         density, cumulative = density + estimate(mirrored), cumulative + 1 - below(mirrored)
     return grid, density, cumulative, extra
-
-
-def _boundary(boundary: Any, name: str, some: Samples) -> float:
-    """Return the lower limit of the variable, −inf for none."""
-    if boundary is None:
-        return -np.inf
-    least = float(some.values.min())
-    if isinstance(boundary, str):
-        schema.one_of(boundary, ("auto",), "boundary")
-        return 0.0 if name in NOT_NEGATIVE and least >= 0 else -np.inf
-    if boundary > least:
-        raise ValueError(f"boundary: expected at most the least sample, {least:g}, found {boundary:g}")
-    return float(boundary)

@@ -57,7 +57,6 @@ def fit(
     *,
     laws: str | Sequence[str] = tuple(LAWS),
     simulations: int = 199,
-    seed: int = 0,
 ) -> xr.Dataset:
     """Fit laws to a variable's samples by maximum likelihood and compare them.
 
@@ -71,8 +70,6 @@ def fit(
     simulations : int
         Number of samples drawn from each fitted law, and fitted again, since Kolmogorov's tables do not hold for fitted
         parameters. For more than 2000 samples ``ks_p_value`` is that of 2000 drawn from them, with a warning.
-    seed : int
-        Seed of the simulations.
 
     Returns
     -------
@@ -108,8 +105,8 @@ def fit(
     values = counted_equally(samples(ds, name), "fit").values
     if values.size < 3 or np.ptp(values) == 0:
         raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
-    judged = _judged(values, name, seed) if simulations else values
-    rows = np.array([_fitted(LAWS[law], values, judged, simulations, seed) for law in laws])
+    judged = _judged(values, name) if simulations else values
+    rows = np.array([_fitted(LAWS[law], values, judged, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
     out["aic_difference"] = out["aic"] - out["aic"].min()
     weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
@@ -117,7 +114,7 @@ def fit(
     return schema.record(_labelled(out, ds, name, values.size), "fit", ds, name=name, simulations=simulations)
 
 
-def _judged(values: np.ndarray, name: str, seed: int) -> np.ndarray:
+def _judged(values: np.ndarray, name: str) -> np.ndarray:
     """Return the samples whose fit is judged by simulation: all, or 2000 of them, with a warning."""
     if values.size <= _MOST_SIMULATED:
         return values
@@ -125,7 +122,7 @@ def _judged(values: np.ndarray, name: str, seed: int) -> np.ndarray:
         f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, all "
         "else from all"
     )
-    return np.random.default_rng(seed).choice(values, _MOST_SIMULATED, replace=False)
+    return np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
 
 
 def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Dataset:
@@ -143,7 +140,7 @@ def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     return LAWS[law].frozen([float(one[name]) for name in names]).pdf(points)
 
 
-def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int, seed: int) -> list[float]:
+def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) -> list[float]:
     """Return the results of one law, in their order."""
     if law.positive and values.min() <= 0:
         return [np.nan] * len(_RESULTS)
@@ -151,7 +148,7 @@ def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int, 
     likelihood = float(law.frozen(parameters).logpdf(values).sum())
     distance = _distance(law, parameters, values)
     shape = parameters[0] if law.positive else np.nan
-    chance = _chance(law, judged, simulations, seed)
+    chance = _chance(law, judged, simulations)
     return [shape, *parameters[-2:], likelihood, 2 * 2 - 2 * likelihood, distance, chance]
 
 
@@ -161,11 +158,11 @@ def _distance(law: Law, parameters: Any, values: np.ndarray) -> float:
     return float(max((steps[1:] - below).max(), (below - steps[:-1]).max()))
 
 
-def _chance(law: Law, values: np.ndarray, simulations: int, seed: int) -> float:
+def _chance(law: Law, values: np.ndarray, simulations: int) -> float:
     """Return the share of samples of the law itself that lie as far from their own fit, the given one among them."""
     if simulations == 0:
         return np.nan
-    rng, parameters = np.random.default_rng(seed), law.parameters(values)
+    rng, parameters = np.random.default_rng(0), law.parameters(values)
     distance = _distance(law, parameters, values)
     drawn = law.frozen(parameters).rvs((simulations, values.size), random_state=rng)
     farther = sum(_distance(law, law.parameters(row), row) >= distance for row in drawn)

@@ -14,10 +14,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map
 from .uncertainty import bootstrap
+
+#: Of the intervals.
+_CONFIDENCE = 0.95
 
 
 class Pool(NamedTuple):
@@ -37,9 +39,7 @@ def pooled(
     *,
     over: str = "scan",
     statistics: Sequence[str] = ("mean", "std", "q5", "q50", "q95"),
-    confidence: float = 0.95,
     resamples: int = 399,
-    seed: int = 0,
 ) -> xr.Dataset:
     """Return statistics of several scans pooled as one surface, with intervals that include the scatter between scans.
 
@@ -54,14 +54,14 @@ def pooled(
         The dimension that is pooled.
     statistics : sequence of str
         See `bootstrap`; for a variable along ``over`` alone only the mean.
-    confidence : float
-    resamples, seed : int
+    resamples : int
         For the bootstrap within each scan.
 
     Returns
     -------
     Dataset
-        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its interval;
+        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its interval of
+        95 %;
         ``between_std``, the standard deviation between scans beyond the scatter of their places, 0 where there is none;
         ``between_p_value``, the probability that they differ as much by that scatter alone. Along (``over``,
         statistic): each scan's ``estimate`` and its ``standard_error``.
@@ -88,7 +88,6 @@ def pooled(
     >>> bool(found.pooled_low < 12 < found.pooled_high), round(float(found.between_std)), float(found.between_p_value)
     (True, 2, 0.0)
     """
-    fraction(confidence, "confidence")
     if name not in ds or over not in ds[name].dims:
         found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
         raise ValueError(f"{name}: expected a variable along {over!r}, found {found}")
@@ -102,9 +101,9 @@ def pooled(
     if ds[name].ndim == 1:
         estimate, error, labels = ds[name].values[:, None].astype(float), np.zeros((ds.sizes[over], 1)), ["mean"]
     else:
-        options = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "seed": seed}
+        options = {"statistics": statistics, "confidence": _CONFIDENCE, "resamples": resamples}
         estimate, error, labels = _each(ds, name, over, options)
-    solve = partial(random_effects, confidence=confidence, positive=bool(ds[name].min() >= 0))
+    solve = partial(random_effects, confidence=_CONFIDENCE, positive=bool(ds[name].min() >= 0))
     pools = [solve(*both) for both in zip(estimate.T, error.T)]
     out = xr.Dataset(
         {key: ("statistic", list(values)) for key, values in zip(_NAMES, zip(*pools))}
@@ -114,8 +113,8 @@ def pooled(
     out = schema.label(out)
     for variable in (*_NAMES[:4], "estimate", "standard_error"):
         out[variable].attrs["units"] = ds[name].attrs.get("units", "1")
-    out.attrs = {"variable": name, "confidence": confidence, "pooled_over": over}
-    return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels, confidence=confidence)
+    out.attrs = {"variable": name, "confidence": _CONFIDENCE, "pooled_over": over}
+    return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels)
 
 
 _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value")
@@ -130,7 +129,9 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     estimate = np.stack([one["estimate"].values for one in intervals])
     worth = [max(float(one["independent_places"]), 2.0) for one in intervals]
     widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(worth) - 1)
-    error = np.stack([(one["high"] - one["low"]).values for one in intervals]) / widths[:, None]
+    below = estimate - np.stack([one["low"].values for one in intervals])
+    above = np.stack([one["high"].values for one in intervals]) - estimate
+    error = (below + np.where(np.isnan(above), below, above)) / widths[:, None]
     return estimate, error, list(options["statistics"])
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import fraction, positive
+from ..vocabulary.units import fraction
 from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
@@ -31,6 +31,9 @@ _FEWEST_SAMPLES = 30
 
 #: Number of values held at once while resampling: 40 MB.
 _VALUES_AT_ONCE = 5_000_000
+
+#: An end of a few samples' interval that differs from the estimate by a larger factor is not known.
+_LARGEST_FACTOR = 10.0
 
 #: Smaller samples than this part of the mean count as that much, so that they have a logarithm.
 _SMALLEST_SHARE = 0.01
@@ -52,7 +55,6 @@ def bootstrap(
     statistics: Sequence[str] = ("mean", "std", "q5", "q50", "q95"),
     confidence: float = 0.95,
     resamples: int = 999,
-    block: Any = None,
     seed: int = 0,
     within: xr.Dataset | None = None,
 ) -> xr.Dataset:
@@ -71,8 +73,6 @@ def bootstrap(
     resamples : int
         Number of resamples. If there are more than 20,000 samples, as in a map, 20,000 of them are used, with a
         warning.
-    block : number or quantity, optional
-        Side of a block, nm; by default two independent places along each axis.
     seed : int
         The same seed gives the same intervals.
     within : Dataset, optional
@@ -83,7 +83,8 @@ def bootstrap(
     Dataset
         Along ``statistic``: ``estimate``, and ``low`` and ``high`` along ``resampling``: "block", and for comparison
         "naive", which draws single samples as if neighbours were independent and is too narrow where they are
-        not. ``independent_places`` is the effective sample size of either. Units are the variable's.
+        not. An end is NaN where fewer than thirty positive samples leave it open by more than a factor of ten, as the
+        95 % quantile of four. ``independent_places`` is the effective sample size of either. Units are the variable's.
 
     Raises
     ------
@@ -113,7 +114,7 @@ def bootstrap(
     """
     others = other_dimensions(ds, name)
     if others:
-        given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "block": block}
+        given = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
         return _sweep(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
     fraction(confidence, "confidence")
@@ -125,7 +126,7 @@ def bootstrap(
         count = every.values.size
         warn(f"{name}: {count} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
     ways = {
-        "block": _resampling(found, block, None if within is None else samples(within, name)),
+        "block": _resampling(found, None if within is None else samples(within, name)),
         "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
     }
     ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
@@ -224,7 +225,7 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     """Return block-bootstrap intervals of a histogram's densities."""
     found = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
-    drawn = resampled(found, _resampling(found, None), resamples, seed=0)
+    drawn = resampled(found, _resampling(found), resamples, seed=0)
     counts = np.concatenate([_densities(values, weights, edges) for values, weights in drawn])
     return np.quantile(counts, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
@@ -267,14 +268,14 @@ def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
     return np.concatenate(drawn)[:size]
 
 
-def _resampling(found: Samples, block: Any, within: Samples | None = None) -> Resampling:
+def _resampling(found: Samples, within: Samples | None = None) -> Resampling:
     effective = independent_places(found.values, found.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
     effective *= _equal_count(found.weights, size=found.values.size) / found.values.size
     if found.places is None:
         return Resampling(effective, 0.0, None)
-    side = block_side(found.values, found.places, effective) if block is None else positive(block, "nm", "block")
+    side = block_side(found.values, found.places, effective)
     return Resampling(effective, side, blocks(found.places, side))
 
 
@@ -329,7 +330,9 @@ def _ends_of_few(label: str, found: Samples, estimate: float, count: float, conf
         away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
     ends = np.exp(ends) if positive else ends
-    return np.array([min(ends[0], estimate), max(ends[1], estimate)])
+    ends = np.array([min(ends[0], estimate), max(ends[1], estimate)])
+    unbounded = positive & ((ends > _LARGEST_FACTOR * estimate) | (_LARGEST_FACTOR * ends < estimate))
+    return np.where(unbounded, np.nan, ends)
 
 
 def _share_levels(share: float, count: float, confidence: float) -> list[float]:

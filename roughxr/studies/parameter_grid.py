@@ -1,16 +1,12 @@
-"""Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result.
-
-Where everything whose unit contains a mass (work of adhesion, hardness, a load) is the same in units of the
-modulus, forces and pressures are proportional to E*: such combinations of the same radius share one solve.
-"""
+"""Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result."""
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from ..asperity.asperity_sum import fit_of
@@ -18,17 +14,11 @@ from ..asperity.catalogue import asperities
 from ..bodies import liquid
 from ..bodies import pair as materials
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, magnitude, mass_power
-from ..vocabulary.verbs import OPTIONS, verb
+from ..vocabulary.units import Quantities
+from ..vocabulary.verbs import verb
 
 #: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
 _OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
-
-#: Verbs that read nothing but Datasets, the pair, options in `OPTIONS` and numbers without units: their results scale.
-_SCALING = (*_OF_ASPERITIES, "direct", "adhesive", "rigid")
-
-#: What contact without adhesion does not read.
-_OF_ADHESION = ("work_of_adhesion", "hamaker_constant", "retardation", "adhesion_range")
 
 #: How results are joined along what was varied.
 _TOGETHER: dict[str, Any] = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all"}
@@ -100,28 +90,29 @@ def vary(
             f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
         )
     varied = [name for name, values in given.items() if values is not None]
-    if getattr(solve, "__name__", "") in _OF_ASPERITIES and "asperity" not in ds.dims:
+    if verb_name(solve) in _OF_ASPERITIES and "asperity" not in ds.dims:
         ds = asperities(ds, **fit_of(options.get("formulation")))
-    solved: dict[tuple, xr.Dataset] = {}
     parts: list[xr.Dataset] = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
         wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-        here = ds.assign_coords(pair | wet)
-        key = _inputs(here, solve, options)
-        if key not in solved:
-            solved[key] = solve(here, **options)
-        part = _scaled(solved[key], pair).expand_dims(varied)
+        bodies = ds.assign_coords(pair | wet)
+        part = solve(bodies, **options).assign_coords(pair).expand_dims(varied)
         if humidity is not None:
-            part = part.assign_coords(kelvin_radius=("humidity", [float(here["kelvin_radius"])]))
+            part = part.assign_coords(kelvin_radius=("humidity", [float(bodies["kelvin_radius"])]))
         parts.append(part)
     refuse_other_deltas(parts)
     out = xr.combine_by_coords(parts, **_TOGETHER)
     assert isinstance(out, xr.Dataset)
     arguments = {name: given[name] for name in varied}
-    return schema.record(
-        schema.label(out), "vary", parts[0], solve=getattr(solve, "__name__", "a function"), **arguments
-    )
+    return schema.record(schema.label(out), "vary", parts[0], solve=verb_name(solve), **arguments)
+
+
+def verb_name(solve: Callable) -> str:
+    """Return the name of a function, also of one with bound options, or of a callable object."""
+    while isinstance(solve, functools.partial):
+        solve = solve.func
+    return getattr(solve, "__name__", type(solve).__name__)
 
 
 def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
@@ -141,12 +132,10 @@ def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[s
         parts.append(vary(pair, solve, **others, **options) if others else solve(pair, **options))
     refuse_other_deltas(parts)
     out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), **_TOGETHER)
-    told = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
-    out = schema.label(out.assign_coords(told))
+    placed = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
+    out = schema.label(out.assign_coords(placed))
     made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
-    return schema.record(
-        out, "vary", parts[0], solve=getattr(solve, "__name__", "a function"), indenter=made[0]["arguments"], **others
-    )
+    return schema.record(out, "vary", parts[0], solve=verb_name(solve), indenter=made[0]["arguments"], **others)
 
 
 def refuse_other_deltas(parts: list[xr.Dataset], of: str = "pair") -> None:
@@ -168,32 +157,3 @@ def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
         elif name in ds.coords:
             axes[name] = [float(ds[name])]
     return axes
-
-
-def _inputs(ds: xr.Dataset, solve: Callable, options: dict[str, Any]) -> tuple:
-    """Return what a solution depends on, in units of the modulus; pairs with the same of it differ by a factor only."""
-    read = {name: float(one) for name, one in schema.travelling(ds).items()}
-    modulus = read.get("contact_modulus", 1.0)
-    if getattr(solve, "__name__", "") not in _SCALING or not solve.__module__.startswith("roughxr."):
-        return tuple(read.items())
-    if solve.__name__ == "direct" or options.get("law") == "hertz":
-        read = {name: value for name, value in read.items() if name not in _OF_ADHESION}
-    units = {name: OPTIONS[name] for name in options if options[name] is not None and name in OPTIONS}
-    given = {name: magnitude(options[name], units[name], name) for name in units if mass_power(units[name])}
-    every = [(name, value, schema.VARIABLES[name].units) for name, value in read.items()]
-    every += [(name, value, units[name]) for name, values in given.items() for value in np.ravel(values).tolist()]
-    return tuple((name, float(f"{value / modulus ** mass_power(unit):.13g}")) for name, value, unit in every)
-
-
-def _scaled(solution: xr.Dataset, pair: dict[str, float]) -> xr.Dataset:
-    """Return a solution for another modulus from the one that was solved, all else the same in units of the modulus."""
-    factor = pair["contact_modulus"] / float(solution["contact_modulus"]) if "contact_modulus" in pair else 1.0
-    if factor == 1.0:
-        return solution.assign_coords(pair)
-    powers = {name: mass_power(array.attrs.get("units") or "1") for name, array in solution.data_vars.items()}
-    scaled = {
-        name: (solution[name] * factor**power).assign_attrs(solution[name].attrs)
-        for name, power in powers.items()
-        if power
-    }
-    return solution.assign(scaled).assign_coords(pair)

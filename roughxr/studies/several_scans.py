@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -10,7 +9,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.verbs import verb
-from .parameter_grid import refuse_other_deltas
+from .parameter_grid import refuse_other_deltas, verb_name
 
 
 @verb
@@ -60,14 +59,7 @@ def over_scans(
     how |= {"data_vars": "all", "combine_attrs": "drop_conflicts"}
     along = xr.Variable("scan", names)
     out = xr.concat(parts, xr.DataArray(along, coords={"scan": along}, name="scan"), **how)
-    return schema.record(schema.label(out), "over_scans", parts[0], solve=_name(solve), scans=len(each))
-
-
-def _name(solve: Callable) -> str:
-    """Return what a function is called, also where some of its options are bound, or it is an object."""
-    while isinstance(solve, functools.partial):
-        solve = solve.func
-    return getattr(solve, "__name__", type(solve).__name__)
+    return schema.record(schema.label(out), "over_scans", parts[0], solve=verb_name(solve), scans=len(each))
 
 
 def _padded(parts: list[xr.Dataset]) -> list[xr.Dataset]:
