@@ -3,7 +3,7 @@
     python tests/benchmarks/first_answer.py [direct] [adhesive] [superpose] [asperities]
 
 Each call runs in a process of its own whose NUMBA_CACHE_DIR is empty. Printed are seconds of processor time: of the
-call itself, of the same call again, and how many functions were compiled. On a busy machine processor time rises too,
+call itself and of the same call again. On a busy machine processor time rises too,
 by half and more: compare runs side by side. Whole commands are measured by `commands.py`.
 """
 
@@ -25,21 +25,18 @@ def one(name):
     """Make one call twice in this process and print what it took."""
     import warnings
 
-    from numba.core import event
-
     import roughxr
 
     warnings.simplefilter("ignore")
     scan = roughxr.open_sample("glass").contact.assign_pair(
         sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675
     )
-    with event.install_recorder("numba:compile") as compiled:
-        begun = time.process_time()
-        eval(CALLS[name], {"scan": scan})
-        first = time.process_time()
+    begun = time.process_time()
+    eval(CALLS[name], {"scan": scan})
+    first = time.process_time()
     eval(CALLS[name], {"scan": scan})
     again = time.process_time()
-    print(f"{name:>10}: {first - begun:6.2f} s, again {again - first:5.2f} s, {len(compiled.buffer) // 2} compiled")
+    print(f"{name:>10}: {first - begun:6.2f} s, again {again - first:5.2f} s")
 
 
 def main():
