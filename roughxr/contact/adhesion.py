@@ -324,7 +324,7 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
 def _capture(specimen: Specimen) -> float:
     """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
     length = range_of(specimen.bodies)
-    return snap_in_gap(length, median_tabor(specimen, length))
+    return snap_in_gap(length, median_tabor(specimen.in_memory, length))
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
