@@ -40,7 +40,7 @@ templates_path = [sphinx_autosummary_accessors.templates_path]
 exclude_patterns = [".ipynb_checkpoints"]
 default_role = "autolink"
 
-# Notebooks are shown as they are stored; tests/notebooks.py tells whether that is what they say today.
+# Notebooks are shown as they are stored; tests/notebooks.py --store executes and stores them.
 nb_execution_mode = "off"
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
