@@ -128,9 +128,9 @@ def test_kernels_do_not_leak_below_zero():
     assert density["cdf"].values[[0, -1]] == pytest.approx([0, 1], abs=1e-6)
     half_normal = np.sqrt(2 / np.pi)
     assert density.values[0] == pytest.approx(half_normal, rel=0.1)
-    leaking = pdf(ds.rename(pull_off_force="height"), "height", method="kde")  # a height can be negative
-    assert leaking["height"].values[0] < 0 and "boundary" not in leaking.attrs
-    assert float(leaking.interp(height=0.0)) < 0.7 * half_normal
+    leaking = pdf(ds.rename(pull_off_force="force"), "force", method="kde")  # a force can be negative
+    assert leaking["force"].values[0] < 0 and "boundary" not in leaking.attrs
+    assert float(leaking.interp(force=0.0)) < 0.7 * half_normal
 
 
 def test_bins_of_a_kernel_estimate_are_refused():
