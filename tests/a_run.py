@@ -11,6 +11,7 @@ from roughxr import checkpointed
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
+from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -47,13 +48,23 @@ def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, **options):
     return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def in_a_process(output, limit=None, told=None, **options):
-    """Run, as a child that can be killed; with at most ``limit`` bytes in any file."""
+def in_a_process(output, limit=None, told=None, stops_after=None, ends_by=signal.SIGKILL, **options):
+    """Run, as a child that can be killed; with at most ``limit`` bytes in any file, or until it stored so much."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if limit is not None:
         import resource
 
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    if stops_after is not None:
+        put, stored = Checkpoint.put, []
+
+        def put_and_stop(self, items, results):
+            put(self, items, results)
+            stored.append(items)
+            if len(stored) == stops_after:
+                os.kill(os.getpid(), ends_by)
+
+        Checkpoint.put = put_and_stop
     if options.get("scheduler") == "processes":
         dask.config.set(num_workers=2)
     try:

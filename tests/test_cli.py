@@ -494,7 +494,7 @@ def test_a_failed_start_leaves_nothing_and_the_corrected_command_runs(finished, 
 
 
 def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
-    groups = {name: ds for name, ds in archive.load(finished[1]).items() if "continued" not in name}
+    groups = {name: ds for name, ds in archive.load(finished[1]).items() if "extrapolated" not in name}
     archive.save(groups, finished[1].with_name("other.nc"))
-    assert main(["detach", str(finished[1].with_name("other.nc")), "--method", "continued"]) == 1
+    assert main(["detach", str(finished[1].with_name("other.nc")), "--method", "extrapolated"]) == 1
     assert "--method: expected a method of this run (adhesive, energy)" in capsys.readouterr().err

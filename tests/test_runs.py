@@ -132,9 +132,8 @@ def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
 
 def test_what_was_finished_is_not_computed_again(tmp_path, undisturbed):
     path = tmp_path / "run.nc"
-    child = start(path)
-    wait_for(path, 20)
-    kill(child)
+    child = start(path, stops_after=20)
+    child.join(SECONDS)
     finish(path)
     kept = [int(line.split(": ")[1].split()[0]) for line in log(path) if line.endswith("kept")]
     assert sum(kept) >= 5
@@ -151,9 +150,8 @@ def wait_for(path, results):
 
 def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
     path = tmp_path / "run.nc"
-    child = start(path)
-    wait_for(path, 10)
-    kill(child, signal.SIGINT)
+    child = start(path, stops_after=10, ends_by=signal.SIGINT)
+    child.join(SECONDS)
     assert child.exitcode == 130
     assert not path.exists()
     finish(path)
@@ -165,7 +163,7 @@ def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
 @pytest.mark.parametrize(
     ("size", "says", "resumes"),
     [
-        (4096, "run.nc.checkpoint: the checkpoint could not be written .*: make room", "nothing"),
+        (4096, "run.nc.checkpoint: the checkpoint could not be written .*: make room", "nothing|direct: 0 of"),
         (65536, "run.nc.checkpoint: the checkpoint could not be written .*: make room", "[a-z]+: [1-9]"),
         (1_900_000, "run.nc: could not be written .*: make room", "all computed"),
     ],
@@ -202,9 +200,8 @@ def test_a_quota_is_said_and_survived(tmp_path, undisturbed):
 
 def stopped(path):
     """Return the checkpoint of a run that was killed; its lock ended with it."""
-    child = start(path)
-    wait_for(path, 20)
-    kill(child)
+    child = start(path, stops_after=20)
+    child.join(SECONDS)
     return path.with_name(path.name + ".checkpoint")
 
 

@@ -54,9 +54,8 @@ def detachment_table(run: Run) -> pd.DataFrame:
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
     held, method = run["solutions/rolling"], method or leading(run)
-    needed = {"continued": "statistics/continued", "adhesive": "statistics/adhesive"}.get(method)
-    if needed is not None and needed not in run:
-        present = [name for name in ("continued", "adhesive", "energy") if f"statistics/{name}" in run]
+    if method != "energy" and f"statistics/{method}" not in run:
+        present = [name for name in ("extrapolated", "adhesive", "energy") if f"statistics/{name}" in run]
         raise ValueError(
             f"--method: expected a method of this run ({', '.join(present)}), found {method!r}, which it does not have"
         )
