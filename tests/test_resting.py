@@ -6,8 +6,10 @@ import xarray as xr
 from scipy import ndimage
 
 import roughxr
+from roughxr.specimen import specimen_of
 from roughxr.kernels.topography import dilation
 from roughxr.particles.resting_places import resting
+from roughxr.particles.simulated_moments import simulated_moments, with_equal_touch
 
 from .surfaces import glass_pair, rough, scan
 
@@ -92,6 +94,28 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
     assert over_pairs == pytest.approx(one * lever, rel=0.04)  # small contacts
     assert np.ptp(over_pairs) < 0.02 * over_pairs.mean()
     assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
+
+
+def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits():
+    surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
+    surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)
+    place = resting(surface)
+    solved = roughxr.adhesive(surface, preload=0.0, subregions=place, mesh=2)
+    moments = simulated_moments(specimen_of(surface), solved, directions=12)
+    assert int(moments.contacts[0]) == 3
+    at = np.pi / 6 + 2 * np.pi / 3 * np.arange(3)
+    foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)
+    assert moments.lever.values[0] == pytest.approx(foremost, rel=0.1)
+
+
+def test_no_lever_where_superposed_asperities_rest_at_another_depth_than_the_surface():
+    surface = glass_pair(scan(rough(64, rms=3.0, smooth=2.0), 10.0))
+    superposed = roughxr.rolling(surface, directions=8, subregions=(2, 2))
+    deep = xr.DataArray([0.0, 0.1, -0.2, 30.0], dims="subregion")
+    moments = with_equal_touch(superposed, superposed["rest_delta"].drop_vars("delta", errors="ignore") + deep)
+    assert moments.lever.isnull().all("direction").values.tolist() == [False, False, False, True]
+    assert moments.resisting_moment.isnull().all("direction").values.tolist() == [False, False, False, True]
+    assert moments.attrs["places_without_lever"] == 1
 
 
 @pytest.mark.parametrize("amplitude", [1.0, 8.0])
@@ -319,6 +343,7 @@ def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
     places = resting(surface, landings=(4, 4), on=catalogue)
     landed, held = (roughxr.rolling(catalogue, directions=8, subregions=site) for site in ((4, 4), places))
     run = {"solutions/rolling": held, "statistics/adhesive": held, "solutions/rolling_landed": landed}
+    run["solutions/rolling_superposed"] = held
     run |= {f"statistics/detachment{name}": roughxr.critical_load(held) for name in ("", "_superposed")}
     run |= {"statistics/detachment_landed": roughxr.critical_load(landed)}
     assert "where it was placed" in roughxr.report.coming_off_words(run)[0]

@@ -41,6 +41,7 @@ _EVENTS = {
     "stiffest_ties": bool,
     "converged": bool,
 }
+_SIMULATED_STATES = {"contacts": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
@@ -97,8 +98,9 @@ def rolling(
         tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
         subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), each the first of those that resist alike,
         with ``weakest_ties`` and ``stiffest_ties`` where there are several; ``pull_off_force`` (nN),
-        ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), and for asperities ``rest_delta`` (nm from the highest
-        peak), ``contacts`` and ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute
+        ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), ``contacts`` (at rest: asperities, or patches of the
+        simulation two pixels or more apart), and for asperities ``rest_delta`` (nm from the highest peak) and
+        ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute
         ``missing`` says why. Lazy where the scan is.
 
     Raises
@@ -255,7 +257,7 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
             "expected a scan, a catalogue, or a solution of adhesive with pressures on retraction, found none; "
             "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
-    layout = Layout({"direction": angles}, _STATES, _EVENTS)
+    layout = Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
     out = ds.sel(branch="retraction", drop=True)
     records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
     centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
@@ -278,23 +280,37 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         if touching.any():
             _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, largest)
     largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf
-    record["contact_area"] = _area_at_rest(ds["contact_area"].values, ds["force"].values, load)
+    rest = _state_at_rest(ds["contact_area"].values, ds["force"].values, load)
+    if rest is None:
+        record["contact_area"] = np.nan
+    else:
+        pressure, gap = (ds[name].values[rest] for name in ("pressure", "gap"))
+        record["contact_area"] = ds["contact_area"].values[rest]
+        record["contacts"] = _supports((gap <= _CLOSED_GAP) | (pressure > 0), int(ds.attrs.get("refine", 1)))
     known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
     return _put(record, layout, largest if known else np.full_like(largest, np.nan))
 
 
-def _area_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> float:
-    """Return the contact area (nm²) at rest: where, on retraction, the force first comes down to the load.
+def _supports(touching: np.ndarray, refine: int) -> int:
+    """Return the number of contacts; patches less than two pixels (of ``refine`` cells each) apart are one."""
+    from scipy.ndimage import binary_dilation, label
 
-    States further out are left aside: there the force may be near the load again, but the sphere hangs on little.
+    square = np.ones((3, 3))
+    return int(label(binary_dilation(touching, square, iterations=max(refine, 1)), square)[1])
+
+
+def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | None:
+    """Return the state at rest: where, on retraction, the force first falls to the load; None without contact.
+
+    States further out are left out: there the force may be near the load again, but few contacts remain.
     """
-    back = np.flatnonzero(area > 0)[::-1]
-    if not back.size:
-        return np.nan
-    unbalance = force[back] - load
-    rests = int((unbalance <= 0).argmax()) if (unbalance <= 0).any() else back.size - 1
-    around = back[max(rests - 1, 0) : rests + 1]
-    return float(area[around[np.abs(force[around] - load).argmin()]])
+    touching = np.flatnonzero(area > 0)[::-1]
+    if not touching.size:
+        return None
+    unbalance = force[touching] - load
+    rest = int((unbalance <= 0).argmax()) if (unbalance <= 0).any() else touching.size - 1
+    nearest = touching[max(rest - 1, 0) : rest + 1]
+    return int(nearest[np.abs(force[nearest] - load).argmin()])
 
 
 def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:

@@ -17,7 +17,7 @@ from ..particles.adhesion_parameters import by_place
 from ..report.detachment_section import leading
 from ..statistics.sampling import shares
 from ..vocabulary.numbers import number, percent
-from ..vocabulary.schema import one_of
+from ..vocabulary.schema import is_wet, one_of
 from . import words
 from .files import drawn
 from .options import PARTICLE_CODES
@@ -32,7 +32,7 @@ def detach(options: Namespace) -> None:
     groups = _load(options.run)
     method = options.method or leading(groups)
     held = report.moments_of(groups, method)
-    wet = held.attrs.get("law") == "menisci"
+    wet = is_wet(held)
     if options.fluid == "water" and wet:
         raise ValueError(
             f"--fluid water: expected a dry run, found one at {percent(held['humidity'])} relative humidity; "
@@ -114,7 +114,7 @@ def _quantile(values: xr.DataArray, part: float) -> float:
 
 def _tell_rests(groups: Mapping[str, xr.Dataset], body: dict[str, Any], slides: dict[str, Any]) -> None:
     """Print what half of the particles of a run stand at rest and where they landed."""
-    at = {"at rest": "solutions/rolling", "where they landed": "solutions/rolling_landed"}
+    at = {"at rest": "solutions/rolling_superposed", "where they landed": "solutions/rolling_landed"}
     critical = {where: particles.critical_load(groups[name], **body, **slides) for where, name in at.items()}
     told = [(where, next(iter(ds.data_vars.values()))) for where, ds in critical.items()]
     medians = ", ".join(f"{where} {number(_quantile(values, 0.5))}" for where, values in told)

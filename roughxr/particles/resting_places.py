@@ -10,6 +10,7 @@ import xarray as xr
 from scipy.spatial import cKDTree
 
 from ..kernels.topography import dilation, rests
+from ..kernels.topography.interpolation import band_limited
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
@@ -23,6 +24,9 @@ _CARRYING_MOTION = 0.05
 
 #: Distance (pixels) within which resting positions are one.
 _EQUAL_POSITIONS = 0.05
+
+#: Pixels around what the sphere may touch, and the largest distance (pixels) of a resting position on finer cells.
+_PADDING, _LARGEST_SETTLING = 12, 2.0
 
 #: Least barrier, over pixel²/R, which the sphere's front rises by over about one pixel.
 _RESOLVED_BARRIER = 0.01
@@ -114,6 +118,40 @@ def resting(
 def is_rests(places: Any) -> bool:
     """Return whether places are rests by gravity, with their passes, reached from a grid of landings."""
     return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
+
+
+def settled_between_pixels(scan: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
+    """Return resting positions settled on the surface of the simulations: heights interpolated band-limited.
+
+    Only a neighbourhood of each place is interpolated. Places from which the sphere rolls farther than two pixels stay.
+    """
+    (radius,) = schema.pair(scan, "sphere_radius")
+    height, pixel = scan["height"].values, schema.pixel(scan)
+    axes = [scan[axis].values.astype(float) for axis in "xy"]
+    beyond = dilation.reach_of(radius, float(np.ptp(height)))
+    moved = np.column_stack([places[f"subregion_{axis}"].values for axis in "xy"])
+    for k, place in enumerate(moved.copy()):
+        part = tuple(
+            slice(max(n - margin, 0), n + margin + 1)
+            for n, margin in (
+                (int(np.abs(axis - at).argmin()), int(np.ceil(beyond / step)) + _PADDING)
+                for axis, at, step in zip(axes, place, pixel)
+            )
+        )
+        _, fine = _ground(_finer(height[part], [axis[s] for axis, s in zip(axes, part)]), radius)
+        x, y, _ = rests.settle(fine, place[None])[0]
+        if np.hypot(x - place[0], y - place[1]) <= _LARGEST_SETTLING * max(pixel):
+            moved[k] = x, y
+    return places.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
+
+
+def _finer(height: np.ndarray, axes: list[np.ndarray]) -> xr.Dataset:
+    """Return heights (nm) interpolated on cells of half a pixel."""
+    half = [0.25 * (axis[1] - axis[0]) for axis in axes]
+    fine = [(axis[:, None] + np.array([-step, step])).ravel() for axis, step in zip(axes, half)]
+    values = band_limited(height, 2)
+    ds = xr.Dataset({"height": (("x", "y"), values)}, {axis: (axis, at) for axis, at in zip("xy", fine)})
+    return schema.validate(schema.label(ds), "scan")
 
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:

@@ -13,13 +13,20 @@ from ..particles.force_balance import MODES
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
+from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
 from ..vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
 #: The groups that are needed.
-COMING_OFF = "solutions/rolling", "statistics/adhesive", "statistics/detachment", "statistics/detachment_superposed"
+COMING_OFF = (
+    "solutions/rolling",
+    "solutions/rolling_superposed",
+    "statistics/adhesive",
+    "statistics/detachment",
+    "statistics/detachment_superposed",
+)
 
 #: The group that runs of particles have besides: where they rest.
 RESTS = "statistics/rests"
@@ -42,7 +49,7 @@ _STABLE_CONTACTS = 3
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
     known = {method: group for method, group in _CRITICAL.items() if group in run}
-    wet = run["solutions/rolling"].attrs.get("law") == "menisci"
+    wet = schema.is_wet(run["solutions/rolling"])
     columns = {
         "menisci" if wet and method == "energy" else method: _column(moments_of(run, method), run[group])
         for method, group in known.items()
@@ -60,7 +67,7 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
             f"--method: expected a method of this run ({', '.join(present)}), found {method!r}, which it does not have"
         )
     if method == "energy":
-        return held
+        return run["solutions/rolling_superposed"]
     if method == "extrapolated":
         return _as_extrapolated(held, run)
     return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
@@ -101,7 +108,7 @@ def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_STABLE_CONTACTS} asperities"] = float(_not_settled(held).sum())
+    rows[f"places on fewer than {_STABLE_CONTACTS} contacts"] = float(_not_settled(held).sum())
     return rows
 
 
@@ -121,11 +128,17 @@ def coming_off_words(run: Run) -> list[str]:
         f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
         "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
         f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
-        "force, by the method at the head of the column, times the lever arm of the superposed asperities."
-        + hard
-        * " These asperities stay elastic: yielded ones would be flatter and their lever arm longer."
+        "force, by the method named in the column header, times the lever arm of "
+        + ("the superposed asperities." if schema.is_wet(run["solutions/rolling"]) else "the simulation's contacts.")
+        + hard * " Superposed asperities stay elastic: yielded ones would be flatter and their lever arm longer."
     ]
     known = np.isfinite(critical["critical_friction_velocity"].values)
+    without = int(run["solutions/rolling"].attrs.get("places_without_lever", 0))
+    if without:
+        said.append(
+            f"At {without} of {known.size} places superposed asperities touch elsewhere than the surface does: no "
+            "lever arm and no critical flow are given there."
+        )
     out = int((known & ~critical["in_range"].values.astype(bool)).sum())
     if out:
         said.append(
@@ -138,7 +151,7 @@ def coming_off_words(run: Run) -> list[str]:
         said.append(_particles(run))
     elif few:
         said.append(
-            f"At {few} of {count} places the sphere rests on fewer than three asperities: a free particle would roll "
+            f"At {few} of {count} places the sphere rests on fewer than three contacts: a free particle would roll "
             "on until three support it. These places come off first here."
         )
     return said
@@ -147,11 +160,11 @@ def coming_off_words(run: Run) -> list[str]:
 def _particles(run: Run) -> str:
     """Return how particles at rest differ from the same where they landed, in a sentence."""
     rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
-    held = run["solutions/rolling"], run["solutions/rolling_landed"]
-    stands = [100 * float((ds["contacts"] >= _STABLE_CONTACTS).weighted(shares(ds)).mean()) for ds in held]
+    moments = run["solutions/rolling"]
+    stable = 100 * float((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
     return (
-        f"Particles rolled from where they landed to where they rest: {stands[0]:.0f} % of them then rest on three "
-        f"asperities or more, against {stands[1]:.0f} % where they landed. By superposition half of them begin to roll "
+        f"Particles rolled from where they landed to where they rest: {stable:.0f} % of them then rest on three "
+        f"contacts or more. By superposition half of them begin to roll "
         f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed. Both are limits: adhesion may stop "
         "light particles before they reach the bottom."
     )

@@ -244,8 +244,8 @@ _DRAWINGS = {
         COMING_OFF,
         lambda run: figures.moment_rose(moments_of(run)),
         "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
-        "half of all places. Lever arms are those of the superposed asperities, pull-off forces those of the main "
-        "numbers.",
+        "half of all places. Lever arms are those of the simulation's contacts (of superposed asperities in humid "
+        "air), pull-off forces those of the main numbers.",
         optional=True,
     ),
     "Where it comes off": _Drawing(
@@ -264,8 +264,8 @@ _DRAWINGS = {
         optional=True,
     ),
     "Landed and at rest": _Drawing(
-        ("solutions/rolling_landed", "solutions/rolling"),
-        lambda run: figures.landed_and_at_rest(run["solutions/rolling_landed"], run["solutions/rolling"]),
+        ("solutions/rolling_landed", "solutions/rolling_superposed"),
+        lambda run: figures.landed_and_at_rest(run["solutions/rolling_landed"], run["solutions/rolling_superposed"]),
         "Pull-off force, asperities in contact and critical friction velocity of particles where they landed and "
         "where they came to rest, by superposition.",
         optional=True,

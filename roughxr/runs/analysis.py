@@ -45,11 +45,13 @@ from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..particles import critical_load, resting
-from ..particles.resting_places import is_rests
+from ..particles.resting_places import is_rests, settled_between_pixels
+from ..particles.simulated_moments import simulated_moments, with_equal_touch
 from ..scans import level, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import answered
+from ..statistics.sampling import at_first_preload
 from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.parameter_grid import vary
 from ..studies.short_waves import quietly
@@ -214,9 +216,10 @@ def run(
     adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
-        subregions = resting(specimen.scan, landings=subregions, on=specimen.derived(asperities))
+        subregions = resting(specimen.scan, landings=subregions)
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
+        subregions = settled_between_pixels(specimen.scan, subregions)
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(specimen, wanted, path) as say:
@@ -317,7 +320,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[d
     yield groups
     if ways and "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
         say("rolling")
-        yield (groups := groups | _coming_off(suited, options, groups))
+        yield (groups := groups | _detachment(specimen, suited, options, groups))
     if plan.budget and "solutions/adhesive" in groups:
         groups |= _error_budget(specimen, plan, groups, say)
     yield groups | report.recorded(groups, report.by_place(groups), **_options(plan))
@@ -405,21 +408,25 @@ def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr
     }
 
 
-def _coming_off(catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str, xr.Dataset]) -> dict[str, xr.Dataset]:
-    """Return the moments that superposed asperities resist, and the flow that overcomes them with either pull-off.
+def _detachment(
+    specimen: Specimen, catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str, xr.Dataset]
+) -> dict[str, xr.Dataset]:
+    """Return resisting moments and the flow that overcomes them.
 
-    The simulation's fields are not kept: its pull-off is used with the levers of the superposed asperities, and where
-    there is one that of the surface with its roughness extrapolated below the scan.
+    Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
+    humid air, where a simulation takes minutes, levers are the superposed ones of places where both models touch.
     """
-    held, places = rolling(catalogue, **options), options["subregions"]
-    groups = groups | {"solutions/rolling": held}
-    more = {"detachment": "adhesive"}
+    superposed, places = rolling(catalogue, **options), options["subregions"]
+    if schema.is_wet(specimen.bodies):
+        moments = with_equal_touch(superposed, groups["solutions/rigid"]["touch_delta"])
+    else:
+        moments = simulated_moments(specimen, at_first_preload(groups["solutions/adhesive"]))
+    out = {"solutions/rolling": moments, "solutions/rolling_superposed": superposed}
+    more = {"detachment": "adhesive", "detachment_superposed": "energy"}
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
-    return {
-        "solutions/rolling": held,
-        **{f"statistics/{name}": critical_load(report.moments_of(groups, way)) for name, way in more.items()},
-        "statistics/detachment_superposed": critical_load(held),
-    } | (_of_particles(catalogue, places) if is_rests(places) else {})
+    known = groups | out
+    out |= {f"statistics/{name}": critical_load(report.moments_of(known, way)) for name, way in more.items()}
+    return out | (_of_particles(catalogue, places) if is_rests(places) else {})
 
 
 def _of_particles(catalogue: xr.Dataset, places: xr.Dataset) -> dict[str, xr.Dataset]:
