@@ -556,3 +556,25 @@ def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy"]) == 0
     told = capsys.readouterr().out
     assert "pull-off forces of 'menisci'" in told
+
+
+@pytest.mark.parametrize("work", [0.001, 0.0005])
+def test_solids_that_would_attract_more_under_the_liquid_are_refused(work):
+    with pytest.raises(ValueError, match="no less in air than under the liquid"):
+        scan(np.zeros((9, 9))).contact.assign_pair(
+            sphere_radius=1000, contact_modulus=40, work_of_adhesion=work, humidity="60 %"
+        )
+
+
+def test_varied_work_of_adhesion_derives_the_share_under_the_liquid_again():
+    given = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "humidity": 0.5}
+    surface = scan(np.zeros((41, 41)), 10.0)
+    works = [0.1, 0.2, 0.5]
+    varied = surface.contact.assign_pair(work_of_adhesion=0.1, **given).contact.vary(
+        roughxr.rigid, work_of_adhesion=works, delta=[-1.0]
+    )
+    alone = [
+        float(surface.contact.assign_pair(work_of_adhesion=w, **given).contact.rigid(delta=[-1.0]).pull_off_force[0])
+        for w in works
+    ]
+    assert varied.pull_off_force.values.ravel() == pytest.approx(alone)

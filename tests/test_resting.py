@@ -6,10 +6,10 @@ import xarray as xr
 from scipy import ndimage
 
 import roughxr
-from roughxr.specimen import specimen_of
 from roughxr.kernels.topography import dilation
 from roughxr.particles.resting_places import resting
 from roughxr.particles.simulated_moments import simulated_moments, with_equal_touch
+from roughxr.specimen import specimen_of
 
 from .surfaces import glass_pair, rough, scan
 

@@ -217,6 +217,22 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     return changed
 
 
+def share_of_work(ds: xr.Dataset, work: float) -> dict[str, float]:
+    """Return the share under the liquid of a humid pair at another work of adhesion (J/m²); nothing for a dry pair.
+
+    A share that the pair was not derived with, by named materials or a stated one, stays.
+    """
+    if "share_under_liquid" not in ds.coords:
+        return {}
+    pair = {name: float(ds[name]) for name in ("hamaker_constant", "work_of_adhesion") if name in ds.coords}
+    share = float(ds["share_under_liquid"])
+    for medium in MEDIA.values():
+        dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
+        if dry and math.isclose(combined(dry, dry, medium) / dry, share, rel_tol=1e-9):
+            return {"share_under_liquid": _share(pair | {"work_of_adhesion": work}, medium)}
+    return {}
+
+
 def is_thin(ds: xr.Dataset, humidity: float) -> bool:
     """Return whether a wet pair's menisci are thin at another humidity."""
     try:
@@ -310,10 +326,17 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
     """Return the share of the work of adhesion left under a liquid between two bodies that are alike.
 
     (1 − √(A₃/A))² with the liquid's Hamaker constant A₃ and the bodies' A, or that of their work of adhesion; 1 where
-    the liquid's constant is not known or nothing attracts.
+    the liquid's constant is not known or nothing attracts. Raise where it is above 1: A₃ is more than four times A.
     """
     dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
-    return combined(dry, dry, medium) / dry if dry and medium is not None else 1.0
+    share = combined(dry, dry, medium) / dry if dry and medium is not None else 1.0
+    if share > 1:
+        raise ValueError(
+            f"work_of_adhesion: expected solids that attract no less in air than under the liquid, found a Hamaker "
+            f"constant of {dry:.3g} nN nm, the liquid's {medium:.3g} nN nm; give work_of_adhesion=(dry, under the "
+            "liquid) if both are known"
+        )
+    return share
 
 
 def _named(bodies: tuple, medium: float) -> float:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import ANGLES, angles, at_humidity
+from ..bodies.liquid import ANGLES, angles, at_humidity, share_of_work
 from ..contact.problem import hardness_of
 from ..scans import level
 from ..scans.tip import erode
@@ -92,7 +92,8 @@ def _scaled(name: str) -> Callable:
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
         (value,) = schema.pair(ds, name, wet=True)
-        return f"× {factor:.3g}", ds.assign_coords({name: value * factor})
+        derived = share_of_work(ds, value * factor) if name == "work_of_adhesion" else {}
+        return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
 
     return change
 

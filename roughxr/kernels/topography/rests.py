@@ -192,7 +192,7 @@ def _near(ground, i, j):
 
 @kernel
 def _near_pass(ground, i, j):
-    """Return the patches that a sphere may touch whose axis is within ``_PASS_DISTANCE`` of a pixel; some twice."""
+    """Return the patches that a sphere may touch whose axis is within ``_PASS_DISTANCE`` of a pixel."""
     nx, ny = ground.height.shape
     boxes, count = np.zeros((4, 2), np.int64), 0
     low, high = (max(i - 1, 0) // SIDE, max(j - 1, 0) // SIDE), (min(i + 1, nx - 1) // SIDE, min(j + 1, ny - 1) // SIDE)
@@ -202,7 +202,15 @@ def _near_pass(ground, i, j):
             count += 1
     rows = _near(ground, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
     for n in range(1, count):
-        rows = np.concatenate((rows, _near(ground, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE)))
+        more, new = _near(ground, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE), 0
+        for k in range(len(more)):
+            known = False
+            for m in range(len(rows)):
+                known |= rows[m, X] == more[k, X] and rows[m, Y] == more[k, Y]
+            if not known:
+                more[new] = more[k]
+                new += 1
+        rows = np.concatenate((rows, more[:new]))
     return rows
 
 
