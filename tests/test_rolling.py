@@ -183,13 +183,13 @@ def test_directions_that_tie_are_told_whatever_the_rounding():
     assert (moments.least(rounded)[0] == 1).all() and moments.least(rounded)[1].all()
 
 
-def test_the_area_at_rest_is_that_of_the_way_back_and_not_of_a_last_thread():
+def test_the_state_at_rest_is_the_first_of_the_retraction_and_not_a_last_thread():
     """Forces on the way out, from the deepest (last) on: rest lies between 8 and −9; near its end a thread pulls −1."""
     area, force = np.array([0.0, 5.0, 60.0, 80.0, 90.0]), np.array([0.0, -1.0, -9.0, 8.0, 30.0])
-    assert moments._area_at_rest(area, force, 0.0) == 80.0
-    assert moments._area_at_rest(area, force, -6.0) == 60.0
-    assert moments._area_at_rest(area, force, 50.0) == 90.0  # never as heavy
-    assert np.isnan(moments._area_at_rest(0 * area, 0 * force, 0.0))
+    assert moments._state_at_rest(area, force, 0.0) == 3
+    assert moments._state_at_rest(area, force, -6.0) == 2
+    assert moments._state_at_rest(area, force, 50.0) == 4  # never as heavy
+    assert moments._state_at_rest(0 * area, 0 * force, 0.0) is None
 
 
 def reference_sphere(sphere_radius, contact_modulus, work_of_adhesion):
