@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 import roughxr
+from roughxr import reproduction
 
 
 def scans(path: Path) -> xr.Dataset:
@@ -148,7 +149,7 @@ def runs(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Run, keep, and write for others."""
     groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
     with roughxr.progress():
-        groups |= roughxr.reproduction.paper(str(path))
+        groups |= reproduction.paper(str(path))
     groups |= roughxr.checkpointed(lambda: {"solutions/direct": roughxr.direct(scan, delta=[1.0])}, path, scan=scan)
     written: Path = roughxr.to_table(groups["asperities"], path)
     pages: tuple[Path, Path] = roughxr.report.write_report(path), roughxr.report.write_explorer(path)

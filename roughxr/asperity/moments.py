@@ -31,7 +31,7 @@ from .asperity_sum import (
 
 _MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
-_EVENTS = {
+_EVENTS: dict[str, type] = {
     "pull_off_force": float,
     "pull_off_delta": float,
     "contact_area": float,
@@ -41,7 +41,7 @@ _EVENTS = {
     "stiffest_ties": bool,
     "converged": bool,
 }
-_SIMULATED_STATES = {"contacts": int}
+_SIMULATED_STATES: dict[str, type] = {"contacts": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.

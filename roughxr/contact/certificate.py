@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -111,7 +112,7 @@ def _of_fields(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArra
     pressure, displacement, gap = (ds[name] for name in FIELDS)
     cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
     modulus = float(ds["contact_modulus"])
-    windows = {"input_core_dims": [_PLANE, [], []], "output_core_dims": [_PLANE]}
+    windows: dict[str, Any] = {"input_core_dims": [_PLANE, [], []], "output_core_dims": [_PLANE]}
     elastic = xr.apply_ufunc(surface_displacement, pressure.fillna(0.0), cell, modulus, **windows)
     yield "elasticity", abs(elastic - displacement).max(_PLANE) / _over(abs(elastic).max(_PLANE)), _ROUNDING
     undeformed = gap - displacement + ds["delta"] + _residual_height(ds)
@@ -149,9 +150,11 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
 
 def _law_of_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
-    law = pair_law(SimpleNamespace(bodies=ds), ds.attrs["law"])
+    bodies: Any = SimpleNamespace(bodies=ds)  # what the law reads of a specimen and of a problem
+    cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus)
+    law = pair_law(bodies, ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)
-    return law_on(adhesion, SimpleNamespace(dx=cell, contact_modulus=modulus))
+    return law_on(adhesion, cells)
 
 
 def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLaw, per_pressure: float) -> xr.DataArray:
@@ -162,7 +165,7 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
     p, traction = pressure * per_pressure, _traction(gap, law)
     apart = abs(p + traction)
     if law.exponential.size + law.waals.size == 0 and law.step.near == 0:
-        apart = np.minimum(apart, abs(p))
+        apart = xr.where(abs(p) < apart, abs(p), apart)
     violation = xr.where(p + traction > 0.5 * gap, abs(gap), apart).where(gap.notnull())
     return violation.max(_PLANE) / np.maximum(law.strength, 0.1 * p.max(_PLANE))
 
@@ -171,7 +174,8 @@ def _traction(gap: xr.DataArray, law: SmoothLaw) -> xr.DataArray:
     """Return the traction across gaps: the formulas of the terms again, not the kernel that solves with them."""
     u, (e, v, s) = gap.clip(min=0), (law.exponential, law.waals, law.step)
     ratio = v.near / (v.near + u)
-    out = e.size / e.near * np.exp(-u / e.near) + 8 * v.size / (3 * v.near) * (ratio**3 - ratio**9)
+    decay: xr.DataArray = np.exp(-u / e.near)  # type: ignore[assignment]
+    out = decay * (e.size / e.near) + 8 * v.size / (3 * v.near) * (ratio**3 - ratio**9)
     out = out + s.size * (1 - ((u - s.near) / (s.far - s.near)).clip(0, 1)) ** 2
     return out.where(u < law.range, 0.0)
 

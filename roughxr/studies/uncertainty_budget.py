@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -175,7 +175,7 @@ def error_budget(
     """
     ds, most = schema.validate(ds, "scan"), whole_number(places, "places", least=1)
     _need_factors(ds, settings)
-    how = {"preload": 0.0, "law": law, "mesh": mesh_of(mesh, Mesh())}
+    how: dict[str, Any] = {"preload": 0.0, "law": law, "mesh": mesh_of(mesh, Mesh())}
     solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), **how)
     changes = changes_of(ds, solved, most=most, settings=settings, preload=0.0, mesh=how["mesh"])
     scales = None
