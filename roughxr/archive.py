@@ -185,8 +185,9 @@ def _damage_explained(path: Path) -> Iterator[None]:
     except (FileNotFoundError, PermissionError, IsADirectoryError):
         raise
     except Exception as error:
+        reason = getattr(error, "strerror", None) or error
         raise ValueError(
-            f"{path}: expected an intact archive, found it damaged, cut short or overwritten: {error}; use a copy, or "
+            f"{path}: expected an intact archive, found it damaged, cut short or overwritten: {reason}; use a copy, or "
             "repeat the run under another name; xarray.open_datatree reads what can be read"
         ) from error
 

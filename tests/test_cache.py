@@ -46,20 +46,6 @@ def test_one_search_serves_every_verb_that_asks(monkeypatch):
     assert len(searched) == 3
 
 
-def test_a_run_asks_a_surface_for_its_asperities_once(tmp_path, monkeypatch, capsys):
-    """Its scan, the same fitted as the paper does, and the scan's longer waves for Rabinovich's formula."""
-    asked, prepared = [], catalogue._prepared
-    monkeypatch.setattr(
-        catalogue, "_prepared", lambda ds, *how: asked.append((ds.height.values, *how)) or prepared(ds, *how)
-    )
-    surface = roughxr.assign_pair(
-        scan(rough(48, seed=80)), sphere_radius=200, contact_modulus=40, work_of_adhesion=0.05
-    )
-    roughxr.run(surface, tmp_path / "run.nc", subregions=(2, 1), mesh=1, budget=0)
-    assert [how for _, *how in asked] == [["auto", "fitted"], ["auto", "fitted"], ["paper", "pixel"]]
-    assert not np.array_equal(asked[0][0], asked[1][0]) and np.array_equal(asked[0][0], asked[2][0])
-
-
 def test_what_one_changes_in_place_no_other_sees():
     surface = glass_pair(scan(rough(48, seed=78)))
     first = surface.contact.asperities()

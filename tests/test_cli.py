@@ -355,7 +355,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     table = pd.read_csv("wafer/places.csv")
     assert sorted(table["scan"]) == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
     one = pd.read_csv("wafer/wafer-3/places.csv")
-    assert {"subregion_x [nm]", "pull_off_force [nN]", "lever [nm]", "critical_friction_velocity [m s-1]"} <= set(one)
+    assert {"subregion_x [nm]", "pull_off_force [nN]", "lever [nm]", "critical_friction_velocity [m/s]"} <= set(one)
     np.testing.assert_allclose(
         table.loc[table["scan"] == "wafer-3.nc", "pull_off_force [nN]"], one["pull_off_force [nN]"], rtol=1e-5
     )
