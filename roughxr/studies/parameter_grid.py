@@ -96,7 +96,7 @@ def vary(
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
         wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-        wet |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
+        wet |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in varied else {}
         bodies = ds.assign_coords(pair | wet)
         part = solve(bodies, **options).assign_coords(pair).expand_dims(varied)
         if humidity is not None:
