@@ -23,7 +23,7 @@ OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 MOMENTS = {
     "asperities": ("reconstruct", None),
     "rigid": ("_rigid_bodies", "solutions/adhesive"),
-    "rolling": ("_coming_off", "statistics/energy"),
+    "rolling": ("_detachment", "statistics/energy"),
 }
 
 

@@ -49,7 +49,7 @@ def test_few_log_normal_places_are_covered_too(count):
         ds = xr.Dataset({"pull_off_force": ("subregion", row)})
         found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=99)
         ends = found.sel(resampling="block")
-        held.append(~(ends.low > truth) & ~(truth > ends.high) & ~(ends.low <= 0))  # an end that is NaN is open
+        held.append((ends.low <= truth) & (truth <= ends.high) & (ends.low > 0))
     assert (xr.concat(held, "repeat").sum("repeat") >= 364).all()
 
 
@@ -179,14 +179,6 @@ def test_missing_places_and_lazy_data_do_not_matter():
     xr.testing.assert_equal(bootstrap(ds.chunk(subregion=16), "pull_off_force"), bootstrap(ds, "pull_off_force"))
 
 
-def test_an_end_that_few_samples_leave_open_is_not_a_number():
-    ds = xr.Dataset({"pull_off_force": ("subregion", [0.05, 0.1, 0.2, 0.479])})
-    found = bootstrap(ds, "pull_off_force", statistics=["mean", "q50", "q95"]).sel(resampling="block")
-    assert np.isnan(found.high.sel(statistic="q95"))
-    known = found.high.values[np.isfinite(found.high)] / found.estimate.values[np.isfinite(found.high)]
-    assert known.size and (known <= 10).all() and np.isfinite(found.low.sel(statistic="q50"))
-
-
 def test_reduction_is_a_part_of_the_smooth_spheres_pull():
     sweep = xr.Dataset(
         {"force": (("subregion", "delta"), [[0.0, -1.5 * np.pi, 1.0], [0.0, -3 * np.pi, 1.0]], {"units": "nN"})},
@@ -214,7 +206,6 @@ def test_histogram_bins_have_intervals_about_their_densities():
         ({"statistics": ["q101"]}, "q0 … q100"),
         ({"confidence": 95}, "between 0 and 1"),
         ({"resamples": 10}, "at least 20"),
-        ({"block": -1}, "block"),
     ],
 )
 def test_bad_options_are_refused_in_words(options, says):

@@ -75,6 +75,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
 
 def checked(ds: xr.Dataset) -> xr.Dataset:
     """Return the certificate of a solution."""
+    ds = schema.entered(ds)
     method = ds.attrs.get("method")
     if method not in SOLVED or "converged" not in ds:
         raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")

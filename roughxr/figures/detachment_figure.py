@@ -150,7 +150,7 @@ def fraction_remaining(ds: xr.Dataset, *, measured: dict[str, tuple[Any, Any]] |
     >>> left = (("friction_velocity", "time"), [[1.0], [0.2]])
     >>> ds = xr.Dataset({"remaining": left}, {"friction_velocity": [0.1, 1.0], "time": [1]})
     >>> fraction_remaining(ds, ax=Figure().subplots()).get_xlabel()
-    'friction velocity [m s⁻¹]'
+    'friction velocity [m/s]'
     """
     if "remaining" not in ds or set(ds["remaining"].dims) != {"friction_velocity", "time"}:
         raise ValueError(

@@ -80,7 +80,7 @@ def distribution(
     >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 3e3] * 4, {"units": "nN"})})
     >>> ax = distribution(ds, "force", ax=Figure().subplots())
     >>> ax.get_xlabel(), ax.get_ylabel()
-    ('contact force [µN]', 'probability density [µN⁻¹]')
+    ('contact force [µN]', 'probability density [1/µN]')
     """
     ax = axes(ax)
     look = stroke(order)

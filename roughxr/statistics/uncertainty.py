@@ -32,9 +32,6 @@ _FEWEST_SAMPLES = 30
 #: Number of values held at once while resampling: 40 MB.
 _VALUES_AT_ONCE = 5_000_000
 
-#: An end of a few samples' interval that differs from the estimate by a larger factor is not known.
-_LARGEST_FACTOR = 10.0
-
 #: Smaller samples than this part of the mean count as that much, so that they have a logarithm.
 _SMALLEST_SHARE = 0.01
 
@@ -83,8 +80,7 @@ def bootstrap(
     Dataset
         Along ``statistic``: ``estimate``, and ``low`` and ``high`` along ``resampling``: "block", and for comparison
         "naive", which draws single samples as if neighbours were independent and is too narrow where they are
-        not. An end is NaN where fewer than thirty positive samples leave it open by more than a factor of ten, as the
-        95 % quantile of four. ``independent_places`` is the effective sample size of either. Units are the variable's.
+        not. ``independent_places`` is the effective sample size of either. Units are the variable's.
 
     Raises
     ------
@@ -330,9 +326,7 @@ def _ends_of_few(label: str, found: Samples, estimate: float, count: float, conf
         away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
     ends = np.exp(ends) if positive else ends
-    ends = np.array([min(ends[0], estimate), max(ends[1], estimate)])
-    unbounded = positive & ((ends > _LARGEST_FACTOR * estimate) | (_LARGEST_FACTOR * ends < estimate))
-    return np.where(unbounded, np.nan, ends)
+    return np.array([min(ends[0], estimate), max(ends[1], estimate)])
 
 
 def _share_levels(share: float, count: float, confidence: float) -> list[float]:
