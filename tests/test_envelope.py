@@ -105,7 +105,7 @@ def test_envelope_of_one_dome_is_the_dome():
     """Peaks, fit and envelope together give a paraboloid back to rounding."""
     u, v = (X - 183.0)[:, None], (Y - 160.0)[None, :]
     z = 20 - (1e-3 * u**2 + 2e-3 * v**2 - 1e-3 * u * v)
-    ix, iy, _ = search(z).peaks
+    ix, iy, _ = search(z)
     fit = fit_paraboloids(z, ix, iy, 10, 15)
     vertex = X[ix] + fit.vertex_x, Y[iy] + fit.vertex_y
     rows = asperity_rows(*vertex, fit.height, fit.curvature_min, fit.curvature_max, fit.orientation)
@@ -114,7 +114,7 @@ def test_envelope_of_one_dome_is_the_dome():
 
 def test_touches_the_fitted_summits_of_a_random_surface():
     z = ndimage.gaussian_filter(np.random.default_rng(7).standard_normal((X.size, Y.size)), 2)
-    ix, iy, _ = search(z).peaks
+    ix, iy, _ = search(z)
     fit = fit_paraboloids(z, ix, iy, 10, 15, vertex="pixel")
     rows = asperity_rows(X[ix], Y[iy], fit.height, fit.curvature_min, fit.curvature_max, fit.orientation)
     surface = upper_envelope(X, Y, rows)

@@ -9,7 +9,8 @@ import xarray as xr
 
 from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
-from ..kernels.topography.tile_stitching import HALO, Frame, ScanPeaks, join_tiles, search_finer, search_tile
+from ..kernels.topography.paraboloid import Fit, fit_paraboloids
+from ..kernels.topography.peaks import Peaks, search
 from ..scans import regions, wavelength
 from ..scans.cache import cached
 from ..scans.wavelength import Waves
@@ -17,9 +18,6 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, is_whole, positive
 from ..vocabulary.verbs import warn
 from .ridges import repeated
-
-#: Least number of pixels along a side of a tile: rims and tasks of smaller ones would cost more than their heights.
-_TILE_SIDE = 256
 
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
@@ -37,6 +35,12 @@ _LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 #: Largest refinement of the pixels, and how near the patch must come to the wanted width.
 _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 
+#: The most heights of a scan on finer pixels: some 4 GB.
+_MOST_VALUES = 5e8
+
+#: Decimals (nm) to which splined heights are rounded, so that what is flat in the scan stays flat.
+_DECIMALS = 9
+
 #: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
 POOR_FIT = 0.15
 
@@ -44,20 +48,13 @@ POOR_FIT = 0.15
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
 
 
-class _Request(NamedTuple):
-    """A scan's pixels, and the options with which its asperities are fitted."""
-
-    shape: tuple[int, int]
-    pixel: tuple[float, float]  # nm
-    patch: Any  # "auto", pixels (int) or nm (float)
-    vertex: str
-
-
 class _Setup(NamedTuple):
-    """What all tiles share."""
+    """How the asperities of a scan are searched for and fitted."""
 
-    frame: Frame  # on the finer pixels
-    refine: int  # refinement of these pixels
+    pixel: tuple[float, float]  # nm, of the finer pixels
+    refine: int  # refinement of the scan's pixels
+    patch: int  # finer pixels along its side
+    vertex: str
     waves: Waves | None
 
 
@@ -121,31 +118,33 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     ds = schema.validate(ds, "scan")
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
     height, pixel = ds["height"].values, schema.pixel(ds)
-    request = _Request(height.shape, pixel, _patch(height.shape, pixel, patch), vertex)
-    setup = _setup(request, wavelength.waves(height, pixel) if request.patch == "auto" else None)
-    out = _catalogue(_searched(height, setup), ds.coords.to_dataset().assign_attrs(ds.attrs), setup)
+    patch_size = _patch(height.shape, pixel, patch)
+    waves = wavelength.waves(height, pixel) if patch_size == "auto" else None
+    setup = _setup(height.shape, pixel, patch_size, vertex, waves)
+    peaks, fit = _fitted_peaks(schema.finite(height), setup)
+    out = _catalogue(peaks, fit, ds.assign_coords(datum_height=height.max()), setup)
     if not (isinstance(patch, str) and patch == "paper"):
         _warn(out)
     return out
 
 
-def _setup(request: _Request, waves: Waves | None) -> _Setup:
-    """Return the set-up of the search for the waves of a scan; None where these were not needed."""
-    patch = request.patch
-    if patch == "auto" and waves is not None:
-        resolved = waves.shortest >= RESOLVED * max(request.pixel)
-        patch = _PATCH_PER_WAVE * waves.shortest if resolved else _LEAST_PIXELS
-    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, request)
-    (nx, ny), (dx, dy) = request.shape, request.pixel
-    shape = refine * (nx - 1) + 1, refine * (ny - 1) + 1
-    frame = Frame(shape, (dx / refine, dy / refine), count, request.vertex)
-    return _Setup(frame, refine, waves)
+def _setup(shape: tuple[int, int], pixel: tuple[float, float], patch: Any, vertex: str, waves: Waves | None) -> _Setup:
+    """Return the set-up for a scan's pixels and a patch of "auto", pixels (int) or nm (float)."""
+    if waves is not None:
+        patch = _PATCH_PER_WAVE * waves.shortest if waves.shortest >= RESOLVED * max(pixel) else _LEAST_PIXELS
+    count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, shape, pixel)
+    if refine**2 * shape[0] * shape[1] > _MOST_VALUES:
+        raise ValueError(
+            f"patch: expected a wider one, or a smaller scan: pixels {refine} times finer are "
+            f"{refine**2 * shape[0] * shape[1]:.2g} heights, and {_MOST_VALUES:.2g} are the most"
+        )
+    return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, waves)
 
 
-def _pixels(width: float, request: _Request) -> tuple[int, int]:
+def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[int, int]:
     """Return a patch's pixels (odd, at least 3) and the refinement by which it comes near to a width (nm)."""
-    pixels = width / max(request.pixel) * (1 + 1e-9)
-    most = int(min(pixels, _MOST_PIXELS, *request.shape))
+    pixels = width / max(pixel) * (1 + 1e-9)
+    most = int(min(pixels, _MOST_PIXELS, *shape))
     if most >= _UNREFINED_PIXELS:
         return most - (most + 1) % 2, 1
     for refine in range(1, _MOST_REFINED + 1):
@@ -157,65 +156,51 @@ def _pixels(width: float, request: _Request) -> tuple[int, int]:
 
 
 @cached
-def _searched(height: np.ndarray, setup: _Setup) -> ScanPeaks:
-    """Return the peaks of the heights of a scan."""
+def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
+    """Return the peaks of heights, on finer pixels if so set up, and their paraboloids."""
     if setup.refine > 1:
-        return _searched_finer(height, setup)
-    return join_tiles([[search_tile(height, (0, 0), setup.frame)]], setup.frame)
+        height = _splined(height, setup.refine)
+    height = np.ascontiguousarray(height, dtype=float)
+    peaks = search(height)
+    return peaks, fit_paraboloids(height, peaks.ix, peaks.iy, *setup.pixel, size=setup.patch, vertex=setup.vertex)
 
 
-def _searched_finer(height: np.ndarray, setup: _Setup) -> ScanPeaks:
-    """Return the peaks on finer pixels, tile by tile: all finer pixels at once would fill the memory."""
-    tiles = [
-        [search_finer(height[part], corner, halo, setup.refine, setup.frame) for part, corner, halo in row]
-        for row in _tiles(height.shape)
-    ]
-    return join_tiles(tiles, setup.frame)
+def _splined(height: np.ndarray, refine: int) -> np.ndarray:
+    """Return heights on pixels ``refine`` times finer, by bicubic splines through the pixel centres."""
+    from scipy.interpolate import RectBivariateSpline
+
+    order = [min(3, n - 1) for n in height.shape]
+    spline = RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
+    finer = spline(*(np.arange(refine * (n - 1) + 1) / refine for n in height.shape))
+    return np.round(finer, _DECIMALS)
 
 
-def _tiles(shape: tuple[int, int]) -> list[list[tuple]]:
-    """Return rows of tiles: pixels with their halo, first pixel, and halo."""
-    side = max(_TILE_SIDE, _MOST_PIXELS)
-    starts = (range(0, max(n - side, 0) + 1, side) for n in shape)
-    x, y = ([(i, min(i + side, n) if n - i >= 2 * side else n) for i in each] for each, n in zip(starts, shape))
-    return [[_with_halo(shape, (i, j), (ends_x, ends_y)) for j, ends_y in y] for i, ends_x in x]
-
-
-def _with_halo(shape: tuple[int, int], start: tuple[int, int], stop: tuple[int, int]) -> tuple:
-    halo = tuple((min(HALO, i), min(HALO, n - j)) for i, j, n in zip(start, stop, shape))
-    part = tuple(slice(i - low, j + high) for i, j, (low, high) in zip(start, stop, halo))
-    return part, start, halo
-
-
-def _catalogue(scan_peaks: ScanPeaks, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
-    """Return the peaks of a scan as a labelled catalogue; the heights in ``ds`` are not needed."""
-    frame = setup.frame
-    schema.none_missing(scan_peaks.missing, ds.sizes["x"] * ds.sizes["y"])
-    peaks, fit = scan_peaks.peaks, scan_peaks.fit
-    out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is kept
+def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:
+    """Return the fitted peaks of a scan as a labelled catalogue."""
+    out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is cached
     out["plateau_size"] = "asperity", peaks.size.copy()
     out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
     places = (
         ds[axis].values[at // setup.refine] + at % setup.refine * step
-        for axis, at, step in zip("xy", (peaks.ix, peaks.iy), frame.pixel)
+        for axis, at, step in zip("xy", (peaks.ix, peaks.iy), setup.pixel)
     )
     x, y = (place + off for place, off in zip(places, (fit.vertex_x, fit.vertex_y)))
     out = out.assign_coords(
         asperity=np.arange(peaks.ix.size),
         x=("asperity", x),
         y=("asperity", y),
-        datum_height=scan_peaks.highest,
-        patch_radius=0.5 * frame.patch * max(frame.pixel),
+        datum_height=ds["datum_height"],
+        patch_radius=0.5 * setup.patch * max(setup.pixel),
     )
     out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.travelling(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
-    if frame.vertex == "fitted":
-        out = out.isel(asperity=~repeated(out, max(frame.pixel)))
+    if setup.vertex == "fitted":
+        out = out.isel(asperity=~repeated(out, max(setup.pixel)))
         out = out.assign_coords(asperity=np.arange(out.sizes["asperity"]))
     if setup.waves is not None:
         known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
         out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
-    done = {"patch": frame.patch, "refine": setup.refine, "vertex": frame.vertex}
+    done = {"patch": setup.patch, "refine": setup.refine, "vertex": setup.vertex}
     return schema.record(schema.label(out), "asperities", ds, **done)
 
 

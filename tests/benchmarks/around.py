@@ -43,9 +43,9 @@ def catalogue(repeat):
     scan = surface(4096)
     z = scan.height.values
     once = median_seconds(z.max, repeat)
-    peaks = search(z).peaks
+    peaks = search(z)
     parts = {
-        "peaks": lambda: search(z).peaks,
+        "peaks": lambda: search(z),
         "fit_paraboloids": lambda: fit_paraboloids(z, peaks.ix, peaks.iy, PIXEL, PIXEL),
         "asperities (labelled)": lambda: roughxr.asperities(scan),
     }

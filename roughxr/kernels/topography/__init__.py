@@ -1,7 +1,6 @@
 """Peaks of a height map, the paraboloids fitted to them, and the surface that these paraboloids make up.
 
 peaks, paraboloid   local maxima, and a least-squares paraboloid at each
-tile_stitching      the same for a scan that is read tile by tile
 envelope            the upper envelope of many paraboloids
 random_surface      Gaussian surfaces of a given spectrum
 """

@@ -8,9 +8,6 @@ the smallest plateau.
 What lies outside the scan, or under a missing (NaN) pixel, is unknown: a plateau that holds a pixel of the
 outermost ring, or that has a NaN neighbour, is not known to be a maximum and is not a peak.
 
-A scan may also be searched tile by tile. A tile knows nothing of the pixels beyond its seams; they are given as
-−inf, which is lower than all. A plateau beside such a pixel is open: a peak as far as this tile knows.
-
 Letters: z heights (nm) as z[ix, iy]; i, j a pixel; n a plateau's number of pixels.
 """
 
@@ -18,11 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
+from ..arrays import line
 from ..jit import kernel
-
-#: Marks of a pixel of the plateaus that were filled: of an open one, and of any other.
-_SEEN, _OPEN = 1, 2
 
 
 class Peaks(NamedTuple):
@@ -31,15 +25,6 @@ class Peaks(NamedTuple):
     ix: np.ndarray  # first index of the plateau's pixel nearest its centroid
     iy: np.ndarray  # second index
     size: np.ndarray  # number of pixels of the plateau
-
-
-class Search(NamedTuple):
-    """The result of a search: peaks, and plateaus that are peaks unless pixels beyond the seams are higher."""
-
-    peaks: Peaks
-    first_ix: np.ndarray  # the pixel of each peak's plateau that the walk meets first
-    first_iy: np.ndarray
-    is_open: np.ndarray  # bool map: pixels of open plateaus; of size 0 where there is none
 
 
 @kernel
@@ -73,46 +58,40 @@ def on_border(shape, i, j):
 
 @kernel
 def _flood(z, i, j, seen, plateau):
-    """Fill the plateau around an inner pixel; return its size, whether all around it is lower, and whether it is open.
+    """Fill the plateau around an inner pixel; return its size, and whether all around it is lower.
 
     The fill goes on after the plateau has failed: every pixel is then seen once, and the cost stays O(N).
     It does not walk along the border, where a pixel has no eight neighbours.
     """
     top = z[i, j]
-    seen[i, j] = _SEEN
+    seen[i, j] = True
     plateau[0, 0], plateau[0, 1] = i, j
-    done, n, is_peak, is_open = 0, 1, True, False
+    done, n, is_peak = 0, 1, True
     while done < n:
         i, j = plateau[done, 0], plateau[done, 1]
         done += 1
         for p in range(i - 1, i + 2):
             for q in range(j - 1, j + 2):
                 if z[p, q] < top:
-                    is_open |= z[p, q] == -np.inf
-                elif z[p, q] != top or on_border(z.shape, p, q):  # higher, NaN, or open to the outside
+                    continue
+                if z[p, q] != top or on_border(z.shape, p, q):  # higher, NaN, or open to the outside
                     is_peak = False
                 elif not seen[p, q]:
-                    seen[p, q] = _SEEN
+                    seen[p, q] = True
                     plateau[n, 0], plateau[n, 1] = p, q
                     n += 1
-    return n, is_peak, is_open
-
-
-@kernel
-def off_centroid(i, j, n, sum_i, sum_j):
-    """Return n² times the squared distance of pixel i, j from the centroid of n, whole so that equal ones tie."""
-    return float(n * i - sum_i) ** 2 + float(n * j - sum_j) ** 2
+    return n, is_peak
 
 
 @kernel
 def _nearest_centroid(pixels):
-    """Return the plateau's pixel nearest its centroid, counted in pixels; of equals the first in the scan."""
+    """Return the plateau's pixel nearest its centroid; of equals the first in the scan."""
     n, sum_i, sum_j = len(pixels), 0, 0
     for i, j in pixels:
         sum_i, sum_j = sum_i + i, sum_j + j
     best_i, best_j, best = pixels[0, 0], pixels[0, 1], np.inf
     for i, j in pixels:
-        distance = off_centroid(i, j, n, sum_i, sum_j)
+        distance = float(n * i - sum_i) ** 2 + float(n * j - sum_j) ** 2  # whole numbers, so that equal ones tie
         if (distance, i, j) < (best, best_i, best_j):
             best_i, best_j, best = i, j, distance
     return best_i, best_j
@@ -120,40 +99,23 @@ def _nearest_centroid(pixels):
 
 @kernel
 def search(z):
-    """Return the :class:`Search` of the heights ``z[ix, iy]``, where −inf stands for a pixel beyond a seam."""
+    """Return the :class:`Peaks` of the heights ``z[ix, iy]``."""
     nx, ny = z.shape
     most = (max(nx - 1, 0) // 2) * (max(ny - 1, 0) // 2)  # peaks do not touch: one in two by two pixels
-    peaks = np.empty((5, most), np.int32)  # the system lends these pages, and the next, only as they are touched
+    peaks = np.empty((3, most), np.int32)  # the system lends these pages, and the next, only as they are touched
     plateau = np.empty((z.size, 2), np.int32)
     unsurpassed = line(max(ny - 2, 0), False)
-    seen = np.zeros(z.shape, np.uint8)
-    count, any_open = 0, False
+    seen = np.zeros(z.shape, np.bool_)
+    count = 0
     for i in range(1, nx - 1):
         _mark_unsurpassed(z[i - 1], z[i], z[i + 1], unsurpassed)
         for j in range(1, ny - 1):
             if not unsurpassed[j - 1] or seen[i, j]:
                 continue
-            n, is_peak, is_open = _flood(z, i, j, seen, plateau)
-            if is_peak and is_open:
-                any_open = True
-                for p, q in plateau[:n]:
-                    seen[p, q] = _OPEN
-            elif is_peak:
-                ix, iy = _nearest_centroid(plateau[:n])
-                peaks[0, count], peaks[1, count], peaks[2, count] = ix, iy, n
-                peaks[3, count], peaks[4, count] = i, j
+            n, is_peak = _flood(z, i, j, seen, plateau)
+            if is_peak:
+                peaks[0, count], peaks[1, count] = _nearest_centroid(plateau[:n])
+                peaks[2, count] = n
                 count += 1
-    return _kept(peaks, count, seen, nx if any_open else 0, ny if any_open else 0)
-
-
-@kernel
-def _kept(peaks, count, seen, nx, ny):
-    """Return a search's peaks, and which pixels of so many belong to open plateaus, without the work space."""
-    kept, is_open = table(5, count, 0), table(nx, ny, False)
-    for row in range(5):
-        for k in range(count):
-            kept[row, k] = peaks[row, k]
-    for i in range(nx):
-        for j in range(ny):
-            is_open[i, j] = seen[i, j] == _OPEN
-    return Search(Peaks(kept[0], kept[1], kept[2]), kept[3], kept[4], is_open)
+    columns = peaks[:, :count].astype(np.int64)
+    return Peaks(columns[0], columns[1], columns[2])
