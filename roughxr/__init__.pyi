@@ -28,7 +28,6 @@ from .contact.rigid.bodies import rigid as rigid
 from .figures import plot as plot
 from .jobs.checkpoint import checkpointed as checkpointed
 from .jobs.progress import progress as progress
-from .jobs.spread import compute as compute
 from .measured import compare as compare
 from .measured import fit_pair as fit_pair
 from .measured import open_pull_off as open_pull_off

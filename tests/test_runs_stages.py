@@ -10,8 +10,6 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, cli, report
-from roughxr.jobs.checkpoint import Checkpoint
-from roughxr.jobs.progress import progress
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
 
@@ -90,20 +88,8 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
     assert "not finished" not in report.page(groups)
 
 
-def test_at_an_interrupt_the_answer_is_that_of_all_finished_places(surface, whole, tmp_path, monkeypatch, capsys):
-    """The first four places are solved, then two more at once: of these one is kept as the interrupt comes."""
-    put, stages = Checkpoint.put, []
-
-    def interrupted(self, items, results):
-        put(self, items, results)
-        stages.append(results.dtype)
-        if stages.count(results.dtype) == 5:  # four of them known
-            signal.raise_signal(signal.SIGINT)
-
-    monkeypatch.setattr(Checkpoint, "put", interrupted)
-    with pytest.raises(KeyboardInterrupt), progress():
-        roughxr.run(surface, tmp_path / "run.nc", **OPTIONS)
-    told = capsys.readouterr().out.splitlines()[-1]
-    assert told.startswith("so far: ")
-    count = int(told.split(" by ")[1].split()[0])
-    assert 4 < count <= 6 and (count == 6 or f"by {count} places of 6" in told)
+def test_one_preload_is_what_a_run_takes(surface, tmp_path):
+    for preload in ([0.0, 50.0], -1.0):
+        with pytest.raises(ValueError, match=r"preload: expected one force of at least 0 nN"):
+            roughxr.run(surface, tmp_path / "run.nc", preload=preload, **OPTIONS)
+    assert not list(tmp_path.iterdir())

@@ -55,7 +55,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
     found["estimate"] = roughxr.pull_off(found["direct"], method="ciavarella", smoothing=1.0)
-    return {name: roughxr.compute(ds) for name, ds in found.items()}
+    return {name: ds.compute() for name, ds in found.items()}
 
 
 def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:

@@ -74,14 +74,14 @@ def pull_off_map(
     summands = summands_of(ds, law, DEFAULT, datum)
     ds, law, options = summands.ds, summands.law, summands.options
     positions = _pixels(ds, subregions) if isinstance(subregions, str) else regions.centres(ds, subregions)
-    out = _labelled(_records(positions, asperity_grid(summands.catalogue, options), options), ds)
+    out = _labelled(_records(positions, asperity_grid(summands.catalogue, options), options, summands.lazy), ds)
     out = _on_pixels(out, ds) if isinstance(subregions, str) else out.assign_coords(positions.coords)
     named = law_of(law, DEFAULT, options)
     out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
     out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
-    out = spread.finish(out, lazy=summands.lazy)
+    out = spread.finish(out)
     if not summands.lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
@@ -95,13 +95,13 @@ def _pixels(ds: xr.Dataset, subregions: str) -> xr.Dataset:
     return xr.Dataset(coords={"subregion_x": ("subregion", x.ravel()), "subregion_y": ("subregion", y.ravel())})
 
 
-def _records(positions: xr.Dataset, grid: Any, options: SumOptions) -> Any:
+def _records(positions: xr.Dataset, grid: Any, options: SumOptions, lazy: bool) -> Any:
     """Return one record for each centre, computed or lazy."""
     x, y = (positions[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
     tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
     each = min(_TILE, x.size)
     record = np.dtype((PULL_OFF, (each,)))
-    records = spread.task_results(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each)
+    records = spread.task_results(_tile, tiles, record, grid, options, each, name="pull_off_map", each=each, lazy=lazy)
     return records.reshape(-1)[: x.size]
 
 

@@ -173,7 +173,7 @@ def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     solve = partial(spread.task_results, name="rolling", lazy=summands.lazy)
     records = solve(_roll, centres, layout.dtype, prepared, summands.options, layout, load)
     out = labelled(records, layout, summands.ds, positions)
-    return spread.finish(out.assign_attrs(datum="highest_peak"), lazy=summands.lazy)
+    return spread.finish(out.assign_attrs(datum="highest_peak"))
 
 
 def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:

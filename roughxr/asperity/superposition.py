@@ -139,7 +139,7 @@ def superpose(
         out.attrs |= expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
-    out = spread.finish(out, lazy=lazy)
+    out = spread.finish(out)
     if law in ADHESIVE and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out

@@ -260,7 +260,7 @@ def adhesive(
     arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
-    out = spread.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion)
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))

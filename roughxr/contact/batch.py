@@ -40,7 +40,7 @@ def cases_at(
 
 def pull_offs(cases: Sequence[Case]) -> np.ndarray:
     """Return the pull-off of each case, nN; NaN where a cycle could not be completed."""
-    return np.asarray(spread.task_results(_pull_off, cases, (), name="changes", lazy=False))
+    return np.asarray(spread.task_results(_pull_off, cases, (), name="changes"))
 
 
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:

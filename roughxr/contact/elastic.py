@@ -138,7 +138,7 @@ def direct(
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     steps = {"delta": None, "load": None, **axes}
     out = schema.record(out, "direct", specimen.bodies, **steps, **arguments)
-    out = spread.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out)
     if not specimen.lazy:
         warn_unconverged(out, "converged tells which, residual how far they are off")
         _warn_of_untouched(out)

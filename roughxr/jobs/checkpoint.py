@@ -12,14 +12,14 @@ import hashlib
 import json
 import os
 import shutil
+import time
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import dask
 import filelock
@@ -45,9 +45,6 @@ _HASH = 16
 
 #: Longer texts are cut in messages.
 _LONGEST_TEXT = 120
-
-#: Whether solves return stored results only, and compute nothing.
-_ONLY_STORED: ContextVar[bool] = ContextVar("only_stored", default=False)
 
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
@@ -186,13 +183,6 @@ def _root_of(output: Path) -> dict[str, Any]:
     return archive.root_of(output)
 
 
-class _Stored(NamedTuple):
-    """Where the result of an item is stored."""
-
-    file: str
-    row: int
-
-
 class Checkpoint:
     """The folder of an unfinished run beside ``output``, locked within its ``with`` block.
 
@@ -207,7 +197,7 @@ class Checkpoint:
     def __init__(self, output: Path):
         self.output, self.path = output, output.with_name(output.name + ".checkpoint")
         self.finished = False  # then the folder is removed
-        self.stored: dict[bytes, _Stored] = {}
+        self.stored: dict[bytes, tuple[str, int]] = {}  # file and row of each item's result
         self._lock = filelock.FileLock(self.path / "lock", timeout=0)
 
     def __enter__(self) -> Checkpoint:
@@ -273,13 +263,14 @@ class Checkpoint:
     def get(self, keys: Sequence[bytes], dtype: np.dtype) -> np.ndarray:
         """Return the stored results of items."""
         results = np.empty(len(keys), dtype)
-        for name in dict.fromkeys(self.stored[key].file for key in keys):
+        batches: dict[str, list[int]] = {}
+        for k, key in enumerate(keys):
+            batches.setdefault(self.stored[key][0], []).append(k)
+        for name, places in batches.items():
             _, batch = self._read(name)
             if batch is None:
                 raise OSError(f"{self.path / name}: it was damaged during the run; call again to repeat it")
-            for k, key in enumerate(keys):
-                if self.stored[key].file == name:
-                    results[k] = batch[self.stored[key].row]
+            results[places] = batch[[self.stored[keys[k]][1] for k in places]]
         return results
 
     def _read(self, name: str) -> tuple[list[bytes], np.ndarray | None]:
@@ -297,7 +288,7 @@ class Checkpoint:
             return [], None
 
     def _note(self, name: str, items: Sequence[bytes]) -> None:
-        self.stored |= {item: _Stored(name, row) for row, item in enumerate(items)}
+        self.stored |= {item: (name, row) for row, item in enumerate(items)}
 
     def say(self, message: str) -> None:
         """Add a line to the run's log."""
@@ -330,16 +321,6 @@ class Checkpoint:
             ) from error
 
 
-@contextmanager
-def only_kept() -> Iterator[None]:
-    """Let the solves of a checkpointed run return stored results within the block, and NaN for all else."""
-    token = _ONLY_STORED.set(True)
-    try:
-        yield
-    finally:
-        _ONLY_STORED.reset(token)
-
-
 class _WithCheckpoints:
     """Computes the tasks of a run's solves except those whose results are stored; stores each batch as it finishes."""
 
@@ -351,12 +332,6 @@ class _WithCheckpoints:
         work = spread.in_memory(work)
         keys, stored = item_keys(work), self.checkpoint.stored
         missing = [k for k, key in enumerate(keys) if key not in stored]
-        if _ONLY_STORED.get():
-            say(f"{work.name}: {work.each * (len(keys) - len(missing))} subregions kept")
-            results = _unknown(len(keys), work.dtype)
-            known = [k for k, key in enumerate(keys) if key in stored]
-            results[known] = self.checkpoint.get([keys[k] for k in known], work.dtype)
-            return results
         if missing:
             self._compute(work, keys, missing)
         else:
@@ -368,21 +343,23 @@ class _WithCheckpoints:
         return spread.stacked([(read(batch, work.dtype), len(batch)) for batch in batches], work.dtype)
 
     def _compute(self, work: Work, keys: list[bytes], missing: list[int]) -> None:
-        failures, total = [], work.each * len(work.arguments)
+        failures, total, begun = [], work.each * len(work.arguments), time.monotonic()
 
         def receive(items: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
-                failures.append(f"{_subregions(work, items)}: {result.reason}")
+                failures.append((work.each * len(items), f"{_subregions(work, items)}: {result.reason}"))
                 self.checkpoint.say(f"{work.name}: {_subregions(work, items)} failed: {result.reason}")
             else:
                 self.checkpoint.put([keys[k] for k in items], result)
 
         self.checkpoint.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
-        progress = spread.compute_each(work, missing, receive)
-        self.checkpoint.say(f"{work.name}: {progress.text()}, {progress.seconds():.3g} s")
+        spread.compute_each(work, missing, receive)
+        failed = sum(count for count, _ in failures)
+        took = time.monotonic() - begun
+        self.checkpoint.say(f"{work.name}: {total - failed}/{total} subregions, {failed} failed, {took:.3g} s")
         if failures:
             raise RuntimeError(
-                f"{work.name}: {progress.failed} of {total} subregions failed, first {failures[0]}; the "
+                f"{work.name}: {failed} of {total} subregions failed, first {failures[0][1]}; the "
                 "results of the others are kept: remove the cause and call again"
             )
 
@@ -391,15 +368,6 @@ class _WithCheckpoints:
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
         scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
         return scalars.assign({name: ds[name] for name in fields})
-
-
-def _unknown(count: int, dtype: np.dtype) -> np.ndarray:
-    """Return results without values: NaN, and False or 0 where there is no NaN."""
-    unknown = np.zeros(count, dtype)
-    for name in dtype.names or [...]:
-        if unknown[name].dtype.kind == "f":
-            unknown[name] = np.nan
-    return unknown
 
 
 def _in_slabs(ds: xr.Dataset) -> xr.Dataset:

@@ -7,7 +7,6 @@ are computed at once, later as a dask array, or by a checkpointed run. The sched
 
 from __future__ import annotations
 
-import logging
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -22,8 +21,7 @@ import numpy as np
 import xarray as xr
 from dask.delayed import Delayed
 
-from ..vocabulary.schema import entered
-from .progress import Progress, is_shown
+from .progress import subregion_bar
 
 #: Largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
@@ -34,17 +32,7 @@ _RESULT_BYTES = 2**28
 #: How often a cluster computes a lost batch again.
 _RETRIES = 3
 
-#: Annotation of the graph: how many subregions a batch contains.
-_SUBREGIONS = "subregions"
-
 _LOCAL = ("threads", "processes", "synchronous")
-
-#: For a cluster of this machine: even without a dashboard, the scheduler's HTTP server asks for dask's usual port, and
-#: a second cluster would warn that it is taken.
-NO_DASHBOARD = {"dashboard_address": None, "scheduler_kwargs": {"dashboard_address": "127.0.0.1:0"}}
-
-#: Makes a worker process ignore Ctrl-C, which a terminal sends to all: the main process then ends it in good order.
-_IGNORE_INTERRUPTS = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
 
 
 class Work(NamedTuple):
@@ -109,13 +97,12 @@ def task_results(
     *shared: Any,
     each: int = 1,
     name: str = "solve",
-    lazy: bool = True,
+    lazy: bool = False,
 ) -> Any:
-    """Return the stacked results of ``task(*arguments[k], *shared)``: an array, lazy in chunks of one batch.
+    """Return the stacked results of ``task(*arguments[k], *shared)``: an array, or lazy in chunks of one batch.
 
     ``task`` is at the top of a module, for other processes to import; ``dtype`` is the type of a record, or the
-    shape of a float64 result; ``each`` counts the subregions of an item. Small solves are computed at once
-    (``lazy=False``): tasks for labels and slices would double their time.
+    shape of a float64 result; ``each`` counts the subregions of an item.
     """
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
     work = Work(task, arguments, dtype, shared, each, name)
@@ -131,8 +118,14 @@ def task_results(
             raise result.error
         results[items] = result
 
-    compute_each(in_memory(work), range(len(arguments)), receive)
+    compute_each(work, range(len(arguments)), receive)
     return results
+
+
+def finish(ds: xr.Dataset) -> xr.Dataset:
+    """Return a labelled result, within a checkpointed run with its scalars in memory."""
+    executor = _EXECUTOR.get()
+    return ds if executor is None else executor.finish(ds)
 
 
 def stacked(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
@@ -148,30 +141,26 @@ def in_memory(work: Work) -> Work:
     return work._replace(arguments=arguments, shared=shared)
 
 
-def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> Progress:
+def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> None:
     """Compute items on the active scheduler; call ``receive(items, result)`` in this thread as each batch finishes."""
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
-    progress = Progress(total, done=total - left, label=work.name)
-    batches = work.batches(items)
+    work, batches = in_memory(work), work.batches(items)
     tasks = _delayed(work, batches, _attempt)
     delayed = {task.key: batch for task, batch in zip(tasks, batches)}
+    with subregion_bar(total, done=total - left, label=work.name) as bar:
 
-    def finished(key: Any, result: Any) -> None:
-        if key in delayed:
-            receive(delayed[key], result)
-            progress.add(work.each * len(delayed[key]), failed=isinstance(result, Failure))
+        def finished(key: Any, result: Any) -> None:
+            if key in delayed:
+                receive(delayed[key], result)
+                bar.update(work.each * len(delayed[key]))
 
-    try:
         if (client := active_client()) is not None:
             _compute_on(client, tasks, finished)
         else:
-            _compute_here(tasks, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1), finished)
-    finally:
-        progress.close()
-    return progress
+            _compute_locally(tasks, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1), finished)
 
 
-def _compute_here(tasks: list[Delayed], at_once: int, finished: Callable[[Any, Any], None]) -> None:
+def _compute_locally(tasks: list[Delayed], at_once: int, finished: Callable[[Any, Any], None]) -> None:
     with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(key, result)):
         for k in range(0, len(tasks), at_once):
             dask.compute(*tasks[k : k + at_once], traverse=False, optimize_graph=False)
@@ -203,19 +192,16 @@ def _expect_workers(client: Any) -> None:
 
 
 def _delayed(work: Work, batches: Sequence[Sequence[int]], function: Callable) -> list[Delayed]:
-    """Return each batch as a delayed value, annotated with its number of subregions."""
+    """Return each batch as a delayed value."""
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
     delayed = []
     for items in batches:
         arguments = [work.arguments[k] for k in items]
         if any(dask.is_dask_collection(value) for item in arguments for value in item):
-            batch = dask.delayed(function, pure=False)(work.task, arguments, work.dtype, *shared)
+            delayed.append(dask.delayed(function, pure=False)(work.task, arguments, work.dtype, *shared))
         else:  # else dask would search the arguments for collections
             bound = partial(function, work.task, arguments, work.dtype)
-            batch = dask.delayed(bound, pure=False, traverse=False)(*shared)
-        layers = batch.__dask_graph__().layers
-        layers[batch.__dask_layers__()[0]].annotations = {_SUBREGIONS: len(items) * work.each}
-        delayed.append(batch)
+            delayed.append(dask.delayed(bound, pure=False, traverse=False)(*shared))
     return delayed
 
 
@@ -251,61 +237,6 @@ def is_interrupt(error: BaseException | None) -> bool:
     return isinstance(error, KeyboardInterrupt)
 
 
-def finish(ds: xr.Dataset, *, lazy: bool) -> xr.Dataset:
-    """Return ``ds`` unchanged where its input was lazy, computed where it was not."""
-    if (executor := _EXECUTOR.get()) is not None:
-        return executor.finish(ds)
-    return ds if lazy else compute(ds)
-
-
-def compute(ds: xr.Dataset) -> xr.Dataset:
-    """Compute a lazy Dataset on any of dask's schedulers; within `progress`, with a count of finished subregions.
-
-    Parameters
-    ----------
-    ds : Dataset
-
-    Returns
-    -------
-    Dataset
-        With NumPy arrays.
-
-    Examples
-    --------
-    >>> from roughxr import assign_pair, direct
-    >>> from roughxr.scans import synthetic
-    >>> scan = synthetic.self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)
-    >>> scan = assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> later = direct(scan.chunk(x=8), delta=[1.0, 2.0])
-    >>> bool(later.chunks), bool(compute(later).chunks)
-    (True, False)
-    """
-    ds = entered(ds)
-    counts = _subregion_counts(ds)
-    if not counts or not is_shown():
-        return ds.compute()
-    bar = Progress(sum(counts.values()))
-    client = active_client()
-    try:
-        if client is None:
-            with dask.callbacks.Callback(posttask=lambda key, *_: bar.add(counts.get(key, 0))):
-                return ds.compute(optimize_graph=False)  # fused batches would lose their keys
-        stored = client.persist(ds, optimize_graph=False)
-        for future in sys.modules["distributed"].as_completed(client.futures_of(stored)):
-            bar.add(counts.get(future.key, 0), failed=future.status != "finished")
-        bar.done = max(bar.done, bar.total - bar.failed)  # batches are counted where they are chunks of the result
-        return stored.compute()
-    finally:
-        bar.close()
-
-
-def _subregion_counts(ds: xr.Dataset) -> dict[str, int]:
-    """Return how many subregions each batch of a lazy Dataset contains, by the batch's key."""
-    layers = getattr(ds.__dask_graph__(), "layers", {}).values()
-    annotated = ((key, layer.annotations) for layer in layers if layer.annotations for key in layer)
-    return {key: annotations[_SUBREGIONS] for key, annotations in annotated if _SUBREGIONS in annotations}
-
-
 def active_client() -> Any:
     """Return the active distributed client, or None; never imports distributed itself."""
     if "distributed" not in sys.modules or dask.config.get("scheduler", None) not in (None, "dask.distributed"):
@@ -320,59 +251,21 @@ def on_scheduler(scheduler: str | None) -> Any:
     """Compute on a scheduler by name or address within a block; None keeps the active one. It must answer."""
     if scheduler is None:
         return nullcontext()
-    if scheduler == "processes":
-        return _worker_processes()
     if scheduler in _LOCAL:
         return dask.config.set(scheduler=scheduler)
-    if ":" in scheduler:
-        return _client(scheduler)
-    raise ValueError(
-        f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
-        f"found {scheduler!r}"
-    )
-
-
-def _client(address: str) -> Any:
-    distributed = _distributed("a scheduler's address needs")
-    try:
-        return distributed.Client(address)
-    except (OSError, ValueError) as error:
-        raise OSError(
-            f"scheduler {address!r}: could not be reached ({error}); "
-            "start 'dask scheduler' and give the address that it prints"
-        ) from error
-
-
-@contextmanager
-def _worker_processes() -> Iterator[Any]:
-    """Yield a client of worker processes on this machine; they end with this process, and restart when they die."""
-    distributed = _distributed("worker processes need")
-    options = {"threads_per_worker": 1, "memory_limit": None, "silence_logs": logging.CRITICAL, **NO_DASHBOARD}
-    count = dask.config.get("num_workers", None)
-    with (
-        # by default a cluster gives up a worker that is away 15 s after an earlier death
-        dask.config.set({"distributed.deploy.lost-worker-timeout": "1000 days"}),
-        _started(
-            partial(distributed.LocalCluster, n_workers=count, preload=[_IGNORE_INTERRUPTS], **options)
-        ) as cluster,
-        distributed.Client(cluster) as client,
-    ):
-        yield client
-
-
-def _started(cluster: Callable[[], Any], tries: int = 3) -> Any:
-    """Start worker processes, again if one dies before it is ready."""
-    try:
-        return cluster()
-    except RuntimeError:
-        if tries == 1:
-            raise
-        return _started(cluster, tries - 1)
-
-
-def _distributed(needed_by: str) -> Any:
+    if ":" not in scheduler:
+        raise ValueError(
+            f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
+            f"found {scheduler!r}"
+        )
     try:
         import distributed
     except ImportError:
-        raise ImportError(f"{needed_by} dask.distributed: pip install distributed") from None
-    return distributed
+        raise ImportError("a scheduler's address needs dask.distributed: pip install distributed") from None
+    try:
+        return distributed.Client(scheduler)
+    except (OSError, ValueError) as error:
+        raise OSError(
+            f"scheduler {scheduler!r}: could not be reached ({error}); "
+            "start 'dask scheduler' and give the address that it prints"
+        ) from error

@@ -40,7 +40,7 @@ from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
-from ..jobs.checkpoint import checkpointed, only_kept
+from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
@@ -58,8 +58,7 @@ from ..studies.short_waves import quietly
 from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
 from ..tables import to_table
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, quantity
-from ..vocabulary.units import Places, Quantities, magnitude, whole_number
+from ..vocabulary.units import Places, Quantities, single, whole_number
 from ..vocabulary.verbs import verb, warn
 
 #: Ways of superposition that a run compares; of a humid pair the one for liquid.
@@ -171,7 +170,7 @@ def run(
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
     preload : number or quantity
-        How hard the sphere is pressed on before it is drawn off, nN; 0: it settles under its own adhesion.
+        One force that presses the sphere on before it is retracted, nN; 0: it settles under its own adhesion.
     law, mesh
         Options of the simulation with adhesion, see `adhesive`; steps of 0.4 nm unless a `Mesh` states others. "auto":
         the mesh is refined until the pull-off of four places changes by less than its accuracy in the median, or to
@@ -213,7 +212,7 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
-    adhesion = {"preload": magnitude(preload, "nN", "preload"), "law": law, "mesh": mesh_of(mesh, _MESH)}
+    adhesion = {"preload": _one_preload(preload), "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
         subregions = resting(specimen.scan, landings=subregions)
@@ -257,6 +256,11 @@ def kept(specimen: Specimen, plan: Plan, say: Stages, path: Path):
         title=specimen.bodies.attrs.get("title", ""),
         missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
     )
+
+
+def _one_preload(preload: Any) -> float:
+    words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
+    return single(preload, "nN", "preload", words, lambda force: force >= 0)
 
 
 def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
@@ -370,7 +374,7 @@ def _of_budget(plan: Plan, place: float) -> dict[str, float]:
 
 def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset], say: Stages):
     """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
-    solved, preload = groups["solutions/adhesive"], float(np.min(plan.preload))
+    solved, preload = groups["solutions/adhesive"], plan.preload
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     scan = specimen.scan
     say("waves")
@@ -398,7 +402,7 @@ def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr
     some = regions.sample(specimen.centres(plan.subregions), plan.extrapolated)
     say("extrapolated", f", at {some.sizes['subregion']} places")
     try:
-        estimate = extrapolated(specimen, subregions=some, preload=float(np.min(plan.preload)))
+        estimate = extrapolated(specimen, subregions=some, preload=plan.preload)
     except ValueError as error:
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, str(error))}
     places = ["pull_off_force"]
@@ -470,20 +474,15 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
 
 
 def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
-    """Return the simulation with adhesion at all places; the answer is told as their number grows, and at Ctrl-C."""
+    """Return the simulation with adhesion at all places; the answer is shown as their number grows."""
     shares, count = [], _TELLING_FACTOR * plan.checked
     while count < _count(specimen, plan):  # of these, what was solved already is not solved again
         shares.append(regions.sample(specimen.centres(plan.subregions), count))
         count *= _TELLING_FACTOR
-    for places in (*shares, plan.subregions):
-        asked = options | {"subregions": places}
-        try:
-            solved = adhesive(specimen, **asked) if places is plan.subregions else quietly(adhesive, specimen, **asked)
-        except KeyboardInterrupt:
-            with only_kept():
-                _tell_so_far(quietly(adhesive, specimen, **asked), say, mesh_error)
-            raise
-        _tell_so_far(solved, say, mesh_error)
+    for places in shares:
+        _tell_so_far(quietly(adhesive, specimen, **options | {"subregions": places}), say, mesh_error)
+    solved = adhesive(specimen, **options | {"subregions": plan.subregions})
+    _tell_so_far(solved, say, mesh_error)
     return solved
 
 
@@ -492,9 +491,8 @@ def _tell_so_far(solved: xr.Dataset, say: Stages, mesh_error: float | None = Non
     if not bool(solved["pull_off_force"].notnull().any()):
         return
     mean, words = answered(solved, mesh_error=mesh_error)
-    ends = interval(float(mean["low"]), float(mean["high"]), "nN")
     first = "" if np.isfinite(mean["mesh_error"]) else "first estimate, its mesh not checked yet: "
-    say.found(f"{first}pull-off {words}", f"{quantity(float(mean['pull_off_force']))} ({ends})")
+    say.answer(f"{first}pull-off {words}")
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
@@ -540,7 +538,6 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
         took, before = say.passed() - before, say.passed()
         each = took / count
         say.expect(mesh=before + 8 * took, adhesive=_count(specimen, plan) * each, **_of_budget(plan, each))
-        say.detail(f"{2 * n} cells to a pixel")
         finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
         change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
         _tell_so_far(finer, say, change)
@@ -608,7 +605,6 @@ def show(
     printed = _tables_text(tables, [*notes, *report.superposed(groups)], groups)
     if folder is not None:
         _write_folder(groups, tables, printed, say, path, folder, drawn)
-    say.clear()
     print(printed.rstrip("\n"))
 
 

@@ -291,7 +291,7 @@ class Surface:
         """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
         guess = guess or (self.depth, 0.0)
         tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        found = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated", lazy=False)
+        found = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated")
         return np.asarray(found).reshape(len(places), seeds, 2)
 
 

@@ -166,7 +166,7 @@ def two_workers(scan, folder):
     for k in range(3):
         for workers in times:
             with (
-                LocalCluster(n_workers=workers, threads_per_worker=1, **spread.NO_DASHBOARD) as cluster,
+                LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=None) as cluster,
                 Client(cluster, set_as_default=False),
             ):
                 address = cluster.scheduler_address

@@ -138,7 +138,7 @@ def rigid(
     arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields, "datum": datum, **named}
     arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
-    out = spread.finish(out, lazy=specimen.lazy)
+    out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, options)
         if not pixels:
