@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import re
 import shutil
 import tempfile
 import warnings
@@ -17,7 +16,7 @@ import roughxr
 
 matplotlib.use("Agg")
 
-# The gallery's meshes are coarse, of which roughxr warns; Sphinx's own warnings are no Python warnings.
+# The example pages use coarse meshes, of which roughxr warns; Sphinx's own warnings are no Python warnings.
 warnings.simplefilter("ignore", UserWarning)
 
 # Pages of functions are written anew, lest one stay that is gone.
@@ -33,7 +32,6 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "matplotlib.sphinxext.plot_directive",
     "sphinx_autosummary_accessors",
 ]
 templates_path = [sphinx_autosummary_accessors.templates_path]
@@ -45,18 +43,10 @@ nb_execution_mode = "off"
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
 myst_title_to_header = True
-myst_footnote_sort = True
-myst_footnote_transition = False
 
 autodoc_typehints = "none"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
-
-plot_pre_code = ""
-plot_include_source = True
-plot_html_show_source_link = False
-plot_html_show_formats = False
-plot_formats = [("png", 130)]
 
 html_theme = "pydata_sphinx_theme"
 html_static_path = ["site/static"]
@@ -65,7 +55,7 @@ html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 6}
-_ALONE = "start how-to words concepts physics gallery paper-values speed other-programs changelog"
+_ALONE = "start how-to concepts physics below-the-pixel against-experiment speed other-programs citing changelog"
 html_sidebars = {f"site/{page}": [] for page in _ALONE.split()}  # pages with no other below them
 html_math_renderer = "mathml"
 
@@ -78,34 +68,6 @@ def _inline(writer, node):
 def _block(writer, node):
     writer.body.append(f'<div style="overflow-x: auto; margin: 1em 0">{tex2mathml(node.astext(), as_block=True)}</div>')
     raise SkipNode
-
-
-def _entries(bibliography: Path) -> dict[str, dict[str, str]]:
-    """Return the fields of each entry of a BibTeX file, one field to a line."""
-    found = re.findall(r"@\w+\{(\w+),\n(.*?)\n\}", bibliography.read_text(encoding="utf-8"), re.DOTALL)
-    fields = {key: dict(re.findall(r"^  (\w+) = \{(.*)\},?$", body, re.MULTILINE)) for key, body in found}
-    return {key: {name: re.sub("[{}]", "", value) for name, value in row.items()} for key, row in fields.items()}
-
-
-def _in_words(entry: dict[str, str]) -> str:
-    """Return an entry as it stands in a list of references."""
-    authors = entry["author"].replace(" and others", " et al.").replace(" and ", "; ")
-    where = next(entry[name] for name in ("journal", "booktitle", "publisher", "howpublished") if name in entry)
-    place = " ".join(entry.get(name, "").replace("--", "–") for name in ("volume", "pages")).strip()
-    doi = f", <https://doi.org/{entry['doi']}>" if "doi" in entry else ""
-    return f"{authors}: {entry['title']}. *{where}*{place and ' ' + place} ({entry['year']}){doi}."
-
-
-def _cited(app, page, source):
-    """Let pages be written as journals ask: [@key] of the bibliography that their head names, figures with captions."""
-    named = re.match(r"---\n.*?^bibliography: (\S+)$.*?^---$", source[0], re.DOTALL | re.MULTILINE)
-    if not named:
-        return
-    entries = _entries((Path(app.srcdir) / page).parent / named[1])
-    keys = re.findall(r"\[@(\w+)\]", source[0])
-    notes = (f"[^{key}]: {_in_words(entries[key])}" for key in dict.fromkeys(keys))
-    text = re.sub(r"^!\[([^]]*)\]\((.*)\)$", r":::{figure} \2\n\1\n:::", source[0], flags=re.MULTILINE)
-    source[0] = re.sub(r"\s?\[@(\w+)\]", r"[^\1]", text) + "\n" + "\n".join(notes) + "\n"
 
 
 def _explored(app, error):
@@ -137,27 +99,8 @@ def _reported(app, error):
         shutil.copy(Path(folder) / "report.html", app.outdir)
 
 
-def _thumbnails(app, error):
-    """Put a small picture of every figure on top of the gallery, each a link to its code."""
-    page = Path(app.outdir) / "site" / "gallery.html"
-    if error or app.builder.name != "html" or not page.exists():
-        return
-    text = page.read_text(encoding="utf-8")
-    found = []
-    for section in re.split(r'(?=<section id=")', text):
-        name = re.match(r'<section id="([^"]+)">\s*<h3>(.*?)<a ', section, re.DOTALL)
-        image = re.search(r'<img[^>]*src="([^"]+)"', section)
-        if name and image:
-            words = re.sub("<[^>]+>", "", name[2])
-            found.append(f'<a href="#{name[1]}"><img src="{image[1]}" alt="" loading="lazy">{words}</a>')
-    mark = '<div id="thumbnails">'
-    page.write_text(text.replace(mark, mark + "\n".join(found)), encoding="utf-8")
-
-
 def setup(app):
-    """Let browsers draw formulas by themselves, so that the pages need no network; let pages cite."""
-    app.connect("source-read", _cited)
+    """Let browsers draw formulas by themselves, so that the pages need no network; build the example pages."""
     app.connect("build-finished", _explored)
     app.connect("build-finished", _reported)
-    app.connect("build-finished", _thumbnails)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

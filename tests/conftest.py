@@ -1,20 +1,14 @@
 """What several tests need."""
 
 import contextlib
-import functools
 import multiprocessing
-import os
-import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 
 import dask
 import pytest
-from numba.core.compiler_lock import global_compiler_lock
-from numba.core.dispatcher import Dispatcher
 
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
@@ -23,9 +17,6 @@ collect_ignore = ["a_run_compiled.py"]
 #: that compile much each compiles another part, which the rest find compiled.
 _FIRST = ("test_adhesive", "test_runs", "test_direct", "test_cli", "test_figures")
 
-#: Where the folder of the workers' locks is told.
-_LOCKS = "ROUGHXR_TESTS_COMPILING"
-
 
 def pytest_collection_modifyitems(items):
     """Let the longest files begin first, so that no worker is left alone with one."""
@@ -33,49 +24,10 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
 
 
-def pytest_configure(config):
-    """Of several workers, let one compile a kernel, and who needs it too wait for what then lies in the cache."""
-    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:  # begun in a shell's background, where nobody presses Ctrl-C
+def pytest_configure():
+    """Let Ctrl-C reach tests that a shell started in the background."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        os.environ[_LOCKS] = tempfile.mkdtemp(prefix="roughxr-compiling-")
-    elif sys.platform != "win32":
-        Dispatcher.compile = _by_one(Dispatcher.compile)
-
-
-def pytest_unconfigure(config):
-    """Take the workers' locks away, who have ended."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        shutil.rmtree(os.environ.pop(_LOCKS))
-
-
-def _by_one(compiling):
-    begun = set()
-
-    @functools.wraps(compiling)
-    def waiting(dispatcher, signature):
-        name = f"{dispatcher.__module__}.{dispatcher.__name__}"
-        if name in begun:  # it calls itself, for other types
-            return compiling(dispatcher, signature)
-        # Numba's own lock first, and callers before what they call: so no two wait for each other.
-        with global_compiler_lock, _alone(name):
-            begun.add(name)
-            try:
-                return compiling(dispatcher, signature)
-            finally:
-                begun.remove(name)
-
-    return waiting
-
-
-@contextlib.contextmanager
-def _alone(name):
-    """Hold a name for one of this run's processes."""
-    import fcntl
-
-    with Path(os.environ[_LOCKS], name).open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
 
 
 #: What the server that forks worker processes has imported and compiled already; one serves all tests of a process.

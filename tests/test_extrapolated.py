@@ -51,6 +51,13 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
 
 
+def test_the_answer_is_the_best_estimate_with_its_interval(found, capsys):
+    answered = found.contact.answer()
+    assert float(answered.low) == float(found.pull_off_lower) and float(answered.high) == float(found.pull_off_upper)
+    assert float(answered.pull_off_force) == float(found.pull_off_mean)
+    assert "best estimate" in capsys.readouterr().out
+
+
 def test_patches_packed_side_by_side_hold_every_cell_once():
     draw = np.random.default_rng(1)
     sheet = np.where(draw.random((120, 90)) < 0.02, draw.random((120, 90)), np.inf)

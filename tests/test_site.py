@@ -32,12 +32,8 @@ def test_every_verb_of_the_accessor_has_its_page():
     assert verbs <= entries(PAGES / "api.rst")
 
 
-@pytest.mark.parametrize("name", figures.__all__)
-def test_every_figure_function_has_its_page_and_is_drawn_in_the_gallery(name):
-    assert f"figures.{name}" in entries(PAGES / "api.rst")
-    gallery = (PAGES / "gallery.rst").read_text(encoding="utf-8")
-    assert re.search(rf"^.*``{name}``.*\n~+$", gallery, re.MULTILINE), "expected a heading"
-    assert f"figures.{name}(" in gallery
+def test_every_figure_function_has_its_page():
+    assert {f"figures.{name}" for name in figures.__all__} <= entries(PAGES / "api.rst")
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(PAGES.glob("*.md"))], ids=lambda page: page.name)
@@ -46,17 +42,8 @@ def test_python_that_pages_show_is_python(page):
         compile(block, str(page), "exec")
 
 
-def test_the_paper_cites_what_its_bibliography_holds():
-    text, entries = ((PAGES / f"paper.{kind}").read_text(encoding="utf-8") for kind in ("md", "bib"))
-    cited, held = set(re.findall(r"@(\w+)\]", text)), re.findall(r"^@\w+\{(\w+),$", entries, re.MULTILINE)
-    assert cited == set(held) and len(held) == len(set(held))
-    for field in ("title", "tags", "authors", "affiliations", "date", "bibliography"):
-        assert re.search(rf"^{field}:", text.split("---")[1], re.MULTILINE)
-    assert all(re.fullmatch(r"10\.\d{4,5}/\S+", doi) for doi in re.findall(r"doi = \{(.*)\}", entries))
-
-
 def test_other_words_lead_to_what_there_is():
-    page = (PAGES / "words.md").read_text(encoding="utf-8")
+    page = (PAGES / "concepts.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`~roughxr\.([\w.]+)`", page))
     assert len(named) > 30 and all(callable(attrgetter(name)(roughxr)) for name in named)
     assert "error_budget" in next(line for line in page.splitlines() if "pull-off error" in line)

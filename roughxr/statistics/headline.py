@@ -21,7 +21,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A solution, for example of `adhesive`, `rigid` or `superpose`, or its `pull_off`. Of several preloads the first.
+        A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`. Of several
+        preloads the first.
 
     Returns
     -------
@@ -41,9 +42,17 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> found = answer(schema.label(pull))
     593 nN (95 % interval 230 … 1607 nN) by 3 places; for the surface as scanned, without roughness below its pixels
     """
-    mean, words = answered(ds)
+    mean, words = answered(ds) if "pull_off_mean" not in ds else _extrapolated_answer(ds)
     print(words)
     return mean
+
+
+def _extrapolated_answer(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
+    """Return the best estimate of `extrapolated` and its interval, and the same in words."""
+    ends = {"pull_off_force": "pull_off_mean", "low": "pull_off_lower", "high": "pull_off_upper"}
+    out = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
+    words = sure(*(float(out[name]) for name in ends))
+    return out, f"best estimate {words}, with the roughness below the pixel; {ds.attrs['assumed']}"
 
 
 def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dataset, str]:
