@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import dask
 import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
@@ -16,17 +15,17 @@ from ..vocabulary import schema
 from ..vocabulary.units import Places
 from ..vocabulary.verbs import warn
 
-#: Pixels along a side of a tile.
-_TILE_SIDE = 512
-
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
 _CARRYING_MOTION = 0.05
 
 #: Distance (pixels) within which resting positions are one.
 _EQUAL_POSITIONS = 0.05
 
-#: Pixels around what the sphere may touch, and the largest distance (pixels) of a resting position on finer cells.
-_PADDING, _LARGEST_SETTLING = 12, 2.0
+#: Share of the range of the sphere's heights within which pixels are equally low.
+_EQUAL_HEIGHTS = 1e-9
+
+#: Cells along each axis of a pixel, between which heights are interpolated as in the simulations.
+_REFINE = 2
 
 #: Least barrier, over pixel²/R, which the sphere's front rises by over about one pixel.
 _RESOLVED_BARRIER = 0.01
@@ -55,7 +54,7 @@ def resting(
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere. A lazy one is read now; some 40 bytes to a pixel are held.
+        A scan with an assigned sphere. A lazy one is read now; some 130 bytes to a pixel are held.
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area.
@@ -82,7 +81,7 @@ def resting(
     Notes
     -----
     Bodies are rigid here, and the sphere rolls down without slip, inertia or adhesion. Between pixels the
-    surface is the paraboloid through nine of them.
+    surface is that of the simulations, without wavelengths shorter than two pixels.
 
     Examples
     --------
@@ -120,91 +119,28 @@ def is_rests(places: Any) -> bool:
     return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
 
 
-def settled_between_pixels(scan: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
-    """Return resting positions settled on the surface of the simulations: heights interpolated band-limited.
-
-    Only a neighbourhood of each place is interpolated. Places from which the sphere rolls farther than two pixels stay.
-    """
-    (radius,) = schema.pair(scan, "sphere_radius")
-    height, pixel = scan["height"].values, schema.pixel(scan)
-    axes = [scan[axis].values.astype(float) for axis in "xy"]
-    beyond = dilation.reach_of(radius, float(np.ptp(height)))
-    moved = np.column_stack([places[f"subregion_{axis}"].values for axis in "xy"])
-    for k, place in enumerate(moved.copy()):
-        part = tuple(
-            slice(max(n - margin, 0), n + margin + 1)
-            for n, margin in (
-                (int(np.abs(axis - at).argmin()), int(np.ceil(beyond / step)) + _PADDING)
-                for axis, at, step in zip(axes, place, pixel)
-            )
-        )
-        _, fine = _ground(_finer(height[part], [axis[s] for axis, s in zip(axes, part)]), radius)
-        x, y, _ = rests.settle(fine, place[None])[0]
-        if np.hypot(x - place[0], y - place[1]) <= _LARGEST_SETTLING * max(pixel):
-            moved[k] = x, y
-    return places.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
-
-
-def _finer(height: np.ndarray, axes: list[np.ndarray]) -> xr.Dataset:
-    """Return heights (nm) interpolated on cells of half a pixel."""
-    half = [0.25 * (axis[1] - axis[0]) for axis in axes]
-    fine = [(axis[:, None] + np.array([-step, step])).ravel() for axis, step in zip(axes, half)]
-    values = band_limited(height, 2)
-    ds = xr.Dataset({"height": (("x", "y"), values)}, {axis: (axis, at) for axis, at in zip("xy", fine)})
-    return schema.validate(schema.label(ds), "scan")
-
-
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
-    """Return the height (nm) of a sphere's lowest point over a scan, and what it may touch, tile by tile."""
-    height, pixel = np.ascontiguousarray(scan["height"].values, dtype=float), schema.pixel(scan)
-    low, high = float(height.min()), float(height.max())
-    if not np.isfinite(high - low):
-        schema.none_missing(int((~np.isfinite(height)).sum()), height.size)
-    x, y = (scan[axis].values.astype(float) for axis in "xy")
+    """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and what it may touch."""
+    height, cells = scan["height"].values, (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
+    schema.none_missing(int((~np.isfinite(height)).sum()), height.size)
+    height = band_limited(height, _REFINE)
+    x, y = (
+        (scan[axis].values.astype(float)[:, None] + pixel * cells).ravel()
+        for axis, pixel in zip("xy", schema.pixel(scan))
+    )
+    pixel = float(x[1] - x[0]), float(y[1] - y[0])
     ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
-    reach = dilation.reach_of(radius, high - low)
-    z, bounds = np.empty(height.shape), np.empty((*(-(-n // dilation.SIDE) for n in height.shape), 2), np.int64)
-    lists, listed = np.empty(0, np.int32), 0
-    tile = dask.delayed(_tile, pure=False, traverse=False)
-    for row in range(
-        0, height.shape[0], _TILE_SIDE
-    ):  # a row of tiles at a time, so that little waits to be put together
-        parts = [_part((row, column), height.shape, pixel, reach) for column in range(0, height.shape[1], _TILE_SIDE)]
-        todo = [tile(height[outer], x[outer[0]], y[outer[1]], inner, outer, ball, reach) for inner, outer in parts]
-        for (inner, outer), (z[inner], edges, pixels) in zip(parts, dask.compute(*todo)):
-            boxes = tuple(slice(s.start // dilation.SIDE, -(-s.stop // dilation.SIDE)) for s in inner)
-            bounds[boxes] = edges + listed
-            listed += pixels.size
-            if listed > lists.size:
-                lists.resize(int(1.2 * listed), refcheck=False)  # in place: no second copy is made
-            i, j = np.divmod(pixels, outer[1].stop - outer[1].start)
-            lists[listed - pixels.size : listed] = (i + outer[0].start) * height.shape[1] + j + outer[1].start
-    first = float(x[0]), float(y[0])
-    return z, rests.Ground(height, bounds, lists, first, pixel, ball)
-
-
-def _part(corner: tuple[int, int], shape: tuple[int, int], pixel: tuple, reach: float) -> tuple[tuple, tuple]:
-    """Return the pixels of a tile, and those around it that a sphere over it may touch."""
-    inner = tuple(slice(k, min(k + _TILE_SIDE, n)) for k, n in zip(corner, shape))
-    halo = [int(np.ceil(reach / step)) + dilation.FARTHEST + 1 for step in pixel]
-    outer = tuple(slice(max(s.start - m, 0), min(s.stop + m, n)) for s, m, n in zip(inner, halo, shape))
-    return inner, outer
-
-
-def _tile(height, x, y, inner, outer, ball, reach) -> tuple[np.ndarray, ...]:
-    """Return the sphere's heights over a tile, and the lists of what it may touch, as pixels of the heights."""
-    pixel = 2 * ball.half_x, 2 * ball.half_y
-    patches, chosen = dilation.patches(np.ascontiguousarray(height), x, y, pixel, ball.radius, reach)
-    own = tuple(slice(one.start - all_.start, one.stop - all_.start) for one, all_ in zip(inner, outer))
-    z, bounds, lists = dilation.dilation(patches, x[own[0]], y[own[1]], ball)
-    return z, bounds, chosen.astype(np.int32)[lists]
+    patches, pixels = dilation.patches(height, x, y, pixel, radius, dilation.reach_of(radius, float(np.ptp(height))))
+    z, bounds, lists = dilation.dilation(patches, x, y, ball)
+    lists = pixels.astype(np.int32)[lists]
+    return z, rests.Ground(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
 
 
 def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
     """Return the resting positions; barriers that the pixels do not resolve are left out."""
     shallow = _RESOLVED_BARRIER * max(ground.pixel) ** 2 / ground.ball.radius
     labels, minima = rests.basins(z, ground.pixel)
-    places, to = _rolled(ground, labels, minima)
+    places, to = _rolled(ground, minima)
     _relabel(labels, to)
     _claim_own_pixels(labels, places, to, ground)
     pairs, pixels = _borders(z, labels)
@@ -221,14 +157,13 @@ def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
     return _Rests(places[kept], labels, pairs, passes[chosen])
 
 
-def _rolled(ground: rests.Ground, labels: np.ndarray, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _rolled(ground: rests.Ground, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the resting position to which a sphere rolls from each minimum, and of each label the first with the same.
 
     From the label `rests.OFF` on: its position is infinitely high.
     """
-    pixels = np.column_stack(np.unravel_index(minima, labels.shape))
-    rolled = rests.settle(ground, np.array(ground.first) + pixels * np.array(ground.pixel))
-    to = np.arange(minima.size + 1)
+    rolled = rests.settle(ground, np.array(ground.first) + minima * np.array(ground.pixel))
+    to = np.arange(len(minima) + 1)
     off = np.isnan(rolled[:, 2])
     to[1:][off] = rests.OFF
     on_scan = np.flatnonzero(~off)
@@ -249,13 +184,23 @@ def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, gr
 
 
 def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of basins that touch, and the lowest pixel of the border of each; strip by strip."""
-    strips = []
-    for start in range(0, len(z), _TILE_SIDE // 2):
-        pairs, heights = rests.borders(z, labels, start, start + _TILE_SIDE // 2)
-        strips.append(_lowest(pairs[:, :2], heights, pairs[:, 2]))
-    pairs, pixels = (np.concatenate(parts) for parts in zip(*strips))
-    return _lowest(pairs, z.ravel()[pixels], pixels)
+    """Return the pairs of basins that touch, and the lowest pixels of the border of each.
+
+    Over a summit at the scan's edge pixels on both sides are equally low: all of them are returned.
+    """
+    pairs, heights = rests.borders(z, labels)
+    pairs = _lowest_ones(pairs, heights, _EQUAL_HEIGHTS * float(np.ptp(z)))
+    return pairs[:, :2], pairs[:, 2]
+
+
+def _lowest_ones(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.ndarray:
+    """Return the rows (label, label, pixel) of each pair of labels that are as low as its lowest."""
+    pairs, first = np.unique(pairs, axis=0, return_index=True)
+    if not len(pairs):
+        return pairs
+    new = np.r_[True, (pairs[1:, :2] != pairs[:-1, :2]).any(axis=1)]
+    least = np.minimum.reduceat(heights[first], np.flatnonzero(new))
+    return pairs[heights[first] <= least[np.cumsum(new) - 1] + equal]
 
 
 def _ends(to: np.ndarray) -> np.ndarray:

@@ -45,7 +45,7 @@ from ..jobs.progress import Stages, about, is_shown
 from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..particles import critical_load, resting
-from ..particles.resting_places import is_rests, settled_between_pixels
+from ..particles.resting_places import is_rests
 from ..particles.simulated_moments import simulated_moments, with_equal_touch
 from ..scans import level, regions, roughness
 from ..specimen import Specimen, specimen_of
@@ -218,7 +218,6 @@ def run(
         subregions = resting(specimen.scan, landings=subregions)
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
-        subregions = settled_between_pixels(specimen.scan, subregions)
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     path = output if output.suffix == ".nc" else output / "run.nc"
     with told(specimen, wanted, path) as say:

@@ -70,7 +70,7 @@ def put_patch(out, z, i, j, pixel, radius):
     out[GX], out[GY] = (z[i + 1, j] - z[i - 1, j]) / (2 * dx), (z[i, j + 1] - z[i, j - 1]) / (2 * dy)
     out[HXX] = (z[i + 1, j] + z[i - 1, j] - 2 * z[i, j]) / dx**2
     out[HYY] = (z[i, j + 1] + z[i, j - 1] - 2 * z[i, j]) / dy**2
-    out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - z[i + 1, j - 1] - z[i - 1, j + 1]) / (4 * dx * dy)
+    out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - (z[i + 1, j - 1] + z[i - 1, j + 1])) / (4 * dx * dy)
     out[RISE] = 0.125 * (abs(out[HXX]) * dx**2 + abs(out[HYY]) * dy**2) + 0.25 * abs(out[HXY]) * dx * dy
     out[RISE] += 0.25 * (dx**2 + dy**2) / radius
 

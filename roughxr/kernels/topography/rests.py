@@ -8,7 +8,7 @@ may touch; the slope of each points from the sphere's axis away from where it to
 so that the sphere rests where its axis lies within the polygon of what it touches, and a pass between two summits is
 where it lies on the line that joins them, at equal heights.
 
-1. Every pixel drains to the lowest, by distance, of its neighbours; pixels that drain to one are its basin.
+1. Every pixel drains down the steepest way to a neighbour; pixels that drain to one minimum are its basin.
 2. A trough that runs obliquely to the pixels has false minima on them. From each minimum the sphere therefore rolls on
    between pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does
    not lower the sphere. Basins from which it rolls to the same resting position are parts of one.
@@ -27,8 +27,12 @@ from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
 from .peaks import on_border
 
-#: Label of pixels from which the sphere rolls off the scan.
-OFF = 0
+#: Label of pixels from which the sphere rolls off the scan; of those without a lower neighbour, the last of a list of
+#: labels; and of those not yet seen.
+OFF, _NO_WAY, _UNSEEN = 0, -1, -2
+
+#: Relative difference of slopes within which these are equal.
+_EQUAL_SLOPES = 1e-9
 
 #: Half-width of a step, in pixels: at first (no path of equal steps ends midway between pixels), and at the end; and
 #: the largest number of steps.
@@ -43,8 +47,8 @@ _CROSSING_ROUNDS = 30
 #: How far (distance²/R) the sphere's heights on two patches may part from their planes.
 _LARGEST_DEVIATION = 2.5
 
-#: Distance (pixels) of a pass from the lowest pixel of a border, at most.
-_PASS_DISTANCE = 2.0
+#: Distance (pixels) of a pass from the lowest pixel of a border, at most: pixels drain in eight directions alone.
+_PASS_DISTANCE = 4.0
 
 #: Most planes that are taken in along an axis, in the search for the best step.
 _MOST_CUTS = 50
@@ -56,95 +60,68 @@ _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
 
 
 @kernel
-def _lowest_neighbour(z, i, j, pixel):
-    """Return the neighbour, flat, to which the steepest way down leads; −1 where none is lower."""
-    nx, ny = z.shape
-    steepest, to = 0.0, -1
+def _way_down(z, i, j, pixel, labels, lowest):
+    """Return the label of the steepest lower neighbour, of ways equally steep that to the lowest minimum."""
+    steepest, label = 0.0, _NO_WAY
     for di, dj in _OFFSETS:
         p, q = i + di, j + dj
-        if 0 <= p < nx and 0 <= q < ny and z[p, q] < z[i, j]:
+        if 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] < z[i, j]:
             slope = (z[i, j] - z[p, q]) / np.sqrt((di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2)
-            if slope > steepest:
-                steepest, to = slope, p * ny + q
-    return to
+            equal = abs(slope - steepest) <= _EQUAL_SLOPES * steepest
+            if (slope > steepest and not equal) or (equal and lowest[labels[p, q]] < lowest[label]):
+                label = labels[p, q]
+            steepest = max(steepest, slope)
+    return label
 
 
 @kernel
-def _on_plateau(z, here, p, q):
-    """Return whether a pixel lies on the scan, as high as another, flat."""
-    return 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] == z[here // z.shape[1], here % z.shape[1]]
-
-
-@kernel
-def _fill_flat(z, here, to, found):
-    """Find a plateau's undrained pixels, marked −3 in ``to``; return their number, and whether any is at the edge."""
-    found[0], count, done, off, ny = here, 1, 0, False, z.shape[1]
-    to[here] = -3
+def _fill(z, start, pixel, labels, lowest, plateau):
+    """List the pixels of a plateau without a way down; return their number and label, ``_NO_WAY`` for a minimum."""
+    (nx, ny), count, done, label, off = z.shape, 1, 0, _NO_WAY, False
+    plateau[0] = start
     while done < count:
-        p, q = found[done] // ny, found[done] % ny
+        i, j = plateau[done] // ny, plateau[done] % ny
         done += 1
-        off |= on_border(z.shape, p, q)
+        off |= on_border(z.shape, i, j)
         for di, dj in _OFFSETS:
-            beside = (p + di) * ny + q + dj
-            if _on_plateau(z, here, p + di, q + dj) and to[beside] == -1:
-                to[beside] = -3
-                found[count] = beside
-                count += 1
-    return count, off
-
-
-@kernel
-def _outlet(z, found, to):
-    """Return the first pixel as high as a plateau, and beside it, that drains to a lower one; −1 if none does."""
-    ny = z.shape[1]
-    for here in found:
-        for di, dj in _OFFSETS:
-            p, q = here // ny + di, here % ny + dj
-            if _on_plateau(z, here, p, q) and to[p * ny + q] >= 0:
-                return p * ny + q
-    return -1
-
-
-@kernel
-def _drain_flat(z, here, to, found):
-    """Drain a level plateau to a lower pixel beside it, off the scan, or to its middle; return that, −1 if none."""
-    count, off = _fill_flat(z, here, to, found)
-    middle, outlet = found[count // 2], _outlet(z, found[:count], to)
-    end = outlet if outlet >= 0 else (-2 if off else middle)
-    for n in range(count):
-        to[found[n]] = end
-    return middle if end == middle else -1
+            p, q = i + di, j + dj
+            if not (0 <= p < nx and 0 <= q < ny and z[p, q] == z[i, j]):
+                continue
+            if labels[p, q] == _UNSEEN:
+                labels[p, q] = _way_down(z, p, q, pixel, labels, lowest)
+                if labels[p, q] == _NO_WAY:
+                    plateau[count] = p * ny + q
+                    count += 1
+            if lowest[labels[p, q]] < lowest[label]:
+                label = labels[p, q]
+    return count, OFF if label == _NO_WAY and off else label
 
 
 @kernel
 def basins(z, pixel):
-    """Return the label of each pixel's basin (``OFF``, 1, 2, …), and the minimum (flat) of each label from 1 on."""
-    nx, ny = z.shape
-    to, found = line(z.size, np.int32(-1)), line(z.size, np.int32(0))
-    for i in range(nx):
-        for j in range(ny):
-            to[i * ny + j] = _lowest_neighbour(z, i, j, pixel)
-    minima, count = line(z.size // 4 + 1, np.int32(0)), 0
-    for k in range(z.size):
-        if to[k] == -1:
-            lowest = _drain_flat(z, k, to, found)
-            if lowest >= 0:
-                minima[count] = lowest
-                count += 1
-    labels = found.reshape(nx, ny)
-    labels[:] = -1
-    flat = labels.ravel()
-    for n in range(count):
-        flat[minima[n]] = n + 1
-    for k in range(z.size):
-        end = k
-        while end >= 0 and flat[end] < 0:
-            end = to[end]
-        label = flat[end] if end >= 0 else np.int32(OFF)
-        end = k
-        while end >= 0 and flat[end] < 0:
-            flat[end] = label
-            end = to[end]
+    """Return the label of each pixel's basin (``OFF``, 1, 2, …), and of each from 1 on its minimum, in pixels."""
+    ny, count = z.shape[1], 0
+    labels = np.full(z.shape, _UNSEEN, np.int32)
+    lowest, minima = line(z.size // 4 + 3, np.inf), table(z.size // 4 + 1, 2, 0.0)
+    lowest[OFF] = -np.inf
+    plateau = line(z.size, np.int32(0))
+    for start in np.argsort(z.ravel()):
+        i, j = start // ny, start % ny
+        if labels[i, j] != _UNSEEN:
+            continue
+        labels[i, j] = _way_down(z, i, j, pixel, labels, lowest)
+        if labels[i, j] != _NO_WAY:
+            continue
+        size, label = _fill(z, start, pixel, labels, lowest, plateau)
+        if label == _NO_WAY:
+            for k in plateau[:size]:
+                minima[count, 0] += k // ny / size
+                minima[count, 1] += k % ny / size
+            count += 1
+            label = count
+            lowest[label] = z[i, j]
+        for k in plateau[:size]:
+            labels[k // ny, k % ny] = label
     return labels, minima[:count].copy()
 
 
@@ -194,8 +171,9 @@ def _near(ground, i, j):
 def _near_pass(ground, i, j):
     """Return the patches that a sphere may touch whose axis is within ``_PASS_DISTANCE`` of a pixel."""
     nx, ny = ground.height.shape
-    boxes, count = np.zeros((4, 2), np.int64), 0
-    low, high = (max(i - 1, 0) // SIDE, max(j - 1, 0) // SIDE), (min(i + 1, nx - 1) // SIDE, min(j + 1, ny - 1) // SIDE)
+    boxes, count, wide = np.zeros((9, 2), np.int64), 0, int(_PASS_DISTANCE) - 1
+    low = max(i - wide, 0) // SIDE, max(j - wide, 0) // SIDE
+    high = min(i + wide, nx - 1) // SIDE, min(j + wide, ny - 1) // SIDE
     for a in range(low[0], high[0] + 1):
         for b in range(low[1], high[1] + 1):
             boxes[count] = a, b
@@ -378,15 +356,15 @@ def settle_near(rows, places, ball, largest, farthest):
 
 
 @kernel
-def borders(z, labels, start, stop):
-    """Return (first label, second, pixel) of neighbouring pixels of two basins, in some rows, and the heights there."""
+def borders(z, labels):
+    """Return (first label, second, pixel) of neighbouring pixels of two basins, and the heights there."""
     nx, ny = z.shape
     count = 0
     for fill in range(2):
         if fill:
             pairs, heights = np.zeros((count, 3), np.int32), line(count, 0.0)
             count = 0
-        for i in range(start, min(stop, nx)):
+        for i in range(nx):
             for j in range(ny):
                 for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
                     p, q = i + di, j + dj
@@ -418,11 +396,12 @@ def _crossing(a, b, x, y):
 
 @kernel
 def _borders_both(labels, x, y, ground, pair):
-    """Return whether pixels of both basins lie within two pixels of a point."""
-    i, j = _pixel_at(ground, x, y)
+    """Return whether pixels of both basins lie near a point."""
+    wide = _PASS_DISTANCE + 0.25  # no point lies half way between pixels
+    i, j = (x - ground.first[0]) / ground.pixel[0], (y - ground.first[1]) / ground.pixel[1]
     first, second = False, False
-    for p in range(max(i - 2, 0), min(i + 3, labels.shape[0])):
-        for q in range(max(j - 2, 0), min(j + 3, labels.shape[1])):
+    for p in range(max(int(np.ceil(i - wide)), 0), min(int(i + wide) + 1, labels.shape[0])):
+        for q in range(max(int(np.ceil(j - wide)), 0), min(int(j + wide) + 1, labels.shape[1])):
             first |= labels[p, q] == pair[0]
             second |= labels[p, q] == pair[1]
     return first and second
