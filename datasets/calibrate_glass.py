@@ -27,7 +27,7 @@ from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
 from roughxr.bodies.pair import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.reproduction.tables import second_group
+from roughxr.reproduction.run import second_group
 from roughxr.statistics import pull_off
 
 from make_glass import GLASS_SEED, GlassModel, glass, particle_centres  # isort: skip

@@ -171,4 +171,4 @@ class ContactArrayAccessor:
     def __repr__(self) -> str:
         return f"<roughxr: a variable>\n  .plot  {_words(type(self), 'plot')}"
 
-    plot = _method(figures.plot_array)
+    plot = _method(figures.plot)

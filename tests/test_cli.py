@@ -107,7 +107,7 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path):
         assert "error_budget" not in tree["statistics"]
     assert main([*words, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert {"run.nc", "overview.png", "table.txt", "scan.png", "places.png", "pull-off.png"} <= names
+    assert {"run.nc", "overview.png", "table.txt", "report.html"} <= names
     assert {"error-budget.png", "shortest-wave.png"} <= names
     assert not any(name.startswith("figure-") for name in names)
     told = (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")

@@ -313,12 +313,14 @@ def test_the_rose_and_the_fraction_remaining_are_drawn():
     rose = ground.contact.plot(ax=Figure().add_subplot(projection="polar"))
     median = rose.lines[0].get_ydata()
     np.testing.assert_allclose(median[:-1], 2 * np.linspace(1000, 4000, 72))
-    assert median[0] == median[-1] and "3 places" in rose.get_xlabel()
+    assert median[0] == median[-1] and "[nN nm]" in rose.get_xlabel()
+    rose.figure.draw_without_rendering()
+    numbers = [text.get_text() for text in rose.get_yticklabels() if text.get_text()]
+    assert len(numbers) >= 2 and all(float(number) > 0 for number in numbers)
     left = ground.contact.resuspension(friction_velocity=np.linspace(0.1, 6, 9), time=[0.1, 1.0])
-    measured = {"a run": ([0.5, 1.0], [0.9, 0.1])}
-    ax = roughxr.figures.fraction_remaining(left, measured=measured, ax=Figure().subplots())
+    ax = roughxr.figures.fraction_remaining(left, ax=Figure().subplots())
     words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["0.1 s", "1 s", "a run"] and len(ax.collections) == 2
+    assert words == ["0.1 s", "1 s"] and len(ax.collections) == 2
     dotted = [line for line in ax.lines if line.get_linestyle() == ":"]
     outside = ~left.in_range.values
     assert outside.any() and np.isfinite(dotted[0].get_ydata()[outside]).all()  # said where a formula is stretched
@@ -352,9 +354,9 @@ def test_the_map_shows_what_goes_first_at_each_place():
         np.testing.assert_allclose(by_place[mode], np.ravel(key), atol=1e-6)
     assert sorted(text.get_text() for text in ax.texts) == ["", "r", "r", "s", "s", "s"]
     lifted = placed(held([[1e12]], hinge=0.0, pull_off=0.01), 1).contact.critical_load()
-    assert roughxr.figures.mode_map(lifted, ax=Figure().subplots()).texts[0].get_text() == "l"
-    with pytest.raises(ValueError, match="critical_load"):
-        roughxr.figures.mode_map(ground)
+    assert roughxr.figures.subregion_map(lifted, "mode", ax=Figure().subplots()).texts[0].get_text() == "l"
+    with pytest.raises(ValueError, match="mode: expected a variable"):
+        roughxr.figures.subregion_map(ground, "mode")
 
 
 def test_pull_offs_of_another_method_act_at_the_same_levers():

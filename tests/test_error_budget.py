@@ -228,7 +228,7 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
     assert len(ax.patches) == finite + 1
     assert [text.get_text() for text in ax.texts].count("not computed") == budget.sizes["entry"] - finite
     told = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
-    assert told["mesh"].endswith("taken off") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
+    assert told["mesh"].endswith("subtracted") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="shorter waves")))
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
@@ -236,7 +236,7 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
 
 def test_saved_figures_hold_their_words_whole(budget, changes, scales):
     run = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
-    found = dict(figures.budget_figures(run))
+    found = dict(figures.run_figures(run))
     assert set(found) == {"error-budget", "shortest-wave"}
     for figure in found.values():
         figure.draw_without_rendering()
@@ -263,6 +263,6 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
 def test_figure_over_waves_says_that_no_place_has_a_pull_off():
     waves = {"shortest_kept": [10.0, 20.0]}
     scales = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), np.full((1, 2, 1), np.nan))}, waves)
-    ((_, figure),) = figures.budget_figures({"statistics/shorter_waves": scales})
+    ((_, figure),) = figures.run_figures({"statistics/shorter_waves": scales})
     figure.canvas.draw()
     assert "no place" in figure.axes[0].get_title("left")

@@ -5,7 +5,6 @@ import shlex
 import dask
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
@@ -111,8 +110,6 @@ def test_figures_of_what_yields(groups):
     lines = {line.get_label(): line.get_ydata() for line in ax.lines}
     np.testing.assert_allclose(lines["loading"], solved.force.mean("subregion").sel(branch="loading"))
     np.testing.assert_allclose(lines["retraction"], solved.force.mean("subregion").sel(branch="retraction"))
-    with pytest.raises(ValueError, match="expected forces along subregion, branch and delta"):
-        figures.force_loop(solved.sel(branch="loading"), ax=Figure().subplots())
 
     contact = groups["solutions/contact"]
     subregion = int(contact.subregion[0])
@@ -121,13 +118,6 @@ def test_figures_of_what_yields(groups):
         for one in (contact, contact.drop_vars("residual_height"))
     ]
     assert len(drawn[0].collections) == len(drawn[1].collections) + 1  # the ring around what has yielded
-
-    curve = xr.Dataset({"pull_off_force": (("subregion", "preload"), [[1.0, 2.0]])}, {"preload": [0.0, 10.0]})
-    ax = figures.preload_curve({"elastic": curve, "yields": 2 * curve}, ax=Figure().subplots())
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["elastic", "yields"]
-    for wrong, says in (({}, "at least one"), ({"one": curve.isel(preload=0)}, "one: expected pull_off_force")):
-        with pytest.raises(ValueError, match=says):
-            figures.preload_curve(wrong, ax=Figure().subplots())
 
 
 def test_hardness_is_an_entry_of_the_budget():

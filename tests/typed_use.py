@@ -134,7 +134,7 @@ def lifted(scan: xr.Dataset) -> xr.Dataset:
     critical: xr.Dataset = roughxr.critical_load(holds)
     numbers: xr.Dataset = roughxr.particles.parameters(holds, catalogue=roughxr.asperities(scan))
     lines: str = roughxr.particles.to_dem(holds, code="lammps", classes=3)
-    roughxr.figures.mode_map(critical, ax=None).set_title("what goes first")
+    roughxr.figures.subregion_map(critical, "mode", ax=None).set_title("what goes first")
     return roughxr.resuspension(holds, friction_velocity=[0.1, 1.0]) if critical and numbers and lines else holds
 
 

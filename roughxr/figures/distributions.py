@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,13 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from .. import statistics
+from ..statistics.laws import LAWS, law_density
 from ..statistics.sampling import per
+from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
 from .style import (
     BLACK,
+    GREY,
     SMALL,
     Axes,
     Panels,
@@ -23,7 +27,6 @@ from .style import (
     label_axis,
     legend,
     panels,
-    round_ticks,
     stroke,
     styled,
     superscripts,
@@ -35,40 +38,41 @@ _FEWEST = 10
 #: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
 
+#: Share of the vertical axis that one line of a legend takes.
+_LEGEND_LINE = 0.1
+
 
 @styled
 def distribution(
     ds: xr.Dataset,
-    name: str,
+    name: str = "pull_off_force",
     *,
-    ax: Axes | None = None,
-    label: str | None = None,
+    laws: Sequence[str] | xr.Dataset = (),
     bins: int | str | ArrayLike = "auto",
-    kde: bool = True,
-    rug: bool = True,
-    order: int = 0,
     interval: float | None = 0.95,
+    label: str | None = None,
+    order: int = 0,
+    ax: Axes | None = None,
 ):
-    """Draw the probability density of a variable: histogram, kernel estimate and ticks; below ten samples, points.
+    """Draw a histogram of a variable as a probability density, and the mean above it; below ten samples, points.
 
     Parameters
     ----------
     ds : Dataset
     name : str
         A variable along ``subregion`` or ``asperity`` alone: select one displacement first.
-    ax : Axes, optional
-    label : str, optional
-        Label in the legend.
+    laws : sequence of str or Dataset
+        Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
+        of their AIC, with the interval of each bar.
     bins : int, str or array
         As for `statistics.pdf`; at most 48 by a rule.
-    kde : bool
-        Draw a Gaussian kernel estimate within the range of the samples.
-    rug : bool
-        Draw a tick for each sample, which shows the few that are far off.
+    interval : float, optional
+        Confidence level of the intervals of mean and bars, by block bootstrap; None for no interval.
+    label : str, optional
+        Label in the legend.
     order : int
         Index of the line style, where several distributions share the Axes.
-    interval : float, optional
-        Confidence level of the mean's interval, by block bootstrap, drawn at the top; None for no interval.
+    ax : Axes, optional
 
     Returns
     -------
@@ -78,48 +82,46 @@ def distribution(
     --------
     >>> from matplotlib.figure import Figure
     >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 3e3] * 4, {"units": "nN"})})
-    >>> ax = distribution(ds, "force", ax=Figure().subplots())
+    >>> ax = distribution(ds, "force", laws=["normal"], ax=Figure().subplots())
     >>> ax.get_xlabel(), ax.get_ylabel()
     ('contact force [µN]', 'probability density [1/µN]')
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['mean, 95 % interval', 'normal']
     """
     ax = axes(ax)
-    look = stroke(order)
+    color = stroke(order)["color"]
     values = np.asarray(ds[name].values, dtype=float)
     values = values[np.isfinite(values)]
+    if interval is not None and values.size > 1:
+        _mean_interval(ax, ds, name, color, order, interval)
     if values.size < _FEWEST:
-        return legend(_points(ax, ds, name, values, order=order, label=label, interval=interval))
-    density = statistics.pdf(ds, name, bins=bin_edges(values, bins))
-    smooth = kde and np.ptp(values) > 0
-    ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
-    outline = {"linewidth": 0.6, "alpha": 0.7} if smooth else {"label": label}
-    ax.stairs(density.values, density.attrs["bin_edges"], color=look["color"], **outline)
-    if smooth:
-        estimate = statistics.pdf(ds, name, method="kde")
-        estimate = estimate.sel({name: slice(values.min(), values.max())})
-        ax.plot(estimate[name], estimate.values, label=label, **look)
-    if rug:
-        _rug(ax, values, look["color"], order)
-    if interval is not None:
-        mean_interval(ax, ds, name, look["color"], order=order, confidence=interval)
-    return legend(label_density(ax, name))
+        return legend(_points(ax, name, values, order, label))
+    density = statistics.pdf(ds, name, bins=_bin_edges(values, bins))
+    edges = density.attrs["bin_edges"]
+    ax.stairs(density.values, edges, fill=True, color=color, alpha=0.18)
+    ax.stairs(
+        density.values, edges, label=label, linewidth=0.8, **{"color": color, "linestyle": stroke(order)["linestyle"]}
+    )
+    if len(laws):
+        _laws(ax, ds, name, values, edges, laws, interval)
+    label_density(ax, name)
+    entries = len(ax.get_legend_handles_labels()[1])
+    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + _LEGEND_LINE * entries))  # the legend stands above the bars
+    return legend(ax, loc="upper right")
 
 
-def _points(
-    ax, ds: xr.Dataset, name: str, values: np.ndarray, *, order: int, label: str | None, interval: float | None
-):
+def _points(ax, name: str, values: np.ndarray, order: int, label: str | None):
     """Draw each sample, at a height that means nothing."""
-    if not ax.has_data():
+    if not ax.get_ylabel():
         ax.set(yticks=[], ylabel=f"{values.size} samples")
     height = np.full(values.size, 0.3 + 0.2 * order)
     style = {"color": stroke(order)["color"], "linestyle": "none", "marker": "o", "label": label}
     ax.plot(values, height, transform=ax.get_xaxis_transform(), **style)
-    if interval is not None and values.size > 1:
-        mean_interval(ax, ds, name, style["color"], order=order, confidence=interval)
     label_axis(ax.xaxis, name)
     return ax
 
 
-def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, confidence: float = 0.95):
+def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
     """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
     interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
     low, high = (float(interval[end].sel(resampling="block")[0]) for end in ("low", "high"))
@@ -127,12 +129,29 @@ def mean_interval(ax, ds: xr.Dataset, name: str, color: str, *, order: int = 0, 
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
-    ax.plot([mean], [row], marker="o", markersize=3, **style)
-    if order == 0:
-        words = f" mean, {100 * confidence:g} % interval"
-        right = high < np.mean(ax.get_xlim())
-        where = {"x": high if right else low, "ha": "left" if right else "right", "va": "center"}
-        ax.text(where.pop("x"), row, words if right else words.strip() + " ", **where, fontsize=SMALL - 0.7, **style)
+    words = None if order else f"mean, {100 * confidence:g} % interval"
+    ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=words, **style)
+
+
+def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr.Dataset, interval: float | None):
+    """Draw the bars' intervals, and laws in the order of their AIC, each with its difference from the best."""
+    density = statistics.pdf(ds, name, bins=edges)
+    highest = float(density.max())
+    if interval is not None:
+        low, high = density_intervals(ds, name, bins=edges, confidence=interval)
+        ax.vlines(density[name], low, high, color=GREY, linewidth=0.8)
+        highest = max(highest, float(high.max()))
+    fits = laws if isinstance(laws, xr.Dataset) else statistics.fit(ds, name, laws=laws, simulations=0)
+    least = edges[0] - 0.3 * np.ptp(edges)
+    points = np.linspace(max(least, 0.0) if values.min() >= 0 else least, edges[-1], 400)[1:]
+    ranked = fits.dropna("law", subset=["aic"]).sortby("aic")
+    for order, law in enumerate(map(str, ranked["law"].values)):
+        worse = float(ranked["aic_difference"].sel(law=law))
+        words = LAWS[law].words.partition(",")[0] + (f" (ΔAIC {worse:.1f})" if order else "")
+        inside = points[points > 0] if LAWS[law].positive else points
+        curve = law_density(ranked, law, inside)
+        shown = np.where(curve > 1.2 * highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
+        ax.plot(inside, shown, label=words, **stroke(order))
 
 
 @styled
@@ -149,109 +168,57 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     -------
     array of four Axes
         Heights on a logarithmic density, so that a few debris particles are visible beside thousands of peaks. B/A
-        (the ratio of the principal curvatures) and b/a have unit 1.
+        (the ratio of the principal curvatures) and b/a have unit 1. Orientations beside the uniform density, with two
+        standard deviations of chance as a band.
 
     Examples
     --------
+    >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> catalogue = xr.Dataset({
-    ...     "height": ("asperity", [14.0, 15.0, 16.0]),
-    ...     "curvature_min": ("asperity", [0.001, 0.002, 0.004]),
-    ...     "curvature_max": ("asperity", [0.002, 0.006, 0.009]),
-    ...     "orientation": ("asperity", [-1.0, 0.2, 1.0]),
-    ...     "axis_ratio": ("asperity", [0.6, 0.5, 0.6]),
-    ... })
-    >>> made = asperity_statistics(catalogue, ax=Figure().subplots(2, 2))
-    >>> [one.get_xlabel() for one in made][2]
+    >>> catalogue = roughxr.asperities(roughxr.open_sample("rough"))
+    >>> [ax.get_xlabel() for ax in asperity_statistics(catalogue, ax=Figure().subplots(2, 2))][2]
     'axis ratio b/a'
     """
     catalogue = schema.validate(catalogue, "asperities")
-    made = panels(ax, 2, 2, aspect=0.95)
-    distribution(catalogue, "height", ax=made[0], kde=False, interval=None)
-    made[0].set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST else "linear")
+    heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)
+    distribution(catalogue, "height", ax=heights, interval=None)
+    heights.set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST else "linear")
+    heights.relim()
+    heights.autoscale(axis="y")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
-    _anisotropy(made[1], peaks)
-    _axis_ratio(made[2], peaks)
-    _orientation(made[3], peaks)
-    for one in made:
-        fold_labels(one, 24, 22)
+    peaks = peaks.assign(ln_ratio=np.log(peaks["curvature_max"] / peaks["curvature_min"]))
+    most = float(peaks["ln_ratio"].quantile(0.99)) or 1.0
+    distribution(peaks, "ln_ratio", ax=anisotropy, interval=None, bins=np.linspace(0, most, 41))
+    anisotropy.set(xlim=(0, most), xlabel="ln(B/A) of the curvatures")
+    distribution(peaks, "axis_ratio", ax=ratio, interval=None)
+    mean = float(peaks["axis_ratio"].mean())
+    ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
+    ratio.set(xlim=(0, 1), ylim=(0, 1.2 * ratio.get_ylim()[1]), xlabel="axis ratio b/a")
+    ratio.text(mean + 0.03, 0.98 * ratio.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
+    _orientations(orientation, peaks)
+    for panel in made:
+        fold_labels(panel, 24, 22)
     return made
 
 
-def _anisotropy(ax, peaks: xr.Dataset):
-    name = "ln_ratio"
-    ratio = xr.DataArray(np.log(peaks["curvature_max"] / peaks["curvature_min"]))
-    most = float(ratio.quantile(0.99)) or 1.0
-    ds = xr.Dataset({name: ratio.assign_attrs(units="1")})
-    _plain_density(ax, ds, name, "ln(B/A) of the curvatures", bins=np.linspace(0, most, 41))
-    ax.set_xlim(0, most)
-
-
-def _axis_ratio(ax, peaks: xr.Dataset):
-    _plain_density(ax, peaks, "axis_ratio", "axis ratio b/a")
-    mean = float(peaks["axis_ratio"].mean())
-    ax.axvline(mean, color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
-    ax.set_xlim(0, 1)
-    ax.set_ylim(0, 1.2 * ax.get_ylim()[1])
-    ax.text(mean + 0.03, 0.98 * ax.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
-
-
-def _orientation(ax, peaks: xr.Dataset):
-    edges = np.linspace(-np.pi / 2, np.pi / 2, 19)
-    distribution(peaks, "orientation", ax=ax, kde=False, rug=False, interval=None, bins=edges)
+def _orientations(ax, peaks: xr.Dataset):
+    """Draw the orientations, with the band within which directions without preference lie by chance."""
+    bins = 18
+    distribution(peaks, "orientation", ax=ax, interval=None, bins=np.linspace(-np.pi / 2, np.pi / 2, bins + 1))
+    spread = 2 * np.sqrt(bins / max(peaks.sizes["asperity"], 1))
+    ax.axhspan(max(1 - spread, 0) / np.pi, (1 + spread) / np.pi, color=BLACK, alpha=0.15, linewidth=0)
     ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="uniform")
     ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
     ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
     legend(ax, loc="upper right")
 
 
-def _plain_density(ax, ds: xr.Dataset, name: str, words: str, bins: Any = "auto"):
-    """Draw the density of a dimensionless variable, with a given label."""
-    values = ds[name].values
-    density = statistics.pdf(ds, name, bins=bin_edges(values[np.isfinite(values)], bins))
-    look = stroke(0)
-    ax.stairs(density.values, density.attrs["bin_edges"], fill=True, color=look["color"], alpha=0.18)
-    ax.stairs(density.values, density.attrs["bin_edges"], color=look["color"])
-    ax.set(xlabel=words, ylabel=in_words("pdf"))
-    round_ticks(ax.yaxis)
-    ax.set_ylim(bottom=0)
-
-
-def bin_edges(values: np.ndarray, bins: Any) -> Any:
-    """Return the edges that a rule finds, limited to what a figure can show; edges that are given are unchanged."""
+def _bin_edges(values: np.ndarray, bins: Any) -> Any:
+    """Return the edges by a rule, limited to what a figure can show; edges that are given are unchanged."""
     if not isinstance(bins, str):
         return bins
     edges = np.histogram_bin_edges(values, bins=bins)
-    count = min(edges.size - 1, _MOST_BINS)
-    step = _step(values)
-    if step is None:
-        return edges if count == edges.size - 1 else np.linspace(edges[0], edges[-1], count + 1)
-    width = step * max(np.ceil((values.max() - values.min() + step) / step / count), 1.0)
-    low = values.min() - step / 2
-    return low + width * np.arange(np.ceil((values.max() - low) / width - 1e-9) + 1)
-
-
-def _step(values: np.ndarray) -> float | None:
-    """Return the step of quantised values, None for values that are not quantised.
-
-    Bins that contain sometimes two levels and sometimes three turn a smooth distribution into a comb.
-    """
-    levels = np.unique(values)
-    if levels.size < 3 or levels.size > values.size / 2:
-        return None
-    steps = np.diff(levels) / np.diff(levels).min()
-    return float(np.diff(levels).min()) if np.allclose(steps, np.round(steps), atol=0.05) else None
-
-
-def _rug(ax, values: np.ndarray, color: str, order: int):
-    """Draw the samples as ticks between the densities and the axis, one row for each distribution."""
-    from matplotlib.transforms import ScaledTranslation
-
-    row = (3.5 + 5 * order) / 72
-    below = ax.get_xaxis_transform() + ScaledTranslation(0, -row, ax.figure.dpi_scale_trans)
-    style = {"color": color, "markersize": 4, "markeredgewidth": 0.5, "clip_on": False, "linestyle": "none"}
-    ax.plot(np.unique(values), np.zeros(np.unique(values).size), marker="|", transform=below, **style)
-    ax.spines["bottom"].set_position(("outward", 72 * row + 3.5))
+    return edges if edges.size <= _MOST_BINS + 1 else np.linspace(edges[0], edges[-1], _MOST_BINS + 1)
 
 
 def label_density(ax, name: str):

@@ -1,4 +1,4 @@
-"""Maps of a scan: its heights, its asperities, the contact centres on it, and one value at each of them."""
+"""Maps of a scan: its heights with contact centres or asperities on it, and one value at each contact centre."""
 
 from __future__ import annotations
 
@@ -8,126 +8,50 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from ..particles.force_balance import MODES, NEITHER, NO_CONTACT
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
 from .images import COLOURS, colorbar, colour_map, image
-from .style import BLACK, ORANGE, Axes, axes, label_axes, styled
+from .style import BLACK, BLUE, GREEN, ORANGE, SMALL, Axes, axes, label_axes, styled
+
+#: Colours of the modes of detachment; light where there is none.
+_MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
+
+#: Largest number of tiles that carry their mode's first letter, for print in grey.
+_MOST_LETTERS = 150
+
+#: Depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn.
+_OUTLINE_DEPTH = 0.2
 
 
 @styled
 def scan_map(
     ds: xr.Dataset,
     *,
-    ax: Axes | None = None,
-    cmap: str = COLOURS["height"],
-    robust: bool = False,
-    limits: tuple[float, float] | None = None,
-):
-    """Draw the heights of a scan.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan.
-    ax : Axes, optional
-        A new figure by default.
-    cmap : str
-        Name of a colour map of matplotlib or seaborn.
-    robust : bool
-        Let the colour scale cover the middle 99 % of the heights.
-    limits : (float, float), optional
-        Heights (nm) at the ends of the colours.
-
-    Returns
-    -------
-    Axes
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> ax = scan_map(roughxr.open_sample("glass"), ax=Figure().subplots())
-    >>> ax.get_xlabel(), ax.get_ylabel()
-    ('x [µm]', 'y [µm]')
-    """
-    ds = schema.validate(ds, "scan")
-    ax = axes(ax, aspect=0.85)
-    if robust and limits is None:
-        limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
-    image(ax, ds["height"], regions.extent(ds), "height", cmap, limits=limits)
-    return label_axes(ax, "x", "y")
-
-
-@styled
-def contact_grid(
-    ds: xr.Dataset,
     subregions: Places = None,
-    *,
-    ax: Axes | None = None,
     highlight: ArrayLike | None = None,
-    **options: Any,
-):
-    """Draw a scan with the contact centres on it, and the tiles where they lie on a grid.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan.
-    subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
-    ax : Axes, optional
-    highlight : array of bool, optional
-        Mask of centres to be framed by their tile, or ringed where they are not on a grid.
-    **options
-        As for `scan_map`.
-
-    Returns
-    -------
-    Axes
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> ax = contact_grid(roughxr.open_sample("glass"), (8, 8), ax=Figure().subplots())
-    """
-    ax = scan_map(ds, ax=ax, **options)
-    centres = regions.centres(ds, subregions)
-    x, y = centres["subregion_x"].values, centres["subregion_y"].values
-    _tile_lines(ax, x, y, regions.extent(ds))
-    ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
-    if highlight is not None:
-        _frames(ax, x, y, np.asarray(highlight, dtype=bool))
-    return ax
-
-
-@styled
-def asperity_map(
-    ds: xr.Dataset,
-    catalogue: xr.Dataset,
-    *,
+    catalogue: xr.Dataset | None = None,
+    robust: bool = False,
     ax: Axes | None = None,
-    shape: str = "ellipses",
-    depth: float = 0.2,
-    **options: Any,
 ):
-    """Draw a scan with its asperities on it.
+    """Draw the heights of a scan, and contact centres or asperities on it.
 
     Parameters
     ----------
     ds : Dataset
         A scan; select a part of it first (``ds.sel(x=slice(0, 1000))``) to see single asperities.
-    catalogue : Dataset
-        Its asperities; those beyond ``ds`` are left out.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, see `regions.centres`, drawn as crosses.
+    highlight : array of bool, optional
+        Mask of contact centres to be ringed.
+    catalogue : Dataset, optional
+        Asperities: the outline of each fitted paraboloid 0.2 nm below its vertex, at most as large as the fitted patch;
+        none for a saddle.
+    robust : bool
+        Let the colour scale cover the middle 99 % of the heights.
     ax : Axes, optional
-    shape : {"ellipses", "vertices"}
-        The outline of each fitted paraboloid ``depth`` below its vertex, no longer than the fitted patch and
-        none for a saddle; or its vertex.
-    depth : float
-        nm.
-    **options
-        As for `scan_map`.
+        A new figure by default.
 
     Returns
     -------
@@ -137,124 +61,117 @@ def asperity_map(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> part = roughxr.open_sample("glass").sel(x=slice(0, 1000), y=slice(0, 1000))
-    >>> ax = asperity_map(part, roughxr.asperities(part), ax=Figure().subplots())
+    >>> ax = scan_map(roughxr.open_sample("glass"), subregions=(8, 8), ax=Figure().subplots())
+    >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines[0].get_xdata())
+    ('x [µm]', 'y [µm]', 64)
     """
-    schema.one_of(shape, ("ellipses", "vertices"), "shape")
-    catalogue = schema.validate(catalogue, "asperities")
-    ax = scan_map(ds, ax=ax, **options)
-    x_low, x_high, y_low, y_high = regions.extent(ds)
-    x, y = catalogue["x"], catalogue["y"]
-    shown = catalogue.isel(asperity=((x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high)).values)
-    if shape == "vertices":
-        ax.plot(shown["x"], shown["y"], "o", color="white", markeredgecolor=BLACK, markersize=2.2, markeredgewidth=0.3)
-    else:
-        _ellipses(ax, shown, depth)
-    ax.set(xlim=(x_low, x_high), ylim=(y_low, y_high))
-    return ax
+    ds = schema.validate(ds, "scan")
+    ax = axes(ax, aspect=0.85)
+    limits = None
+    if robust:
+        limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
+    image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits)
+    if catalogue is not None:
+        _ellipses(ax, schema.validate(catalogue, "asperities"), regions.extent(ds))
+    if subregions is not None:
+        centres = regions.centres(ds, subregions)
+        x, y = centres["subregion_x"].values, centres["subregion_y"].values
+        ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
+        chosen = np.zeros(x.size, bool) if highlight is None else np.asarray(highlight, dtype=bool)
+        ring = {"markerfacecolor": "none", "markeredgecolor": ORANGE, "markersize": 11, "markeredgewidth": 1.2}
+        ax.plot(x[chosen], y[chosen], "o", **ring)
+    return label_axes(ax, "x", "y")
 
 
 @styled
-def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None, cmap: str = "rocket_r"):
-    """Draw one value for each contact centre, such as the pull-off force, at its place on the scan.
+def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None):
+    """Draw one value for each contact centre at its place on the scan, such as the pull-off force.
 
     Parameters
     ----------
     ds : Dataset
         With ``name`` along ``subregion`` and the centres ``subregion_x``, ``subregion_y``.
     name : str
+        A variable; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with the number of places in the
+        legend and, on up to 150 tiles, its first letter.
     ax : Axes, optional
-    cmap : str
 
     Returns
     -------
     Axes
         Tiles where the centres lie on a grid, else points.
 
-    Raises
-    ------
-    ValueError
-        If ``name`` does not lie along ``subregion`` alone.
-
     Examples
     --------
     >>> from matplotlib.figure import Figure
     >>> ds = xr.Dataset(
-    ...     {"pull_off_force": ("subregion", [1.0, 2.0, 4.0, 3.0])},
+    ...     {"mode": ("subregion", ["roll", "slide", "roll", "roll"])},
     ...     coords={"subregion_x": ("subregion", [0.0, 0, 1, 1]), "subregion_y": ("subregion", [0.0, 1, 0, 1])},
     ... )
-    >>> subregion_map(ds, ax=Figure().subplots()).get_xlabel()
-    'x of the contact centre [nm]'
+    >>> ax = subregion_map(ds, "mode", ax=Figure().subplots())
+    >>> ax.get_xlabel(), [text.get_text() for text in ax.get_legend().get_texts()]
+    ('x of the contact centre [nm]', ['roll (3)', 'slide (1)'])
     """
     if name not in ds or ds[name].dims != ("subregion",):
-        raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement first")
+        raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement or load first")
     ax = axes(ax, aspect=0.85)
-    drawn = draw_places(ax, ds, ds[name].values, cmap=colour_map(cmap))
-    colorbar(ax, drawn, name)
+    if name == "mode":
+        _modes(ax, ds)
+    else:
+        colorbar(ax, _centre_values(ax, ds, ds[name].values, cmap=colour_map("rocket_r")), name)
     return label_axes(ax, "subregion_x", "subregion_y")
 
 
-def draw_places(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
+def _modes(ax, ds: xr.Dataset):
+    """Draw the mode of detachment at each place, with a legend that counts the places."""
+    from matplotlib.collections import QuadMesh
+    from matplotlib.colors import ListedColormap
+
+    mode = ds["mode"].values.astype(str)
+    order = np.array([list(_MODES).index(word) for word in mode], float)
+    colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
+    drawn = _centre_values(ax, ds, order, **colours)
+    if mode.size <= _MOST_LETTERS and isinstance(drawn, QuadMesh):
+        for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
+            ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
+    counts = {word: int((mode == word).sum()) for word in _MODES if word in mode}
+    keys = [
+        ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in counts
+    ]
+    ax.legend(handles=keys, loc="lower left", bbox_to_anchor=(0, 1), ncols=len(keys), handletextpad=0.1)
+
+
+def _centre_values(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     """Draw a number for each contact centre: tiles where the centres lie on a grid, else points."""
     x, y = ds["subregion_x"].values, ds["subregion_y"].values
-    grid = _grid(x, y)
-    if grid is None:
-        drawn = ax.scatter(x, y, c=values, s=22, edgecolor=BLACK, linewidth=0.4, **colours)
-    else:
-        tiles = np.full(tuple(axis.size for axis in grid), np.nan)
-        tiles[np.searchsorted(grid[0], x), np.searchsorted(grid[1], y)] = values
-        edges = [_edges(axis) for axis in grid]
-        drawn = ax.pcolormesh(*edges, tiles.T, edgecolor="white", linewidth=0.4, **colours)
-        ax.set_facecolor("#dddddd")
-    ax.set_aspect("equal")
-    return drawn
-
-
-def _ellipses(ax, catalogue: xr.Dataset, depth: float):
-    from matplotlib.collections import EllipseCollection
-
-    peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
-    patch = float(peaks["patch_radius"]) if "patch_radius" in peaks else np.inf
-    semi_axes = (np.sqrt(2 * depth / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
-    longer, shorter = (2 * np.minimum(axis, patch) for axis in semi_axes)
-    places = np.c_[peaks["x"].values, peaks["y"].values]
-    style: dict[str, Any] = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
-    angles = np.degrees(peaks["orientation"].values)
-    ax.add_collection(
-        EllipseCollection(longer, shorter, angles, offsets=places, offset_transform=ax.transData, **style)
-    )
-
-
-def _grid(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the columns and rows of the grid on which the centres lie, None if they do not lie on one."""
     columns, rows = np.unique(x), np.unique(y)
-    full = columns.size * rows.size == x.size and np.unique(np.c_[x, y], axis=0).shape[0] == x.size
-    return (columns, rows) if full else None
+    ax.set_aspect("equal")
+    if columns.size * rows.size != x.size or np.unique(np.c_[x, y], axis=0).shape[0] != x.size:
+        return ax.scatter(x, y, c=values, s=22, edgecolor=BLACK, linewidth=0.4, **colours)
+    tiles = np.full((columns.size, rows.size), np.nan)
+    tiles[np.searchsorted(columns, x), np.searchsorted(rows, y)] = values
+    ax.set_facecolor("#dddddd")
+    return ax.pcolormesh(*map(_tile_edges, (columns, rows)), tiles.T, edgecolor="white", linewidth=0.4, **colours)
 
 
-def _edges(middle: np.ndarray) -> np.ndarray:
-    """Return the edges between equal tiles around their middles."""
+def _tile_edges(middle: np.ndarray) -> np.ndarray:
     half = 0.5 * (np.diff(middle).min() if middle.size > 1 else 1.0)
     return np.append(middle - half, middle[-1] + half)
 
 
-def _frames(ax, x: np.ndarray, y: np.ndarray, chosen: np.ndarray):
-    """Frame the tiles of some centres without covering what is on them; ring centres that are not on a grid."""
-    from matplotlib.patches import Rectangle
+def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, float]):
+    """Draw the outlines of the asperities within an extent."""
+    from matplotlib.collections import EllipseCollection
 
-    grid = _grid(x, y)
-    if grid is None or min(axis.size for axis in grid) < 2:
-        style = {"markerfacecolor": "none", "markeredgecolor": ORANGE, "markersize": 14, "markeredgewidth": 1.2}
-        ax.plot(x[chosen], y[chosen], "o", **style)
-        return
-    width, height = (0.92 * float(np.diff(axis).min()) for axis in grid)
-    for at in zip(x[chosen] - width / 2, y[chosen] - height / 2):
-        ax.add_patch(Rectangle(at, width, height, fill=False, edgecolor=ORANGE, linewidth=1.4))
-
-
-def _tile_lines(ax, x, y, extent):
-    style = {"color": "white", "linewidth": 0.5, "alpha": 0.7}
-    for middle, line, low in zip(_grid(x, y) or (), (ax.axvline, ax.axhline), (extent[0], extent[2])):
-        for between in (middle[1:] + middle[:-1]) / 2:
-            if between > low:
-                line(between, **style)
+    x_low, x_high, y_low, y_high = extent
+    x, y = catalogue["x"], catalogue["y"]
+    shown = (x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high) & (catalogue["curvature_min"] > 0)
+    peaks = catalogue.isel(asperity=shown.values)
+    patch = float(peaks["patch_radius"]) if "patch_radius" in peaks else np.inf
+    semi_axes = (np.sqrt(2 * _OUTLINE_DEPTH / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
+    longer, shorter = (2 * np.minimum(axis, patch) for axis in semi_axes)
+    centres, angles = np.c_[peaks["x"].values, peaks["y"].values], np.degrees(peaks["orientation"].values)
+    style: dict[str, Any] = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
+    outlines = EllipseCollection(longer, shorter, angles, offsets=centres, offset_transform=ax.transData, **style)
+    ax.add_collection(outlines)
+    ax.set(xlim=(x_low, x_high), ylim=(y_low, y_high))

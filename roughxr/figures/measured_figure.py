@@ -1,4 +1,4 @@
-"""Predicted beside measured pull-offs: quantiles against quantiles, and both distributions."""
+"""Predicted and measured pull-offs: both distributions, and quantiles against quantiles."""
 
 from __future__ import annotations
 
@@ -8,52 +8,6 @@ import xarray as xr
 from ..measured import compare
 from .distributions import distribution
 from .style import BLACK, BLUE, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
-
-_NAME = "pull_off_force"
-
-
-@styled
-def quantile_quantile(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw measured against predicted quantiles, with the line on which both are equal.
-
-    Parameters
-    ----------
-    ds : Dataset
-        From `compare`.
-    ax : Axes, optional
-
-    Returns
-    -------
-    Axes
-        Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, as a dashed
-        line.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> made = [xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 9.0) * f)}) for f in (1, 2)]
-    >>> ax = quantile_quantile(roughxr.compare(*made, resamples=20), ax=Figure().subplots())
-    >>> ax.get_xlabel(), ax.get_ylabel()
-    ('predicted pull-off force [nN]', 'measured pull-off force [nN]')
-    """
-    ax = axes(ax)
-    predicted, measured = ds["predicted_quantile"].values, ds["measured_quantile"].values
-    both = np.concatenate([predicted, measured])
-    ends = np.array([both.min(), both.max()])
-    ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
-    if "mean" in ds["statistic"]:
-        ratio = float(ds["ratio"].sel(statistic="mean"))
-        reach = np.array([predicted.min(), predicted.max()])
-        ax.plot(reach, ratio * reach, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=f"means: × {ratio:.3g}")
-    ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
-    marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
-    at = marked["predicted_quantile"].values, marked["measured_quantile"].values
-    ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
-    label_axis(ax.xaxis, "predicted_quantile")
-    label_axis(ax.yaxis, "measured_quantile")
-    above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it
-    return legend(ax, loc="lower right" if above else "upper left")
 
 
 @styled
@@ -80,10 +34,35 @@ def predicted_and_measured(
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 9.0) * f)}) for f in (1, 2)]
     >>> left, right = predicted_and_measured(*made, ax=Figure().subplots(1, 2))
     >>> [text.get_text() for text in left.get_legend().get_texts()]
-    ['predicted', 'measured']
+    ['mean, 95 % interval', 'predicted', 'measured']
     """
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):
-        distribution(ds, _NAME, ax=left, label=words, order=order, rug=ds[_NAME].size <= 500)
-    quantile_quantile(compare(predicted, measured) if comparison is None else comparison, ax=right)
+        distribution(ds, "pull_off_force", ax=left, label=words, order=order)
+    quantiles(compare(predicted, measured) if comparison is None else comparison, ax=right)
     return made
+
+
+@styled
+def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw measured against predicted quantiles, from `compare`, with the line on which both are equal.
+
+    Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, is a dashed line.
+    """
+    ax = axes(ax)
+    predicted, measured = ds["predicted_quantile"].values, ds["measured_quantile"].values
+    both = np.concatenate([predicted, measured])
+    ends = np.array([both.min(), both.max()])
+    ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
+    if "mean" in ds["statistic"]:
+        ratio = float(ds["ratio"].sel(statistic="mean"))
+        span = np.array([predicted.min(), predicted.max()])
+        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=f"means: × {ratio:.3g}")
+    ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
+    marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
+    at = marked["predicted_quantile"].values, marked["measured_quantile"].values
+    ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
+    label_axis(ax.xaxis, "predicted_quantile")
+    label_axis(ax.yaxis, "measured_quantile")
+    above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it
+    return legend(ax, loc="lower right" if above else "upper left")

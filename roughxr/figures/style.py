@@ -14,10 +14,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
+import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import SUPERSCRIPTS
-from ..vocabulary.verbs import verb
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -90,23 +90,7 @@ class Unit(NamedTuple):
         """Return a formatter of ticks that shows data in this unit."""
         from matplotlib.ticker import FuncFormatter
 
-        class Alike(FuncFormatter):
-            """Show all ticks of a linear axis with the same number of decimals."""
-
-            decimals = None
-
-            def set_locs(self, locs):
-                axis: Any = self.axis
-                linear = axis is None or axis.get_scale() == "linear"
-                self.decimals = decimals(np.asarray(locs) / size) if linear and len(locs) else None
-
-        def words(value, _):
-            number = value / size
-            text = f"{number:.6g}" if shown.decimals is None else f"{number:.{shown.decimals}f}"
-            return text.replace("-", "−")
-
-        size, shown = self.size, Alike(words)
-        return shown
+        return FuncFormatter(lambda value, _: f"{value / self.size:.6g}".replace("-", "−"))
 
 
 def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
@@ -119,18 +103,23 @@ def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
 
 
 def styled(function: Callable) -> Callable:
-    """Return a verb that draws in this module's style, after which the caller's rcParams are restored."""
-    draw = verb(function)
+    """Return a function that takes Datasets in any units, draws in this style, and restores the caller's rcParams."""
 
-    @functools.wraps(draw)
-    def inside(*arguments: Any, **options: Any):
+    @functools.wraps(function)
+    def draw(*arguments: Any, **options: Any):
+        arguments = tuple(_in_table_units(value) for value in arguments)
+        options = {name: _in_table_units(value) for name, value in options.items()}
         with _settings():
-            drawn = draw(*arguments, **options)
+            drawn = function(*arguments, **options)
             if options.get("ax") is None:
-                settle(drawn)
+                _lay_out(drawn)
             return drawn
 
-    return inside
+    return draw
+
+
+def _in_table_units(value: Any) -> Any:
+    return schema.entered(value) if isinstance(value, (xr.Dataset, xr.DataArray)) else value
 
 
 @contextmanager
@@ -147,30 +136,12 @@ def _settings() -> Iterator[None]:
         rcParams.update(before)
 
 
-def settle(drawn: Any):
-    """Lay a new figure out once: constrained layout makes room beside maps of equal scale only the second time."""
+def _lay_out(drawn: Any):
+    """Lay a new figure out once: constrained layout makes room for maps of equal scale only the second time."""
     figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
     layout = figure.get_layout_engine()
     if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
         layout.execute(figure)
-
-
-@contextmanager
-def laid_out(figure, dpi: float) -> Iterator[None]:
-    """Lay a figure out for so many dots per inch, and leave it so within the block."""
-    layout, before = figure.get_layout_engine(), figure.dpi
-    if layout is None:
-        yield
-        return
-    figure.dpi = dpi
-    layout.execute(figure)
-    figure.dpi = before
-    with _settings():
-        figure.set_layout_engine(None)
-    try:
-        yield
-    finally:
-        figure.set_layout_engine(layout)
 
 
 def stroke(order: int) -> dict[str, Any]:
@@ -206,12 +177,6 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
     return made.ravel()
 
 
-def decimals(values: np.ndarray) -> int | None:
-    """Return the number of decimals that show the values distinct and in full, None for more than six."""
-    fits = (k for k in range(7) if np.allclose(np.round(values, k), values, rtol=1e-6, atol=0))
-    return next(fits, None)
-
-
 def display_unit(units: str, largest: float) -> Unit:
     """Return the unit in which to show values up to ``largest`` (in ``units``)."""
     text, size = _LARGER.get(units, (units, np.inf))
@@ -233,6 +198,9 @@ def superscripts(text: str) -> str:
 
 def label_axis(axis, name: str) -> Unit:
     """Label a matplotlib axis from the schema, in a unit that suits its range; return that unit."""
+    if name not in schema.VARIABLES:
+        axis.set_label_text(name)
+        return Unit("1", 1.0)
     unit = display_unit(schema.VARIABLES[name].units, float(np.abs(axis.get_view_interval()).max()))
     axis.set_label_text(in_words(name, unit))
     round_ticks(axis)

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from .. import figures, statistics
-from ..figures.saving import as_png
 from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from ..statistics import bootstrap
 from ..vocabulary import schema
@@ -82,7 +81,7 @@ def _embedded(ax) -> str:
     from matplotlib import pyplot
 
     figure, buffer = np.ravel(ax)[0].figure, io.BytesIO()
-    as_png(figure, buffer, _DPI)
+    figure.savefig(buffer, format="png", dpi=_DPI)
     pyplot.close(figure)
     return as_uri(buffer.getvalue())
 
@@ -103,7 +102,7 @@ def _over_humidity(run: Run):
 
 def _grid(run: Run):
     flags = flagged(run)
-    return figures.contact_grid(run["scan"], run["solutions/direct"], highlight=None if flags is None else flags.values)
+    return figures.scan_map(run["scan"], subregions=run["solutions/direct"], highlight=flags)
 
 
 def _part(run: Run):
@@ -112,7 +111,7 @@ def _part(run: Run):
     share = min(1.0, np.sqrt(100 / catalogue.sizes["asperity"]))
     sizes = [scan.sizes[axis] for axis in ("x", "y")]
     x, y = (slice(int(n * (1 - share) / 2), int(np.ceil(n * (1 + share) / 2))) for n in sizes)
-    return figures.asperity_map(scan.isel(x=x, y=y), catalogue)
+    return figures.scan_map(scan.isel(x=x, y=y), catalogue=catalogue)
 
 
 def _contact(run: Run):
@@ -134,26 +133,24 @@ def _pulling(run: Run):
     ]
     deepest = -float(np.min(force))
     shifted = xr.Dataset({"force": (("subregion", "delta"), force)}, {"delta": about, "subregion": pulling})
-    return figures.force_fan(schema.label(shifted), interval=None, force_limits=(-1.2 * deepest, 2 * deepest))
+    return figures.sweep(schema.label(shifted), force_limits=(-1.2 * deepest, 2 * deepest))
 
 
 def _loop(run: Run):
     """Draw loading and retraction of a body that yields."""
     both = [run[f"solutions/{way}"][["force"]] for way in ("direct", "retraction")]
-    return figures.force_loop(xr.concat(both, xr.Variable("branch", ["loading", "retraction"])))
+    return figures.sweep(xr.concat(both, xr.Variable("branch", ["loading", "retraction"])))
 
 
 def _compared(run: Run):
-    ratio = statistics.force_ratio(run["solutions/hertz"], run["solutions/direct"])
-    parting = ratio["parting_delta"].dropna("subregion")
-    return figures.method_comparison(ratio, mark=float(parting.median()) if parting.size else None)
+    return figures.force_ratio(statistics.force_ratio(run["solutions/hertz"], run["solutions/direct"]))
 
 
 def _rolls_off(run: Run):
     """Draw the critical flow at each place, or the mode where places differ in it."""
     critical = run["statistics/detachment"]
     if np.unique(critical["mode"].values.astype(str)).size > 1:
-        return figures.mode_map(critical)
+        return figures.subregion_map(critical, "mode")
     return figures.subregion_map(critical, "critical_friction_velocity")
 
 
@@ -178,18 +175,18 @@ _DRAWINGS = {
     "The scan and the places": _Drawing(
         ("scan", "asperities", "solutions/direct"),
         _grid,
-        "Heights; crosses mark the contact centres, frames the tiles with debris.",
+        "Heights; crosses mark the contact centres, rings those on debris.",
     ),
     "Asperities": _Drawing(
         ("scan", "asperities"),
         _part,
         "A part of the scan with its asperities: each ellipse is the fitted paraboloid 0.2 nm below its top.",
     ),
-    "Orientation of the asperities": _Drawing(
+    "Statistics of the asperities": _Drawing(
         ("asperities",),
-        lambda run: figures.orientation_rose(run["asperities"]),
-        "Long axis of the asperities. The area of a petal is the share of asperities; deviations within the grey ring "
-        "are due to chance.",
+        lambda run: figures.asperity_statistics(run["asperities"]),
+        "Heights, ratio of the principal curvatures, axis ratio of the contact ellipse and direction of its long axis; "
+        "deviations from the uniform density within the grey band are due to chance.",
     ),
     "One contact": _Drawing(
         ("scan", "solutions/contact"),
@@ -199,7 +196,7 @@ _DRAWINGS = {
     ),
     "Elastic force": _Drawing(
         ("solutions/direct",),
-        lambda run: figures.force_fan(run["solutions/direct"]),
+        lambda run: figures.sweep(run["solutions/direct"]),
         "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
         "half and 90 % of them.",
     ),
@@ -224,7 +221,7 @@ _DRAWINGS = {
     ),
     "Pull-off force": _Drawing(
         ("statistics/energy or statistics/adhesive",),
-        lambda run: figures.fitted_distribution(prediction(run)),
+        lambda run: figures.distribution(prediction(run), laws=tuple(statistics.LAWS)),
         "Histogram with a 95 % interval for each bar, the mean with its interval on top, and fitted distributions, "
         "the best first; a larger ΔAIC is a worse fit. Same method as the main numbers.",
     ),

@@ -1,20 +1,25 @@
-"""The paper's analysis repeated on the twin of its scan, and set beside what it prints."""
+"""The paper's analysis repeated on the twin of its scan, and its main numbers beside those that it prints."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
+from .. import figures, report
 from ..bodies.pair import assign_pair
 from ..runs.analysis import Plan, kept, show, told
 from ..scans import open_sample
 from ..specimen import specimen_of
+from ..statistics import debris, force_ratio
 from ..vocabulary.units import whole_number
-from .figures import paper_figures
-from .printed import PAIR, TWIN
-from .tables import contact_table, scan_table
+from .numbered_figures import paper_figures, strongest_place
+from .printed import CONTACT, PAIR, SCAN, TWIN
+
+Run = Mapping[str, xr.Dataset]
 
 #: The paper's plan: 8 × 8 places, its two displacements among those solved, vertices at pixels.
 PLAN = Plan(
@@ -26,6 +31,12 @@ PLAN = Plan(
     vertex="pixel",
 )
 
+_MICRO = 1e-3  # µN per nN
+
+#: Displacements (nm) at which the paper shows distributions of forces, at which both methods agree in it, and at which
+#: it prints forces, alone or over those on a smooth flat.
+_DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _PRINTED = (5.08, 15.4), (9.0, 10.0, 12.0), (5.08, 10.0, 15.4, 20.0)
+
 
 def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
@@ -33,8 +44,8 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     Parameters
     ----------
     output : path
-        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` …
-        ``figure-16.png``, ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
+        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``,
+        ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
     budget : int
         As for `run`.
 
@@ -63,5 +74,73 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
     with told(scan, wanted, path) as say:
         groups = kept(scan, wanted, say, path)
-        show(groups, (scan_table(groups), contact_table(groups)), say, path, folder, [TWIN], paper_figures)
+        show(groups, (scan_table(groups), contact_table(groups)), say, path, folder, [TWIN], _figures)
     return groups
+
+
+def _figures(run: Run) -> Iterator[tuple[str, object]]:
+    yield from figures.run_figures(run)
+    yield from paper_figures(run)
+
+
+def scan_table(run: Run) -> pd.DataFrame:
+    """Return the main numbers of scan and asperities with the printed ones in the first columns."""
+    return _with_printed(report.scan_table(run), SCAN)
+
+
+def contact_table(run: Run) -> pd.DataFrame:
+    """Return the contact's main numbers by method with the printed ones in the first columns."""
+    table = report.contact_table(run, deltas=_PRINTED)
+    more = {method: _direct_rows(run) if method == "direct" else _strongest_rows(run, method) for method in table}
+    return _with_printed(pd.concat([table, pd.DataFrame(more)]).rename_axis("quantity"), CONTACT)
+
+
+def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]]) -> pd.DataFrame:
+    """Return a table with the printed values in its first column, and how to read them in the second."""
+    paper = pd.DataFrame.from_dict(printed, orient="index", columns=["paper", "paper's is"], dtype=object)
+    paper = paper.reindex(table.index).astype({"paper": float}).fillna({"paper's is": ""})
+    return paper.join(table)
+
+
+def _strongest_rows(run: Run, method: str) -> dict[str, float]:
+    """Return values at the place of figure 15."""
+    place, solution = {"subregion": strongest_place(run)}, run[f"solutions/{method}"]
+    pull_off = float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
+    rows = {"pull-off, place of figure 15 [µN]": _MICRO * pull_off}
+    if "force" not in solution or solution.sizes["delta"] < 2:
+        return rows  # with a preload, and for rigid bodies, there are only events
+    force = solution["force"].isel(place)
+    pulling = force["delta"].values[force.values < 0]
+    return rows | {
+        "that place pulls from [nm]": float(pulling.min(initial=np.inf)),
+        "that place pulls to [nm]": float(pulling.max(initial=-np.inf)),
+    }
+
+
+def _direct_rows(run: Run) -> dict[str, float]:
+    direct, superposed = run["solutions/direct"], run["solutions/hertz"]
+    forces = {delta: direct["force"].sel(delta=delta, method="nearest").values for delta in _DISTRIBUTION_DELTAS}
+    rows = {
+        f"force at {delta:g} nm, second group [µN]": _MICRO * second_group(force) for delta, force in forces.items()
+    }
+    clean = np.flatnonzero(~debris(run["asperities"], direct).values)
+    ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
+    difference = ratio["mean_difference"].sel(delta=list(_AGREEMENT_DELTAS), method="nearest").values
+    rows |= {
+        f"superposed / direct at {delta:g} nm, no debris": 1 + float(one)
+        for delta, one in zip(_AGREEMENT_DELTAS, difference)
+    }
+    agree = (abs(ratio["force_difference"]) <= 0.1).any("delta")
+    return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}
+
+
+def second_group(values: np.ndarray) -> float:
+    """Return the mean of the values above the widest gap between consecutive ones.
+
+    Examples
+    --------
+    >>> float(second_group(np.array([0.0, 1.0, 2.0, 9.0, 10.0])))
+    9.5
+    """
+    values = np.sort(values)
+    return float(values[np.argmax(np.diff(values)) + 1 :].mean()) if values.size > 1 else np.nan

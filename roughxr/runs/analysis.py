@@ -620,10 +620,7 @@ def _write_folder(
         temporary.write_text(printed, encoding="utf-8")
     say("pages")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
-    figures.save(figures.overview(groups), folder / "overview.png", dpi=150)
     for name, figure in drawn(groups):
-        figures.save(figure, folder / f"{name}.png")
-    for name, figure in figures.budget_figures(groups):
         figures.save(figure, folder / f"{name}.png", dpi=220)
     with whole(folder / "report.html") as temporary:
         text = report.page(groups, archive_name=path.name, folder=folder)

@@ -1,31 +1,14 @@
-"""The uncertainty of the pull-off: the error budget as bars, and the pull-off over the shortest wave."""
+"""The uncertainty of the pull-off: the error budget as bars, and the pull-off over the shortest wavelength."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ..studies.short_waves import mean_over_waves
-from ..vocabulary.verbs import verb
-from .style import (
-    BLACK,
-    BLUE,
-    COLUMN,
-    GREY,
-    ORANGE,
-    SMALL,
-    VERMILION,
-    Axes,
-    axes,
-    label_axis,
-    legend,
-    log_ticks,
-    styled,
-    tidy,
-)
+from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
 
 #: The entry that does not count in the total.
 _OUTSIDE_TOTAL = "shorter waves"
@@ -44,10 +27,9 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     Returns
     -------
     Axes
-        In the order of the budget from the top, each with its standard error and the sign of the change that it is,
-        behind a known bias what was taken off the mean; then the total. An entry that was not computed has no bar and
-        says so; the waves that the scan does not show come last, in another colour, since they are not part of the
-        total.
+        In the order of the budget from the top, each with its standard error and the sign of the change, a known bias
+        with what was subtracted from the mean; then the total. An entry that was not computed has no bar. Roughness
+        finer than the scan comes last, in another colour, since it is not part of the total.
 
     Examples
     --------
@@ -61,12 +43,14 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     ([3.0, 3.0], ['−3 ± 1', 'not computed', '3 ± 1'])
     """
     numbers = [100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change")]
-    bars = {str(name): _Bar(*told) for name, *told in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
-    apart = bars.pop(_OUTSIDE_TOTAL, None)
+    bars = {str(name): _Bar(*values) for name, *values in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
+    outside = bars.pop(_OUTSIDE_TOTAL, None)
     rows = [(name, bar, BLUE) for name, bar in bars.items()]
     rows.append(("all of these", _Bar(100 * float(ds["total_error"]), 100 * float(ds["total_standard_error"])), BLACK))
-    if apart is not None:
-        rows.append((_words(ds), apart, ORANGE))
+    if outside is not None:
+        shown = float(ds["shortest_wavelength"]) if "shortest_wavelength" in ds else np.nan
+        name = f"roughness below {shown:.3g} nm*" if np.isfinite(shown) else "finer roughness*"
+        rows.append((name, outside, ORANGE))
     ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
     for row, (_, bar, color) in enumerate(rows):
         bar.draw(ax, row, color)
@@ -77,11 +61,6 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.spines["left"].set_visible(False)
     ax.set_xlabel("error of the mean pull-off force [%]")
     return ax
-
-
-def _words(ds: xr.Dataset) -> str:
-    shown = float(ds["shortest_wavelength"]) if "shortest_wavelength" in ds else np.nan
-    return f"waves below {shown:.3g} nm*" if np.isfinite(shown) else "shorter waves*"
 
 
 class _Bar(NamedTuple):
@@ -97,7 +76,7 @@ class _Bar(NamedTuple):
         return self.value + np.nan_to_num(self.error)
 
     def draw(self, ax, row: int, color: str) -> None:
-        """Draw the bar with its own error, or say that there is none."""
+        """Draw the bar with its own error, or write that there is none."""
         known = np.isfinite(self.value)
         if known:
             ax.barh(row, self.value, height=0.62, color=color, edgecolor="none")
@@ -105,15 +84,15 @@ class _Bar(NamedTuple):
             ax.plot([max(self.value - self.error, 0.0), self.end], [row, row], color=GREY, linewidth=1.2)
         style = {"fontsize": SMALL - 0.5, "va": "center", "textcoords": "offset points"}
         at = self.end if known else 0.0
-        ax.annotate(self._told(), (at, row), (3, 0), color=BLACK if known else GREY, **style)
+        ax.annotate(self._words(), (at, row), (3, 0), color=BLACK if known else GREY, **style)
 
-    def _told(self) -> str:
+    def _words(self) -> str:
         if not np.isfinite(self.value):
             return "not computed"
         sign = "" if self.is_bias or not abs(self.change) > 0 else "−" if self.change < 0 else "+"
         own = f" ± {_number(self.error)}" if np.isfinite(self.error) else ""
-        off = f", {self.change:+.2g} taken off".replace("-", "−") if self.is_bias else ""
-        return f"{sign}{_number(self.value)}{own}{off}"
+        bias = f", {self.change:+.2g} subtracted".replace("-", "−") if self.is_bias else ""
+        return f"{sign}{_number(self.value)}{own}{bias}"
 
 
 def _number(value: float) -> str:
@@ -122,7 +101,7 @@ def _number(value: float) -> str:
 
 @styled
 def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the pull-off over the shortest wave of the surface: every place, and the mean with its scatter.
+    """Draw the pull-off over the shortest wavelength of the surface: every place, and the mean with its scatter.
 
     Parameters
     ----------
@@ -133,9 +112,8 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     Returns
     -------
     Axes
-        Both axes logarithmic; where no place has a pull-off the title says so. Bars are the standard deviation of the
-        mean over seeds; the line is the shortest wave that the scan shows: left of it waves were added, right of it
-        cut off.
+        Both axes logarithmic. Bars are the standard deviation of the mean over seeds; the dashed line is the shortest
+        wavelength that the scan shows: roughness was added left of it, and cut off right of it.
 
     Examples
     --------
@@ -145,20 +123,25 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> cut_off(ds, ax=Figure().subplots()).get_xscale()
     'log'
     """
+    from matplotlib.ticker import NullLocator
+
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
-    waves, means = ds["shortest_kept"].values, mean_over_waves(ds)
+    wavelengths, means = ds["shortest_kept"].values, mean_over_waves(ds)
     for place, values in enumerate(force.mean("seed").values):
-        ax.plot(waves, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
+        ax.plot(wavelengths, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:
             ax.lines[-1].set_label("each place")
     look: dict[str, Any] = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5, "label": "mean, its scatter"}
-    ax.errorbar(waves, means.mean("seed"), yerr=means.std("seed"), **look)
+    ax.errorbar(wavelengths, means.mean("seed"), yerr=means.std("seed"), **look)
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
     ax.set(xscale="log")
-    _plain_ticks(ax, waves)
+    ax.xaxis.set_minor_locator(NullLocator())
+    ax.set_xticks(
+        wavelengths, [f"{length:.3g}" for length in wavelengths]
+    )  # a factor of four has hardly a tick of its own
     if (means > 0).any():
         ax.set(yscale="log")
         log_ticks(ax.yaxis)
@@ -167,55 +150,3 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     label_axis(ax.yaxis, "pull_off_force")
     ax.set_xlabel("shortest wavelength of the surface [nm]")
     return legend(ax, loc="best")
-
-
-def _plain_ticks(ax, waves: np.ndarray) -> None:
-    """Put ticks at the waves themselves: a logarithmic axis over a factor of four has hardly a tick of its own."""
-    from matplotlib.ticker import NullLocator
-
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xticks(waves, [f"{wave:.3g}" for wave in waves])
-
-
-@verb
-def budget_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
-    """Yield the figures of a run's error budget, by name, as far as the run holds one.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Yields
-    ------
-    (str, Figure)
-        "error-budget" and "shortest-wave"; the Figures belong to no pyplot window.
-
-    Examples
-    --------
-    >>> entries = {name: ("entry", [0.03]) for name in ("relative_error", "standard_error", "pull_off_change")}
-    >>> totals = {"known_bias": ("entry", [True]), "total_error": 0.03, "total_standard_error": 0.01}
-    >>> budget = xr.Dataset(entries | totals, {"entry": ["mesh"]})
-    >>> [name for name, _ in budget_figures({"statistics/error_budget": budget})]
-    ['error-budget']
-    """
-    for name, (group, draw) in _FIGURES.items():
-        if group in run:
-            yield name, _on_its_own(draw, run[group])
-
-
-#: Groups of a run, and what draws each.
-_FIGURES = {
-    "error-budget": ("statistics/error_budget", error_budget),
-    "shortest-wave": ("statistics/shorter_waves", cut_off),
-}
-
-
-@styled
-def _on_its_own(draw: Callable, ds: xr.Dataset):
-    """Return a new Figure that belongs to no pyplot window; its axes are made in the style, labels included."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
-    draw(ds, ax=tidy(figure.subplots()))
-    return figure

@@ -1,0 +1,179 @@
+"""Figures of particles: resisting moments by direction, the fraction that remains, and particles at rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..particles.force_balance import critical_load, expect_moments
+from ..statistics.sampling import shares
+from ..vocabulary import schema
+from .style import (
+    BLACK,
+    BLUE,
+    COLUMN,
+    GREY,
+    PAGE,
+    SMALL,
+    Axes,
+    axes,
+    label_axes,
+    legend,
+    log_ticks,
+    panels,
+    stroke,
+    styled,
+)
+
+
+@styled
+def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw the resisting moment over the direction of rolling: the median of all places, and their middle half.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `rolling`.
+    ax : polar Axes, optional
+
+    Returns
+    -------
+    Axes
+        The dashed circle is the median of all places and directions. Where a median is negative, the sphere rolls by
+        itself, and the line passes through the centre.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> moment = (("subregion", "direction"), [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
+    >>> ds = xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]})
+    >>> moment_rose(ds, ax=Figure().add_subplot(projection="polar")).get_xlabel()
+    'resisting moment [nN nm]\\nmedian and middle half of 2 places'
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    expect_moments(ds)
+    moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
+    if not moment.sizes["subregion"]:
+        raise ValueError("resisting_moment: expected a place in contact, found none")
+    rose = _polar(ax)
+    low, middle, high = (np.maximum(np.quantile(moment, q, axis=0), 0.0) for q in (0.25, 0.5, 0.75))
+    angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
+    rose.fill_between(angle, *(np.r_[end, end[0]] for end in (low, high)), color=BLUE, alpha=0.25, linewidth=0)
+    rose.plot(angle, np.r_[middle, middle[0]], color=BLUE)
+    level = max(float(np.median(moment)), 0.0)
+    circle = np.linspace(0, 2 * np.pi, 181)
+    rose.plot(circle, np.full(circle.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    rose.set_rlim(0, 1.1 * max(high.max(), level) or 1.0)
+    rose.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
+    rose.set_rlabel_position(67.5)
+    for label in rose.get_yticklabels():
+        label.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
+    variable = schema.VARIABLES["resisting_moment"]
+    words = f"median and middle half of {moment.sizes['subregion']} places"
+    rose.set_xlabel(f"{variable.long_name} [{variable.units}]\n{words}")
+    return rose
+
+
+def _polar(ax: Any) -> Any:
+    """Return the given polar axes, or new ones, with thin lines and small labels."""
+    if ax is None:
+        from matplotlib import pyplot
+
+        size = (COLUMN, 0.8 * COLUMN)
+        ax = pyplot.figure(figsize=size, layout="constrained").add_subplot(projection="polar")
+    if ax.name != "polar":
+        raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")
+    ax.tick_params(labelsize=SMALL, pad=0)
+    ax.grid(linewidth=0.3)
+    ax.spines["polar"].set_linewidth(0.4)
+    return ax
+
+
+@styled
+def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw the fraction of particles that remain over friction velocity, with its band, a line for each time.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Result of `resuspension`.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Dotted where drag, torque and lift are not valid.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> left = (("friction_velocity", "time"), [[1.0], [0.2]])
+    >>> ds = xr.Dataset({"remaining": left}, {"friction_velocity": [0.1, 1.0], "time": [1]})
+    >>> fraction_remaining(ds, ax=Figure().subplots()).get_xlabel()
+    'friction velocity [m/s]'
+    """
+    if "remaining" not in ds or set(ds["remaining"].dims) != {"friction_velocity", "time"}:
+        raise ValueError(
+            "expected remaining along friction_velocity and time, from ds.contact.resuspension(), found none"
+        )
+    ax = axes(ax)
+    speed = ds["friction_velocity"].values
+    valid = ds["in_range"].values if "in_range" in ds else np.ones(speed.size, bool)
+    outside = ~valid | np.r_[~valid[1:], False] | np.r_[False, ~valid[:-1]]  # their neighbours too: both lines meet
+    for order in range(ds.sizes["time"]):
+        now, look = ds.isel(time=order), stroke(order)
+        if "remaining_low" in ds:
+            ends = now["remaining_low"], now["remaining_high"]
+            ax.fill_between(speed, *ends, color=look["color"], alpha=0.2, linewidth=0)
+        ax.plot(speed, np.where(valid, now["remaining"], np.nan), label=f"{float(now['time']):g} s", **look)
+        ax.plot(speed, np.where(outside, now["remaining"], np.nan), color=look["color"], linestyle=":")
+    if speed[speed > 0].size and speed.max() > 20 * speed[speed > 0].min():
+        ax.set_xscale("log")
+    ax.set_ylim(0, 1.05)
+    ax.axhline(0.5, color=GREY, linewidth=0.5, zorder=0)
+    return legend(label_axes(ax, "friction_velocity", "remaining"), loc="best")
+
+
+@styled
+def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset, *, ax: Any = None) -> np.ndarray:
+    """Draw how particles that rolled to rest differ from those that stay where they landed.
+
+    Parameters
+    ----------
+    landed, rested : Dataset
+        Results of `rolling`: at a grid of places, and at those of `resting`.
+    ax : sequence of three Axes, optional
+
+    Returns
+    -------
+    array of three Axes
+        Shares of particles up to a pull-off force, a number of contacts, and a critical friction velocity.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> holds = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> landed_and_at_rest(holds, holds)[1].get_xlabel()
+    'asperities in contact'
+    """
+    made = panels(ax, 1, 3, aspect=0.33, width=PAGE, sharey=True)
+    for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
+        share = shares(ds).values
+        drawn = ds.merge(critical_load(ds), compat="override", combine_attrs="override")
+        for ax, name in zip(made, ("pull_off_force", "contacts", "critical_friction_velocity")):
+            values = drawn[name].values.astype(float)
+            rank = np.argsort(values)
+            part = np.cumsum([0.0, *share[rank]]) / share.sum()
+            ax.step([values[rank[0]], *values[rank]], part, where="post", label=words, **stroke(order))
+            if name != "contacts":
+                ax.set_xscale("log")
+                log_ticks(ax.xaxis)
+            label_axes(ax, name, "cdf")
+            ax.set_ylabel("share of particles" if name == "pull_off_force" else "")
+    legend(made[1], loc="best")
+    return made

@@ -1,0 +1,124 @@
+"""The figures of a run: the scan, one contact on it and the pull-off forces in one, and the uncertainty."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from ..statistics.headline import best_estimate
+from ..statistics.sampling import at_first_preload, by_share
+from ..vocabulary.numbers import number, quantity
+from .contact_fields import field_map
+from .distributions import distribution
+from .maps import scan_map
+from .style import BLACK, COLUMN, PAGE, TITLE, styled, tidy
+from .uncertainty_bars import cut_off, error_budget
+
+#: The methods whose pull-off is drawn, and their labels.
+_METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperities"}
+
+
+@styled
+def overview(run: Mapping[str, xr.Dataset]):
+    """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
+        "statistics/adhesive" and "statistics/extrapolated" if the run has them.
+
+    Returns
+    -------
+    Figure
+        Belongs to no pyplot window.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
+    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
+    >>> direct = roughxr.direct(scan, delta=[2.0], fields=True)
+    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 4.0], {"units": "nN"})})
+    >>> run = {"scan": scan, "solutions/direct": direct, "solutions/contact": direct.isel(subregion=0)}
+    >>> [ax.get_title("left") for ax in overview(run | {"statistics/energy": pull}).axes[:3]]
+    ['Heights and contact centres', 'Contact pressure at δ = 2 nm', 'Pull-off force']
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(PAGE * 1.25, PAGE * 0.47), layout="constrained")
+    heights, pressure, pull_off = panels = figure.subplots(1, 3, width_ratios=[1, 1, 1.05])
+    scan_map(run["scan"], subregions=run["solutions/direct"], ax=heights)
+    contact = run["solutions/contact"]
+    field_map(contact, "pressure", ax=pressure)
+    _pull_offs(run, pull_off)
+    delta = number(float(contact["delta"][0]), "nm")
+    for ax, title in zip(panels, ("Heights and contact centres", f"Contact pressure at δ = {delta}", "Pull-off force")):
+        ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=18)
+    return figure
+
+
+def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
+    """Draw the distributions of pull-off forces with their means, the legend below the axes."""
+    groups = {name: run[f"statistics/{name}"] for name in _METHODS if f"statistics/{name}" in run}
+    pulls = {name: ds for name, ds in groups.items() if int(ds["pull_off_force"].notnull().sum()) > 1}
+    for order, (name, ds) in enumerate(pulls.items()):
+        mean = float(by_share(at_first_preload(ds["pull_off_force"])).mean())
+        distribution(ds, label=f"{_METHODS[name]}, mean {quantity(mean)}", order=order, ax=ax)
+    if not pulls:
+        alone = any(bool(ds["pull_off_force"].notnull().any()) for ds in groups.values())
+        words = "one place pulls" if alone else "no place pulls"
+        ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
+        ax.set_axis_off()
+        return
+    if (known := best_estimate(run)) is not None:
+        mean, *ends = known
+        words = f"best estimate of the mean, {quantity(mean)},\nwith the roughness below the scan"
+        style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
+        ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)
+        ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=words, **style)
+    if np.isfinite(ax.dataLim.y1):
+        ax.set_ylim(top=1.05 * ax.dataLim.y1)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
+
+
+def run_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
+    """Yield the figures that a run writes beside its report, by name.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run, as `overview` needs them.
+
+    Yields
+    ------
+    (str, Figure)
+        "overview" and, where the run has an error budget, "error-budget" and "shortest-wave"; the Figures belong to no
+        pyplot window.
+
+    Examples
+    --------
+    >>> entries = {name: ("entry", [0.03]) for name in ("relative_error", "standard_error", "pull_off_change")}
+    >>> totals = {"known_bias": ("entry", [True]), "total_error": 0.03, "total_standard_error": 0.01}
+    >>> budget = xr.Dataset(entries | totals, {"entry": ["mesh"]})
+    >>> [name for name, _ in run_figures({"statistics/error_budget": budget})]
+    ['error-budget']
+    """
+    if "scan" in run:
+        yield "overview", overview(run)
+    if "statistics/error_budget" in run:
+        yield "error-budget", _on_own_figure(run["statistics/error_budget"], draw=error_budget)
+    if "statistics/shorter_waves" in run:
+        yield "shortest-wave", _on_own_figure(run["statistics/shorter_waves"], draw=cut_off)
+
+
+@styled
+def _on_own_figure(ds: xr.Dataset, *, draw):
+    """Return a new Figure that belongs to no pyplot window; its axes are made in the style, labels included."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
+    draw(ds, ax=tidy(figure.subplots()))
+    return figure

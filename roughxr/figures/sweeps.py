@@ -1,0 +1,227 @@
+"""Force over displacement: all places, mean forces of several solutions, and their ratio."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from .. import statistics
+from ..vocabulary import schema
+from .style import BLACK, BLUE, GREY, VERMILION, Axes, axes, label_axes, label_axis, legend, log_ticks, stroke, styled
+
+#: A tension that is a smaller part of the force axis is not visible.
+_LEAST_VISIBLE = 0.05
+
+#: Largest number of displacements with an interval: more would hide the line.
+_MOST_BARS = 20
+
+
+@styled
+def sweep(ds: xr.Dataset, *, force_limits: tuple[float, float] | None = None, ax: Axes | None = None):
+    """Draw force over displacement: every subregion, their median, and bands that contain half and 90 % of them.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A solution. Of one with loading and retraction, the mean of both, and the work lost between them as an area.
+    force_limits : (float, float), optional
+        Ends of the force axis, nN; the displacements are then limited to those at which something touches and not every
+        place exceeds these ends. By default all forces are shown, and where the tension would be invisible, larger
+        forces on a logarithmic scale.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
+    ...     coords={"delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> sweep(ds, ax=Figure().subplots()).get_ylabel()
+    'contact force [nN]'
+    """
+    if "force" in ds and set(ds["force"].dims) == {"subregion", "branch", "delta"}:
+        return _loop(ds, axes(ax))
+    ds = _along_delta(ds)
+    ax = axes(ax)
+    delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
+    if ds.sizes["subregion"] == 1:
+        words = f"place {ds['subregion'].item()}"
+    else:
+        words = "median"
+        ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
+        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
+        for low, alpha in ((0.05, 0.22), (0.25, 0.4)):
+            band = force.quantile([low, 1 - low], "subregion").values
+            share = f"{100 * (1 - 2 * low):.0f} % of them"
+            ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
+        _interval_bars(ax, ds, "q50", BLACK, "its 95 % interval")
+    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
+    if force_limits is not None:
+        ax.set_ylim(*force_limits)
+        touching = (force != 0).any("subregion").values
+        shown = delta[touching & (force.min("subregion") <= force_limits[1]).values]
+        if shown.size > 1:
+            ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
+    elif (tension := _invisible_tension(force)) > 0:
+        ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
+        ax.set_yticks(
+            [tick for tick in ax.get_yticks() if tick == 0 or abs(tick) >= tension]
+        )  # nearer to 0 they overlap
+    _zero_line(ax, force)
+    background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
+    return legend(label_axes(ax, "delta", "force"), loc="upper left", **background)
+
+
+def _loop(ds: xr.Dataset, ax):
+    """Draw the mean force on loading and on retraction, with the area between them shaded."""
+    mean, delta = ds["force"].mean("subregion"), ds["delta"].values
+    loading, retraction = (mean.sel(branch=branch).values for branch in ("loading", "retraction"))
+    ax.fill_between(delta, retraction, loading, color=GREY, alpha=0.3, linewidth=0, label="work lost")
+    ax.plot(delta, loading, color=BLACK, label="loading")
+    ax.plot(delta, retraction, color=VERMILION, linestyle=(0, (4, 1.5)), label="retraction")
+    _zero_line(ax, mean)
+    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+
+
+def _invisible_tension(force: xr.DataArray) -> float:
+    """Return the median place's pull-off force (nN) where it is too small to be visible beside the push, else 0."""
+    tension = float(-force.min("delta").median())
+    return tension if 0 < tension < _LEAST_VISIBLE * float(force.max()) else 0.0
+
+
+@styled
+def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
+    """Draw the mean force over subregions of several solutions.
+
+    Parameters
+    ----------
+    solutions : mapping of str to Dataset
+        Solutions by their labels in the legend; single subregions by ``ds.sel(subregion=[3])``.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        Of several subregions the mean, its 95 % interval by block bootstrap, and the band that contains 68 % of them;
+        of one its force, the pull-off marked.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> ds = xr.Dataset(
+    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
+    ...     coords={"delta": [0.0, 1.0, 2.0]},
+    ... )
+    >>> ax = mean_force({"all": ds, "first": ds.isel(subregion=[0])}, ax=Figure().subplots())
+    >>> [line.get_ydata().tolist() for line in ax.lines]
+    [[0.0, 1.5, 4.5], [0.0, 1.0, 4.0]]
+    """
+    ax = axes(ax)
+    explained, forces = False, [0.0]
+    for order, (name, ds) in enumerate(solutions.items()):
+        ds = _along_delta(ds)
+        look, delta, mean = stroke(order), ds["delta"].values, ds["force"].mean("subregion")
+        points: dict[str, Any] = {"marker": "os^D"[order % 4]} if delta.size <= 40 else {}
+        forces += [float(mean.min()), float(mean.max())]
+        ax.plot(delta, mean, label=name, markersize=2.6, **points, **look)
+        if ds.sizes["subregion"] > 1:
+            band = ds["force"].quantile([0.16, 0.84], "subregion").values
+            forces += [float(np.nanmin(band)), float(np.nanmax(band))]
+            words = None if explained else "68 % of places"
+            ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=words)
+            _interval_bars(ax, ds, "mean", look["color"], None if explained else "95 % interval of the mean")
+            explained = True
+        elif float(mean.min()) < 0:
+            lowest = int(mean.argmin("delta"))
+            ax.plot(delta[lowest], mean[lowest], "v", color=look["color"], markersize=4.5, markeredgecolor="white")
+        _zero_line(ax, mean)
+    margin = 0.05 * float(np.ptp(forces))
+    if margin > 0:  # where few places touch, an interval can exceed all forces
+        ax.set_ylim(min(forces) - margin, max(forces) + margin)
+    return legend(label_axes(ax, "delta", "force"), loc="upper left")
+
+
+def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | None):
+    """Draw 95 % intervals of a statistic of the force at some displacements."""
+    some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
+    intervals = statistics.bootstrap(some, "force", statistics=[statistic], resamples=399)
+    low, high = (intervals[end].sel(resampling="block", statistic=statistic).values for end in ("low", "high"))
+    ax.vlines(some["delta"].values, low, high, color=color, linewidth=0.8, label=label)
+
+
+def _along_delta(ds: xr.Dataset) -> xr.Dataset:
+    """Return a solution whose forces lie along subregions and displacements alone; raise for others, with advice."""
+    if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
+        raise ValueError(
+            "expected forces along delta, found only pull-offs; solve with adhesive(…, delta=[…]) for force curves, "
+            "or draw the pull-off: ds.contact.plot('pull_off_force')"
+        )
+    ds = schema.validate(ds, "solution")
+    others = [str(dim) for dim in ds["force"].dims if dim not in ("subregion", "delta")]
+    if others:
+        ways = [f"{dim}={ds[dim].values.tolist()[-1]!r}" if dim in ds.coords else f"{dim}=…" for dim in others]
+        raise ValueError(
+            f"force: expected one along ('subregion', 'delta'), found also {', '.join(others)}; select one first, for "
+            f"example ds.sel({', '.join(ways)})"
+        )
+    return ds
+
+
+def _zero_line(ax, force: xr.DataArray):
+    """Draw the line between push and tension where there is any tension."""
+    if float(force.min()) < 0:
+        ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+
+
+@styled
+def force_ratio(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw superposed over direct force against displacement: places, their middle half, and their median.
+
+    Parameters
+    ----------
+    ds : Dataset
+        From `statistics.force_ratio`.
+    ax : Axes, optional
+
+    Returns
+    -------
+    Axes
+        The ratio on a logarithmic axis, unit 1. The band of agreement is grey; the dashed line is the median
+        displacement from which on the places differ by more.
+
+    Examples
+    --------
+    >>> from matplotlib.figure import Figure
+    >>> rows = ("subregion", "delta"), [[0.0, 0.05, 1.0]]
+    >>> ds = xr.Dataset({"force_difference": rows}, {"delta": [1.0, 2.0, 3.0]}, {"agree_within": 0.1})
+    >>> force_ratio(ds, ax=Figure().subplots()).get_ylabel()
+    'superposed / direct force'
+    """
+    ax = axes(ax)
+    ratio = (1 + ds["force_difference"]).transpose("delta", "subregion").clip(min=1e-3)
+    delta, within = ds["delta"].values, ds.attrs["agree_within"]
+    ax.axhspan(1 - within, 1 + within, color=GREY, alpha=0.25, linewidth=0, label=f"within {100 * within:g} %")
+    ax.plot(delta, ratio.values, color=BLUE, linewidth=0.35, alpha=0.5)
+    ax.plot([], [], color=BLUE, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
+    touching = ratio.notnull().any("subregion").values
+    middle = ratio.isel(delta=touching).quantile([0.25, 0.5, 0.75], "subregion").values
+    ax.fill_between(delta[touching], middle[0], middle[2], color=BLUE, alpha=0.25, linewidth=0, label="middle half")
+    ax.plot(delta[touching], middle[1], color=BLACK, linewidth=1.4, label="median")
+    if "parting_delta" in ds and bool(ds["parting_delta"].notnull().any()):
+        parting = float(ds["parting_delta"].median())
+        ax.axvline(parting, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label=f"{parting:.3g} nm")
+    ax.set_yscale("log")
+    high = float(np.nanmax(ratio.values, initial=1.2))
+    ax.set_ylim(max(0.5 * float(np.nanmin(ratio.values, initial=1.0)), 0.05), max(3 * high, 3.0))
+    log_ticks(ax.yaxis, (1, 2, 5) if high < 50 else (1,))
+    ax.set_ylabel("superposed / direct force")
+    label_axis(ax.xaxis, "delta")
+    return legend(ax, loc="upper left", ncols=2)
