@@ -94,28 +94,35 @@ def write_cf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
 
 def write_bruker(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     """Write a Nanoscope file of two channels, Height trace and Height retrace (upside down in height)."""
-    sensitivity, volts = 10.0, 440.0
-    counts = np.round(rows / (sensitivity * volts) * 65536).astype("<i2")[::-1]  # the last line comes first
-    blocks = [counts.tobytes(), (-counts).tobytes()]
-    offsets = [8192, 8192 + len(blocks[0])]
-    lines = [r"\*File list", r"\Version: 0x07200000", r"\*Scanner list", rf"\@Sens. Zsens: V {sensitivity} nm/V"]
+    counts = np.round(rows / NANOMETRES_PER_COUNT)
+    return write_nanoscope(folder / "scan.spm", [("Height", "Trace", counts), ("Height", "Retrace", -counts)], size)
+
+
+#: Sensitivity (nm/V) and range (V) of Nanoscope files, and the height of one of 65536 counts.
+SENSITIVITY, VOLTS = 10.0, 440.0
+NANOMETRES_PER_COUNT = SENSITIVITY * VOLTS / 65536
+
+
+def write_nanoscope(path: Path, images: list[tuple[str, str, np.ndarray]], size: tuple[float, float]) -> Path:
+    """Write a Nanoscope file of images (name, direction, counts as rows from the top)."""
+    blocks = [np.round(counts).astype("<i2")[::-1].tobytes() for _, _, counts in images]  # the last line comes first
+    lines = [r"\*File list", r"\Version: 0x07200000", r"\*Scanner list", rf"\@Sens. Zsens: V {SENSITIVITY} nm/V"]
     lines += [r"\*Ciao scan list", rf"\Scan Size: {size[0]:g} nm"]
-    for offset, direction in zip(offsets, ("Trace", "Retrace")):
+    for number, (name, direction, counts) in enumerate(images):
         lines += [
             r"\*Ciao image list",
-            rf"\Data offset: {offset}",
+            rf"\Data offset: {8192 + number * len(blocks[0])}",
             rf"\Data length: {len(blocks[0])}",
             r"\Bytes/pixel: 2",
-            rf"\Samps/line: {rows.shape[1]}",
-            rf"\Number of lines: {rows.shape[0]}",
+            rf"\Samps/line: {counts.shape[1]}",
+            rf"\Number of lines: {counts.shape[0]}",
             rf"\Scan Size: {size[0]:g} {size[1]:g} nm",
             rf"\Line Direction: {direction}",
-            r'\@2:Image Data: S [Height] "Height"',
-            rf"\@2:Z scale: V [Sens. Zsens] ({volts / 65536:.9f} V/LSB) {volts} V",
+            rf'\@2:Image Data: S [{name}] "{name}"',
+            rf"\@2:Z scale: V [Sens. Zsens] ({VOLTS / 65536:.9f} V/LSB) {VOLTS} V",
         ]
     header = "\r\n".join([*lines, r"\*File list end", ""]).encode("latin-1") + b"\x1a"
-    path = folder / "scan.spm"
-    path.write_bytes(header.ljust(offsets[0], b"\0") + b"".join(blocks))
+    path.write_bytes(header.ljust(8192, b"\0") + b"".join(blocks))
     return path
 
 

@@ -96,11 +96,10 @@ def assert_refused_or_right(path, whole, options):
             assert path.name in str(refusal) and len(str(refusal)) > len(str(path)) + 20
             return "refused"
     scan.close()
-    if any(issubclass(one.category, UserWarning) for one in caught) and not same_heights(scan, whole):
+    changed = not (same_heights(scan, whole) and same_axes(scan, whole))
+    if changed and any(issubclass(warning.category, UserWarning) for warning in caught):
         return "doubted"
-    assert dict(scan.sizes) == dict(whole.sizes)
-    for axis in "xy":
-        np.testing.assert_allclose(scan[axis], whole[axis], rtol=1e-6)
+    assert same_axes(scan, whole)
     return "right" if same_heights(scan, whole) else "other heights"
 
 
@@ -108,6 +107,10 @@ def same_heights(scan, whole):
     if dict(scan.sizes) != dict(whole.sizes):
         return False
     return np.allclose(scan["height"], whole["height"], rtol=1e-9, atol=1e-9, equal_nan=True)
+
+
+def same_axes(scan, whole):
+    return dict(scan.sizes) == dict(whole.sizes) and all(np.allclose(scan[a], whole[a], rtol=1e-6) for a in "xy")
 
 
 @pytest.fixture(scope="module")
@@ -268,17 +271,17 @@ def test_a_netcdf_file_made_to_use_up_the_memory_is_refused(write, words, tmp_pa
 
 def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
     dying = tmp_path / "dying.py"
-    dying.write_text("import os\nLIBRARY = 'os'\ndef read(path):\n    os.abort()\n")
+    dying.write_text("import os\ndef read(path):\n    os.abort()\n")
     with pytest.raises(reader_process.ReadingFailed, match="ended by SIGABRT"):
-        reader_process.ask(dying, str(dying))
+        reader_process.answer(dying, str(dying))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit a process's address space")
 def test_a_reader_may_not_take_all_memory(tmp_path, monkeypatch):
     greedy = tmp_path / "greedy.py"
-    greedy.write_text("LIBRARY = 'os'\ndef read(path):\n    return {'bytes': len(bytearray(2**32))}\n")
+    greedy.write_text("def read(path):\n    return {'bytes': len(bytearray(2**32))}\n")
     with pytest.raises(reader_process.ReadingFailed, match="MemoryError"):
-        reader_process.ask(greedy, str(greedy))
+        reader_process.answer(greedy, str(greedy))
 
 
 def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys):

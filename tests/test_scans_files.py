@@ -28,6 +28,7 @@ from .afm_files import (
     write_cf,
     write_gsf,
     write_gwy,
+    write_nanoscope,
     write_native,
     write_npy,
     write_surfacetopography,
@@ -121,6 +122,33 @@ def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
         open_scan(path, direction="forward")
 
 
+def nanoscope(folder, *names):
+    """Write a file with an image of 1000 counts for the last name, and shallower ones for the names before it."""
+    v, u = np.mgrid[:64, :64]
+    deformation, heights = 20 * np.cos(u / 3) + 30, 300 * np.sin(u / 5) + 200 * np.cos(v / 6)
+    images = [(name, "Trace", deformation) for name in names[:-1]] + [(names[-1], "Trace", heights)]
+    return write_nanoscope(folder / "map.spm", images, (640, 640))
+
+
+@pytest.mark.parametrize("before", ["Deformation", "Indentation", "Background", "Contact Point", "Adhesion"])
+@pytest.mark.parametrize("heights", ["Height", "ZSensor"])
+def test_heights_are_chosen_by_what_they_are_and_not_by_their_place(before, heights, tmp_path):
+    scan = open_scan(nanoscope(tmp_path, before, heights))
+    assert scan.attrs["channel"] == heights
+    assert float(np.ptp(scan["height"].values)) == pytest.approx(67.13, abs=0.08)  # of 1000 counts of 4400/65536 nm
+
+
+def test_images_that_may_be_the_heights_as_well_are_listed(tmp_path):
+    path = nanoscope(tmp_path, "Topography", "Height")
+    tie = "2 images may be the heights"
+    with pytest.warns(ImplausibleScan, match=f"{tie} .0: 'Topography', 1: 'Height'.; .*channel="):
+        open_scan(path)
+    with warnings.catch_warnings(record=True) as caught:
+        open_scan(path, channel="Height")
+        open_scan(nanoscope(tmp_path, "Height", "Height Sensor"))  # the same movement, recorded twice
+    assert not any(tie in str(warning.message) for warning in caught)
+
+
 def test_a_channel_of_no_length_is_no_scan(tmp_path):
     rows = picture()
     path = write_gwy(tmp_path, rows, size_of(rows))
@@ -166,6 +194,28 @@ def test_text_in_all_its_dialects(separator, comma, tmp_path):
     path = tmp_path / "matrix.csv"
     path.write_text("\n".join(line.replace(".", ",") if comma else line for line in lines) + "\n")
     assert_same(open_scan(path, size=(120, 90), height_units="nm"), scan_of(rows, (120, 90)))
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "latin-1"])
+def test_text_in_other_encodings(encoding, tmp_path):
+    rows = picture()
+    path = write_text(tmp_path, rows, size_of(rows))
+    path.write_text(path.read_text(encoding="utf-8"), encoding=encoding)
+    assert_same(open_scan(path), scan_of(rows, size_of(rows)))
+
+
+def test_older_programs_text_in_a_gwyddion_file(tmp_path):
+    from gwyfile.objects import GwyContainer, GwyObject
+
+    rows = picture()
+    path = write_gwy(tmp_path, rows, size_of(rows))
+    container = GwyObject.fromfile(str(path))
+    container["/0/meta"] = GwyContainer({"Scan size": "10 ~~"})
+    container.tofile(str(path))
+    path.write_bytes(path.read_bytes().replace(b"~~", b"\xb5\xb5"))
+    scan = open_scan(path)
+    assert_same(scan, scan_of(rows, size_of(rows)))
+    assert json.loads(scan.attrs["header"])["Scan size"] == "10 µµ"
 
 
 def test_text_that_is_no_matrix_is_refused(tmp_path):
@@ -408,9 +458,9 @@ def test_a_description_lists_every_channel(tmp_path):
 def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tmp_path, monkeypatch):
     rows = picture()
     path = WRITERS[name](tmp_path, rows, size_of(rows))
-    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile", "gwyfile"):
+    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile"):
         monkeypatch.setitem(sys.modules, module, None)
-    if name in ("text", "npy", *LABELLED):
+    if name in ("gwy", "text", "npy", *LABELLED):
         assert_same(open_scan(path, **given(name, size_of(rows))), scan_of(rows, size_of(rows)))
     else:
         with pytest.raises(ImportError, match=r'pip install \w+, .*pip install "\.\[afm\]"'):
@@ -418,8 +468,6 @@ def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tm
 
 
 def test_no_reader_is_imported_before_it_is_needed():
-    code = (
-        "import roughxr.scans, sys; print([m for m in ('SurfaceTopography', 'gwyfile', 'gsffile') if m in sys.modules])"
-    )
+    code = "import roughxr.scans, sys; print([m for m in ('SurfaceTopography', 'gsffile') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..scans.channel import UnreadableScan, asked, first_bytes
+from ..scans.channel import UnreadableScan, first_bytes, read_in_process
 from ..scans.force_curve_formats import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
 from ..scans.netcdf import HDF5, refuse_harmful
 from ..scans.plain import decoded, separators
@@ -126,7 +126,7 @@ def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
 
 
 def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
-    return asked(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
+    return read_in_process(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
 
 
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:

@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 
-LIBRARY = "afmformats"
-
 #: afmformats' readers by the kind of file that the caller found; the first that accepts the file is used.
 _MODULES = {
     "zip": ("fmt_jpk", "fmt_workshop.ws_map"),

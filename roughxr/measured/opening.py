@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..scans import files
-from ..scans.channel import Channel, UnreadableScan, along, first_bytes, listing, named
+from ..scans.channel import Channel, UnreadableScan, channels_named, first_bytes, listing, of_direction
 from ..statistics.sampling import of_a_map
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
@@ -222,8 +222,8 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
         fitting = fitting or [one for one in channels if converts(one.units, "nN")]
         fitting = fitting or [one for one in channels if len(channels) == 1 and one.units is None]
     else:
-        fitting = named(channels, channel)
-    fitting = along(fitting, direction)
+        fitting = channels_named(channels, channel)
+    fitting = of_direction(fitting, direction)
     if len(fitting) != 1:
         wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
         raise UnreadableScan(

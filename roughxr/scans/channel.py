@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import re
 import warnings
@@ -16,6 +17,16 @@ from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 from . import reader_process
 
+#: Names of images in lengths that are no heights of the surface: of the lever, or derived from a force curve.
+_NO_HEIGHT = re.compile(
+    "ampl|defl|error|phase|fric|lateral|deform|indent|background|contact|adhes|dissip|stiff|modul|snap|separation|"
+    "slope|mask",
+    re.IGNORECASE,
+)
+
+#: Names of images of heights.
+_HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz\b", re.IGNORECASE)
+
 
 class UnreadableScan(ValueError):
     """A file that is no scan, or a damaged one: the message names the file, the reason and what to do."""
@@ -25,7 +36,7 @@ class UnreadableScan(ValueError):
 
 
 class Channel(NamedTuple):
-    """One image of a file, before any label: what the file says, and nothing else.
+    """One image of a file, before any label: what the file states, and nothing else.
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
     the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. What the
@@ -52,15 +63,14 @@ class Channel(NamedTuple):
 
     @property
     def is_topography(self) -> bool:
-        """Whether the values are lengths of the surface, and not of the lever: an amplitude in nm is no height."""
-        lever = re.search("ampl|defl|error|phase|fric|lateral", self.name, re.IGNORECASE)
-        return self.is_length and not lever
+        """Whether the values are lengths of the surface: an amplitude or a deformation in nm is no height."""
+        return self.is_length and not _NO_HEIGHT.search(self.name)
 
 
 def is_length(units: str | None) -> bool:
     """Return whether ``units`` convert to nm."""
     if not units or not str(units).isalpha():
-        return False  # one word: "~m" or "10 nm" would convert to something, but not to what was meant
+        return False  # a single word: "~m" or "10 nm" would convert to something, but not to what was meant
     try:
         return factor(str(units), "nm") > 0
     except ValueError:
@@ -68,7 +78,7 @@ def is_length(units: str | None) -> bool:
 
 
 def direction_in(name: str) -> str:
-    """Return "trace" or "retrace" where a channel's name says so, else ""."""
+    """Return "trace" or "retrace" where a channel's name states it, else ""."""
     if re.search("retrace|backward", name, re.IGNORECASE):
         return "retrace"
     return "trace" if re.search("trace|forward", name, re.IGNORECASE) else ""
@@ -77,30 +87,29 @@ def direction_in(name: str) -> str:
 def optional(module: str) -> ModuleType:
     """Return a module of the ``afm`` extra; raise with advice where it is not installed."""
     try:
-        with warnings.catch_warnings(action="ignore"):  # that it runs without MPI is no news to anyone here
+        with warnings.catch_warnings(action="ignore"):  # that it runs without MPI concerns no user
             return importlib.import_module(module)
     except ImportError as error:
-        raise not_installed(module.partition(".")[0], error) from error
+        raise _not_installed(module.partition(".")[0], error) from error
 
 
-def not_installed(package: str, found: Any, extra: str = "afm") -> ImportError:
-    """Return the error that says how to install an extra."""
+def _not_installed(package: str, reason: Any, extra: str = "afm") -> ImportError:
     return ImportError(
-        f"this file needs {package}, found {found}; install it with: "
+        f"this file needs {package}, found {reason}; install it with: "
         f'pip install {package}, or in a clone of roughxr, with all similar packages: pip install ".[{extra}]"'
     )
 
 
-def asked(path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **question: Any) -> dict[str, Any]:
-    """Return what a reader says of a file, in a process that can be ended; raise where its package is missing."""
+def read_in_process(
+    path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **options: Any
+) -> dict[str, Any]:
+    """Return a reader's answer about a file, in a process that can be ended; raise where its package is missing."""
     if importlib.util.find_spec(package) is None:
-        raise not_installed(package, "none", extra)
+        raise _not_installed(package, "none", extra)
     try:
-        return reader_process.ask(path, str(reader.__file__), **question)
+        return reader_process.answer(path, str(reader.__file__), **options)
     except reader_process.ReadingFailed as failure:
         raise UnreadableScan(path, str(failure)) from None
-    except ImportError as error:
-        raise not_installed(package, error, extra) from error
 
 
 def first_bytes(path: Path, count: int) -> bytes:
@@ -114,39 +123,59 @@ _STATE_UNITS = "if it holds heights, state their units with height_units="
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
-    """Return the channel asked for by name or place, and by direction; by default the first topography."""
+    """Return the channel of a name or number and a direction; by default the first image of heights."""
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
-    fitting = along(named(channels, channel), direction)
+    fitting = of_direction(channels_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
-        found = "several" if fitting else "none"
-        advice = "choose one with channel=, by name or number" if any(one.units for one in channels) else _STATE_UNITS
+        number = "several" if fitting else "none"
+        advice = "choose one with channel=, by name or number" if any(c.units for c in channels) else _STATE_UNITS
         wanted = "a topography" if channel is None else f"channel {channel!r}"
         wanted += f" with direction {direction!r}" if direction else ""
-        raise UnreadableScan(path, f"expected {wanted}, found {found} among {listing(channels)}; {advice}")
+        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:
         advice = f"choose one with channel=: {listing(channels)}" if first.units else _STATE_UNITS
-        found = f"{first.name!r} in units of {first.units or 'nothing'}"
-        raise UnreadableScan(path, f"expected a channel of heights, found {found}; {advice}")
+        raise UnreadableScan(
+            path,
+            f"expected a channel of heights, found {first.name!r} in units of {first.units or 'nothing'}; {advice}",
+        )
     return first
 
 
-def named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
-    """Return the channels of a name, or the one of a number; without either the topographies."""
+def equally_heights(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
+    """Return a doubt that lists the images that are heights as well as the chosen one, empty if there is none.
+
+    The same movement recorded by a sensor and by the voltage of the piezo is no tie.
+    """
+    fitting = of_direction(channels_named(channels, None), direction)
+    tied = [image for image in fitting if _by_sensor(image) == _by_sensor(chosen)]
+    if len(tied) < 2:
+        return ""
+    numbers = ", ".join(f"{channels.index(image)}: {image.name!r}" for image in tied)
+    return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is taken, another with channel="
+
+
+def _by_sensor(channel: Channel) -> bool:
+    return bool(re.search("sensor|measured", channel.name, re.IGNORECASE))
+
+
+def channels_named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
+    """Return the channels of a name, or that of a number; without either those named as heights, else all lengths."""
     if channel is None:
-        return [one for one in channels if one.is_topography]
+        surfaces = [image for image in channels if image.is_topography]
+        return [image for image in surfaces if _HEIGHT.search(image.name)] or surfaces
     if isinstance(channel, str):
-        exact = [one for one in channels if one.name == channel]
-        return exact or [one for one in channels if _stem(one.name) == _stem(channel)]
+        exact = [image for image in channels if image.name == channel]
+        return exact or [image for image in channels if _stem(image.name) == _stem(channel)]
     return [channels[channel]] if 0 <= int(channel) < len(channels) else []
 
 
-def along(channels: list[Channel], direction: str | None) -> list[Channel]:
+def of_direction(channels: list[Channel], direction: str | None) -> list[Channel]:
     """Return the channels of a direction; by default the forward one of a pair of equal name."""
     if direction is None:
-        return [one for one in channels if one.direction != "retrace"] or channels
-    return [one for one in channels if one.direction == direction]
+        return [image for image in channels if image.direction != "retrace"] or channels
+    return [image for image in channels if image.direction == direction]
 
 
 def _stem(name: str) -> str:
@@ -156,5 +185,5 @@ def _stem(name: str) -> str:
 
 def listing(channels: list[Channel]) -> str:
     """Return the channels as one line: number, name, direction, units."""
-    words = (f"{i}: {one.name!r} {one.direction} [{one.units or '?'}]" for i, one in enumerate(channels))
+    words = (f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels))
     return printable(", ".join(" ".join(word.split()) for word in words))

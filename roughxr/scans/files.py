@@ -22,7 +22,7 @@ from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.units import factor, magnitude
 from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
-from .channel import Channel, UnreadableScan, choose, first_bytes, is_length, listing
+from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
 from .netcdf import is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
@@ -71,12 +71,12 @@ def formats() -> list[tuple[str, str, str]]:
     Examples
     --------
     >>> formats()[1]
-    ('Gwyddion simple field', '.gsf', 'roughxr')
+    ('Gwyddion simple field', '.gsf', 'gsffile (extra afm)')
     """
     own = [
         ("NetCDF, as roughxr or SurfaceTopography writes it", ".nc", "roughxr"),
-        ("Gwyddion simple field", ".gsf", "roughxr"),
-        ("Gwyddion, version 2", ".gwy", "gwyfile (extra afm)"),
+        ("Gwyddion simple field", ".gsf", "gsffile (extra afm)"),
+        ("Gwyddion, version 2", ".gwy", "roughxr"),
         ("matrix of numbers, with Gwyddion's head or size=", ".txt, .csv, .dat", "roughxr"),
         ("matrix of NumPy, with size= and height_units=", ".npy", "roughxr"),
     ]
@@ -145,7 +145,8 @@ def read_scan(
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, channels))
-    for doubt in [*filter(None, [chosen.doubt]), *_disagreement(channels), *doubts(ds)]:
+    tie = equally_heights(channels, chosen, direction) if channel is None else ""
+    for doubt in filter(None, [tie, chosen.doubt, *_disagreement(channels), *doubts(ds)]):
         warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
 

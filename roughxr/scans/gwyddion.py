@@ -1,6 +1,7 @@
-"""Gwyddion's own formats: ``.gsf`` through gsffile, ``.gwy`` through gwyfile (extra ``afm``).
+"""Gwyddion's own formats, both with rows from the top: ``.gsf`` through gsffile (extra ``afm``), and ``.gwy``.
 
-Formats: http://gwyddion.net/documentation/user-guide-en/file-formats.html. Both store rows from the top.
+Format: http://gwyddion.net/documentation/user-guide-en/gwyfile-format.html. ``.gwy`` is read here, since
+SurfaceTopography lists images of heights alone, and gwyfile waits for ever at the end of a file cut short.
 """
 
 from __future__ import annotations
@@ -17,6 +18,9 @@ from .channel import Channel, UnreadableScan, direction_in, optional
 GSF = b"Gwyddion Simple Field 1.0\n"
 GWY = b"GWYP"
 OLD_GWY = b"GWYO"
+
+#: NumPy's types of a component of one value, and of the items of an array.
+_NUMBERS = {"b": "?", "c": "S1", "i": "<i4", "q": "<i8", "d": "<f8"}
 
 
 def gsf_channels(path: Path) -> list[Channel]:
@@ -42,9 +46,9 @@ def gwy_channels(path: Path) -> list[Channel]:
     data = path.read_bytes()
     if data.startswith(OLD_GWY):
         raise UnreadableScan(path, "expected a Gwyddion 2 file, found Gwyddion 1's GWYO; open and save it in Gwyddion")
-    if _object_end(data, len(GWY), len(data)) != len(data):
-        raise UnreadableScan(path, "expected one Gwyddion object as long as the file, found another length: damaged")
-    container = optional("gwyfile").objects.GwyObject.frombuffer(data[len(GWY) :])
+    container, end = _object(data, len(GWY), len(data))
+    if end != len(data):
+        raise UnreadableScan(path, f"expected a file of {end} bytes, as it states, found {len(data)}: damaged")
     numbers = sorted(int(key.split("/")[1]) for key in container if _is_field(key))
     return [_gwy_channel(container, number) for number in numbers]
 
@@ -54,66 +58,65 @@ def _is_field(key: str) -> bool:
     return len(parts) == 3 and parts[0] == "" and parts[1].isdigit() and parts[2] == "data"
 
 
-def _gwy_channel(container: Any, number: int) -> Channel:
+def _gwy_channel(container: dict[str, Any], number: int) -> Channel:
     field = container[f"/{number}/data"]
     title = container.get(f"/{number}/data/title", f"channel {number}")
-    size = (field.xreal, field.yreal)
+    size = field.get("xreal"), field.get("yreal")
     return Channel(
         name=title,
-        units=_unit(field.si_unit_z),
-        shape=(field["yres"], field["xres"]),
+        units=field.get("si_unit_z", {}).get("unitstr") or None,
+        shape=(int(field["yres"]), int(field["xres"])),
         size=None if None in size else size,
-        lateral_units=_unit(field.si_unit_xy),
+        lateral_units=field.get("si_unit_xy", {}).get("unitstr") or None,
         read=partial(_gwy_rows, field, container.get(f"/{number}/mask")),
         direction=direction_in(title),
-        header=dict(container.get(f"/{number}/meta", {})),
+        header=container.get(f"/{number}/meta", {}),
     )
 
 
-def _unit(si_unit: Any) -> str | None:
-    return (si_unit.unitstr or None) if si_unit is not None else None
+def _gwy_rows(field: dict[str, Any], mask: dict[str, Any] | None) -> np.ndarray:
+    shape = int(field["yres"]), int(field["xres"])
+    rows = field["data"].reshape(shape).astype(float)
+    return rows if mask is None else np.where(mask["data"].reshape(shape) > 0, np.nan, rows)
 
 
-def _gwy_rows(field: Any, mask: Any) -> np.ndarray:
-    rows = np.array(field.data, dtype=float)
-    return rows if mask is None else np.where(np.asarray(mask.data) > 0, np.nan, rows)
-
-
-#: Bytes of a component of one value, and of one item of a component of many.
-_ONE = {b"b": 1, b"c": 1, b"i": 4, b"q": 8, b"d": 8}
-_MANY = {b"C": 1, b"I": 4, b"Q": 8, b"D": 8}
-
-
-def _object_end(data: bytes, start: int, stop: int) -> int:
-    """Return where the object at ``start`` ends, or raise ValueError if its components do not fill it."""
-    at = data.index(b"\0", start, stop) + 1
-    (length,) = struct.unpack_from("<I", data, at)
-    at, end = at + 4, at + 4 + length
+def _object(data: bytes, start: int, stop: int) -> tuple[dict[str, Any], int]:
+    """Return the components of the object at ``start``, and where it ends."""
+    _, at = _text(data, start, stop)
+    end = at + 4 + struct.unpack_from("<I", data, at)[0]
     if end > stop:
-        raise ValueError(f"an object of {length} bytes at byte {start} is longer than what holds it")
+        raise ValueError(f"an object at byte {start} is longer than what contains it")
+    at, components = at + 4, {}
     while at < end:
-        at = _component_end(data, at, end)
-    return end
+        name, at = _text(data, at, end)
+        components[name], at = _component(data, chr(data[at]), at + 1, end)
+    return components, end
 
 
-def _component_end(data: bytes, start: int, stop: int) -> int:
-    """Return where the named component at ``start`` ends."""
-    at = data.index(b"\0", start, stop) + 2
-    kind = data[at - 1 : at]
-    count = 1
-    if kind in b"SO" or kind in _MANY:
-        (count,) = struct.unpack_from("<I", data, at)
-        at += 4
-    if kind in _ONE or kind in _MANY:
-        at += count * {**_ONE, **_MANY}[kind]
-    else:
-        step = {b"s": _text_end, b"S": _text_end, b"o": _object_end, b"O": _object_end}[kind]
-        for _ in range(count):
-            at = step(data, at, stop)
-    if at > stop:
-        raise ValueError(f"a component at byte {start} is longer than the object that holds it")
-    return at
+def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
+    """Return the value of a component of a kind, and where it ends: capitals are arrays."""
+    count, start = 1, at
+    if kind.isupper():
+        count, start = struct.unpack_from("<I", data, at)[0], at + 4
+    if kind.lower() in _NUMBERS:
+        dtype = np.dtype(_NUMBERS[kind.lower()])
+        end = start + count * dtype.itemsize
+        if end > stop:
+            raise ValueError(f"a component at byte {at} is longer than the object that contains it")
+        values = np.frombuffer(data, dtype, count, start)
+        return (values if kind.isupper() else values[0].item()), end
+    read, values, end = {"s": _text, "o": _object}[kind.lower()], [], start
+    for _ in range(count):
+        value, end = read(data, end, stop)
+        values.append(value)
+    return (values if kind.isupper() else values[0]), end
 
 
-def _text_end(data: bytes, start: int, stop: int) -> int:
-    return data.index(b"\0", start, stop) + 1
+def _text(data: bytes, start: int, stop: int) -> tuple[str, int]:
+    """Return the text that ends with a zero byte, in UTF-8 or as older programs write it, and where it ends."""
+    end = data.index(b"\0", start, stop)
+    text = data[start:end]
+    try:
+        return text.decode(), end + 1
+    except UnicodeDecodeError:
+        return text.decode("latin-1"), end + 1

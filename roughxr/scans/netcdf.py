@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,60 +17,46 @@ from xarray.core import indexing
 
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
-from . import netcdf_reader, reader_process
-from .channel import UnreadableScan, first_bytes, is_length
+from . import netcdf_reader
+from .channel import UnreadableScan, first_bytes, is_length, read_in_process
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
 HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-class _Image(NamedTuple):
-    """A two-dimensional variable of a file: how to bring it into (x, y), ascending, in nm."""
+class _Image(BackendArray):
+    """A two-dimensional variable of a file as heights (x, y) in nm, ascending, read at the first look."""
 
-    path: Path
-    variable: xr.Variable
-    dims: tuple[str, str]  # the file's names for x and y
-    flipped: tuple[bool, bool]
-    ratio: float
-    width: float  # the longer side in nm
-    mask: xr.Variable | None = None
-
-
-class _LazyImage(BackendArray):
-    """Heights as (x, y) in nm that are read slice by slice."""
-
-    def __init__(self, image: _Image):
-        self.image = image
-        self.shape = tuple(image.variable.sizes[dim] for dim in image.dims)
+    def __init__(self, path: Path, variable: xr.Variable, dims: tuple[str, str], ratio: float, width: float):
+        self.path, self.variable, self.dims = path, variable, dims  # the file's names for x and y
+        self.ratio, self.width = ratio, width  # nm per unit; the longer side in nm
+        self.flipped = (False, False)
+        self.mask: xr.Variable | None = None
+        self.shape = tuple(variable.sizes[dim] for dim in dims)
         self.dtype = np.dtype(float)
+        self._heights: np.ndarray | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_heights": None}
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> np.ndarray:
-        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._read)
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.BASIC, self._part)
 
-    def _read(self, key: tuple[int | slice, ...]) -> np.ndarray:
-        slices = [slice(k, k + 1) if isinstance(k, (int, np.integer)) else k for k in key]
+    def _part(self, key: tuple[int | slice, ...]) -> np.ndarray:
+        if self._heights is None:
+            self._heights = self._read()
+        return self._heights[key].copy()
+
+    def _read(self) -> np.ndarray:
         try:
-            values = self._part(self.image.variable, slices).astype(float) * self.image.ratio
-            if self.image.mask is not None:
-                values[self._part(self.image.mask, slices) != 0] = np.nan
-        except (OSError, RuntimeError) as error:  # what HDF5 says of a wrong checksum, without the file's name
-            raise UnreadableScan(self.image.path, f"damaged, its heights cannot be read: {error}") from error
-        refuse_absurd(values, self.image.width, self.image.path)
-        return values[tuple(0 if isinstance(k, (int, np.integer)) else slice(None) for k in key)]
-
-    def _part(self, variable: xr.Variable, slices: list[slice]) -> np.ndarray:
-        """Return the part of a file's variable that lies at ``slices`` of x and y."""
-        backwards = [slice(None, None, -1) if flip else slice(None) for flip in self.image.flipped]
-        turned = [_mirrored(s, n) if flip else s for s, n, flip in zip(slices, self.shape, self.image.flipped)]
-        part = variable.isel(dict(zip(self.image.dims, turned)))
-        return part.transpose(*self.image.dims).values[tuple(backwards)]
-
-
-def _mirrored(part: slice, size: int) -> slice:
-    """Return the ascending slice that holds, read backwards, what ``part`` holds of the reversed axis."""
-    places = range(size)[part]
-    return slice(size - 1 - places[-1], size - places[0], places.step) if places else slice(0, 0)
+            heights = self.variable.transpose(*self.dims).values.astype(float) * self.ratio
+            if self.mask is not None:
+                heights[self.mask.transpose(*self.dims).values != 0] = np.nan
+        except (OSError, RuntimeError) as error:  # HDF5's words on a wrong checksum, without the file's name
+            raise UnreadableScan(self.path, f"damaged, its heights cannot be read: {error}") from error
+        refuse_absurd(heights, self.width, self.path)
+        return heights[tuple(slice(None, None, -1 if flip else 1) for flip in self.flipped)]
 
 
 def is_netcdf(head: bytes) -> bool:
@@ -83,8 +69,8 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
     ds = unread(path)
     try:
         name = _variable_name(ds, channel, path)
-        image = _surface_topography(ds, path) if _is_surface_topography(ds, name) else _cf(ds, name, path)
-        return _scan(ds, name, *image)
+        image, centres = (_surface_topography if _is_surface_topography(ds, name) else _cf)(ds, name, path)
+        return _scan(ds, name, image, centres)
     except BaseException:
         ds.close()
         raise
@@ -108,10 +94,7 @@ def unread(path: Path) -> xr.Dataset:
 
 def refuse_harmful(path: Path) -> None:
     """Raise unless another process, which can be ended, could look at all of a NetCDF-4 file but its values."""
-    try:
-        reader_process.ask(path, netcdf_reader.__file__)
-    except reader_process.ReadingFailed as failure:
-        raise UnreadableScan(path, str(failure)) from None
+    read_in_process(path, netcdf_reader, "netCDF4")
 
 
 def variable_names(path: Path) -> list[str]:
@@ -156,10 +139,10 @@ def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
     return name == "heights" and (marks or "unit" in ds[name].attrs)
 
 
-def _surface_topography(ds: xr.Dataset, path: Path) -> tuple[_Image, dict[str, np.ndarray]]:
+def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> tuple[_Image, dict[str, np.ndarray]]:
     """Return the image and pixel centres of a file in SurfaceTopography's convention."""
-    if set(ds["heights"].dims) != {"x", "y"}:
-        raise UnreadableScan(path, f"heights: expected dimensions (x, y), found {ds['heights'].dims}")
+    if set(ds[name].dims) != {"x", "y"}:
+        raise UnreadableScan(path, f"{name}: expected dimensions (x, y), found {ds[name].dims}")
     centres = {}
     for axis in ("x", "y"):
         if axis not in ds.variables:
@@ -170,9 +153,9 @@ def _surface_topography(ds: xr.Dataset, path: Path) -> tuple[_Image, dict[str, n
         if ds.sizes[axis] > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
             raise UnreadableScan(path, f"{axis}: expected steps of {pixel:g} by 'length', found {spacing(ds[axis]):g}")
         centres[axis] = (np.arange(ds.sizes[axis]) + 0.5) * pixel * _ratio(ds[axis], path, "unit")
-    mask = ds["mask"].variable if "mask" in ds.variables else None
-    ratio = _ratio(ds["heights"], path, "unit")
-    image = _Image(path, ds["heights"].variable, ("x", "y"), (False, True), ratio, _width(centres), mask)
+    image = _Image(path, ds[name].variable, ("x", "y"), _ratio(ds[name], path, "unit"), _width(centres))
+    image.flipped = (False, True)
+    image.mask = ds["mask"].variable if "mask" in ds.variables else None
     return image, centres
 
 
@@ -180,9 +163,11 @@ def _cf(ds: xr.Dataset, name: str, path: Path) -> tuple[_Image, dict[str, np.nda
     """Return the image and pixel centres of a labelled file, whichever way its axes run."""
     dims = _axes(ds, name, path)
     values = [np.asarray(ds[dim].values, dtype=float) * _ratio(ds[dim], path) for dim in dims]
-    flip_x, flip_y = flipped = [bool(v.size > 1 and v[-1] < v[0]) for v in values]
+    flipped = [bool(v.size > 1 and v[-1] < v[0]) for v in values]
     centres = {axis: v[::-1] if flip else v for axis, v, flip in zip("xy", values, flipped)}
-    return _Image(path, ds[name].variable, dims, (flip_x, flip_y), _ratio(ds[name], path), _width(centres)), centres
+    image = _Image(path, ds[name].variable, dims, _ratio(ds[name], path), _width(centres))
+    image.flipped = (flipped[0], flipped[1])
+    return image, centres
 
 
 def _width(centres: dict[str, np.ndarray]) -> float:
@@ -211,25 +196,20 @@ def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> floa
     return factor(units, "nm")
 
 
-def _scan(ds: xr.Dataset, name: str, image: _Image, centres: dict[str, Any]) -> xr.Dataset:
-    """Return the labelled, unread scan; of roughxr's own files all else stays as it is."""
+def _scan(ds: xr.Dataset, name: str, image: _Image, centres: dict[str, np.ndarray]) -> xr.Dataset:
+    """Return the labelled, unread scan; of roughxr's own files all else stays as it is.
+
+    The encoding is left behind: packing would quantise results.
+    """
     own = name == "height" and image.dims == ("x", "y")
     kept = {axis: ds[axis].attrs if own else {} for axis in ("x", "y")}
     height = xr.Variable(
         ("x", "y"),
-        indexing.LazilyIndexedArray(_LazyImage(image)),
+        indexing.LazilyIndexedArray(image),
         {**(ds[name].attrs if own else {}), "units": "nm"},
-        _encoding(image),
     )
     coords = {axis: (axis, values, {**kept[axis], "units": "nm"}) for axis, values in centres.items()}
     base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if own else xr.Dataset()
     out = base.assign_coords(coords).assign(height=height).assign_attrs(ds.attrs)
     out.set_close(ds.close)
     return out
-
-
-def _encoding(image: _Image) -> dict[str, Any]:
-    """Return the chunks in which the file is read best; packing is left behind, it would quantise results."""
-    chunks = image.variable.encoding.get("preferred_chunks", {})
-    named = {axis: chunks[dim] for axis, dim in zip("xy", image.dims) if dim in chunks}
-    return {"preferred_chunks": named} if named else {}

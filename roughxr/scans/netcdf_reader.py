@@ -9,10 +9,8 @@ import math
 import os
 from typing import Any
 
-LIBRARY = "netCDF4"
-
-#: Bytes of memory that it needs: no values are read.
-MEMORY = 2**28
+#: Bytes of memory that it needs, its library included: no values are read.
+MEMORY = 2**29
 
 
 #: What the library's numbers mean.

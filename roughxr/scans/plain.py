@@ -18,6 +18,9 @@ from .channel import Channel, UnreadableScan, direction_in
 
 NPY = b"\x93NUMPY"
 
+#: First bytes of text in UTF-16.
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+
 # "Width: 10.00 µm" as Gwyddion writes it into the comments above the numbers
 _ENTRY = re.compile(r"^\s*#+\s*([^:]+):\s*(.*?)\s*$")
 _LENGTH = re.compile(r"^([-+0-9.eE]+)\s*(\S+)$")
@@ -36,6 +39,7 @@ def npy_channels(path: Path) -> list[Channel]:
 
 def is_text(head: bytes) -> bool:
     """Return whether bytes look like text of numbers: no control characters, and a digit."""
+    head = decoded(head[: len(head) // 2 * 2]).encode() if head.startswith(_UTF16) else head
     return not re.search(rb"[\x00-\x08\x0e-\x1f]", head) and bool(re.search(rb"\d", head))
 
 
@@ -64,7 +68,9 @@ def text_channels(path: Path) -> list[Channel]:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text of a file in UTF-8, or as older programs write it."""
+    """Return the text of a file in UTF-8, in UTF-16 as spreadsheets write "Unicode text", or as older programs do."""
+    if data.startswith(_UTF16):
+        return data.decode("utf-16")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:

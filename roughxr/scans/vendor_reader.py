@@ -9,23 +9,20 @@ from typing import Any
 
 import numpy as np
 
-#: The library that `read` needs.
-LIBRARY = "SurfaceTopography.IO"
-
 #: SurfaceTopography readers that are not used: formats read elsewhere in this package, and formats without
 #: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
-NOT_ASKED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
+UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
 
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
     """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
     stat = os.stat(path)
-    reader, said = _opened(path, stat.st_mtime_ns, stat.st_size)
+    reader, errors = _opened(path, stat.st_mtime_ns, stat.st_size)
     if reader is None:
-        return {"said": said}
+        return {"errors": errors}
     if index is not None:
         return _heights(reader.channels[index])
-    return {"format": reader.format(), "images": [_image(one) for one in reader.channels]}
+    return {"format": reader.format(), "images": [_image(channel) for channel in reader.channels]}
 
 
 @lru_cache(maxsize=1)
@@ -35,16 +32,16 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
 
     with open(path, "rb") as file:
         head = file.read(512)
-    said = {}
-    for one in IO.readers:
-        name = one.format()
-        if name in NOT_ASKED or one.can_read(head) == IO.MagicMatch.NO:
+    errors = {}
+    for reader in IO.readers:
+        name = reader.format()
+        if name in UNUSED or reader.can_read(head) == IO.MagicMatch.NO:
             continue
         try:
             return IO.open_topography(path, format=name), {}
         except Exception as error:  # readers fail in various ways on other formats
-            said[name] = " ".join(str(error).split()) or type(error).__name__
-    return None, said
+            errors[name] = " ".join(str(error).split()) or type(error).__name__
+    return None, errors
 
 
 def _image(info: Any) -> dict[str, Any]:

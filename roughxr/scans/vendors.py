@@ -15,68 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import vendor_reader
-from .channel import Channel, UnreadableScan, asked, direction_in, first_bytes, is_length
-
-
-def channels(path: Path) -> list[Channel]:
-    """Return the images in a vendor's file."""
-    head = first_bytes(path, 512)
-    if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
-        raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
-    answer = asked(path, vendor_reader, "SurfaceTopography")
-    if "said" in answer:
-        raise UnreadableScan(path, f"expected an AFM image, found none: {_reasons(answer['said'], head)}")
-    kind, images = answer["format"], [(k, one) for k, one in enumerate(answer["images"]) if one["dim"] == 2]
-    if not images:
-        raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
-    doubt = _length_doubt(path, kind, images[0][1]["header"])
-    return [_channel(path, k, one, kind)._replace(doubt=doubt) for k, one in images]
-
-
-def formats() -> list[tuple[str, str]]:
-    """Return names and endings of the vendors' formats that are read, none without the extra."""
-    if find_spec("SurfaceTopography") is None:
-        return []
-    from SurfaceTopography import IO
-
-    known = [one for one in IO.readers if one.format() not in vendor_reader.NOT_ASKED]
-    return sorted((one.name(), ", ".join(f".{ending}" for ending in one.file_extensions())) for one in known)
-
-
-def _length_doubt(path: Path, format_name: str, header: dict[str, Any]) -> str:
-    """Return how a header and the file's length contradict each other, empty where they agree or cannot be compared."""
-    length = path.stat().st_size
-    stated = {"di": _bruker_length, "sur": _digital_surf_length, "ibw": _igor_length}.get(format_name)
-    expected = stated(path, header.get("raw_metadata") or {}) if stated else None
-    if expected is None or expected == length:
-        return ""
-    return f"its header describes {expected} bytes, the file has {length}: damaged, or other data appended"
-
-
-def _bruker_length(path: Path, _raw: Any) -> int | None:
-    """Return where the last block of data ends."""
-    data = path.read_bytes()
-    header = data[: data.find(b"\x1a") + 1 or len(data)]
-    blocks = re.findall(rb"\\Data offset: (\d+)\s+\\Data length: (\d+)", header)
-    return max((int(offset) + int(length) for offset, length in blocks), default=None)
-
-
-def _digital_surf_length(path: Path, raw: Any) -> int | None:
-    """Return 512 bytes of header, the comments, and the points."""
-    if first_bytes(path, 12) != b"DIGITAL SURF" or raw.get("nb_objects", 1) > 1:  # else compressed, or of several
-        return None
-    return 512 + raw["comment_size"] + raw["private_size"] + raw["nb_points"] * raw["itemsize"] // 8
-
-
-def _igor_length(path: Path, _raw: Any) -> int | None:
-    """Return None where the note is where the header says; it is text, and what follows it is not accounted for."""
-    with path.open("rb") as file:
-        head = file.read(64)
-        _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)
-        file.seek(64 + wave + formula)
-        text = file.read(note)
-    return 64 + wave + formula if re.search(rb"[\x00-\x08\x0e-\x1f]", text) else None
-
+from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length, read_in_process
 
 #: First bytes that belong to one format only, whatever other readers make of the file.
 SIGNATURES = {
@@ -91,6 +30,64 @@ SIGNATURES = {
 
 #: Signatures of formats that begin with text but are not text files.
 TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm") for start in SIGNATURES[name])
+
+
+def channels(path: Path) -> list[Channel]:
+    """Return the images in a vendor's file."""
+    head = first_bytes(path, 512)
+    if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
+        raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
+    answer = read_in_process(path, vendor_reader, "SurfaceTopography")
+    if "errors" in answer:
+        raise UnreadableScan(path, f"expected an AFM image, found none: {_reason(answer['errors'], head)}")
+    kind, images = answer["format"], [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
+    if not images:
+        raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
+    doubt = _length_doubt(path, kind)
+    return [_channel(path, k, image, kind)._replace(doubt=doubt) for k, image in images]
+
+
+def formats() -> list[tuple[str, str]]:
+    """Return names and endings of the vendors' formats that are read, none without the extra."""
+    if find_spec("SurfaceTopography") is None:
+        return []
+    from SurfaceTopography import IO
+
+    known = [reader for reader in IO.readers if reader.format() not in vendor_reader.UNUSED]
+    return sorted((reader.name(), ", ".join(f".{ending}" for ending in reader.file_extensions())) for reader in known)
+
+
+def _reason(errors: dict[str, str], head: bytes) -> str:
+    own = [name for name, starts in SIGNATURES.items() if head.startswith(starts) and name in errors]
+    if own:
+        return f"it begins as {own[0]}, but: {errors[own[0]][:300]}"
+    return "it begins like no known format (`roughxr info --formats` lists them)"
+
+
+def _length_doubt(path: Path, kind: str) -> str:
+    """Return how a header and the file's length contradict each other, empty where they agree or cannot be compared."""
+    length = path.stat().st_size
+    expected = {"di": _bruker_length, "ibw": _igor_length}[kind](path) if kind in ("di", "ibw") else None
+    if expected is None or expected == length:
+        return ""
+    return f"its header describes {expected} bytes, the file has {length}: damaged, or other data appended"
+
+
+def _bruker_length(path: Path) -> int | None:
+    """Return where the last block of data ends."""
+    header = path.read_bytes().partition(b"\x1a")[0]
+    blocks = re.findall(rb"\\Data offset: (\d+)\s+\\Data length: (\d+)", header)
+    return max((int(offset) + int(length) for offset, length in blocks), default=None)
+
+
+def _igor_length(path: Path) -> int | None:
+    """Return None where the note is where the header says; it is text, and what follows it is not accounted for."""
+    with path.open("rb") as file:
+        head = file.read(64)
+        _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)
+        file.seek(64 + wave + formula)
+        text = file.read(note)
+    return 64 + wave + formula if re.search(rb"[\x00-\x08\x0e-\x1f]", text) else None
 
 
 def is_park(path: Path) -> bool:
@@ -113,19 +110,13 @@ def is_igor(head: bytes) -> bool:
     return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
-def _reasons(said: dict[str, str], head: bytes) -> str:
-    own = [name for name, starts in SIGNATURES.items() if head.startswith(starts) and name in said]
-    if own:
-        return f"it begins as {own[0]}, but: {said[own[0]][:300]}"
-    return "it begins like no known format (`roughxr info --formats` lists them)"
-
-
-def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) -> Channel:
+def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channel:
     columns, rows = image["points"]
-    raw = image["header"].get("raw_metadata") or {}
+    raw = image["header"].get("raw_metadata")
+    raw = raw if isinstance(raw, dict) else {}
     # SurfaceTopography converts heights to the lateral unit; a channel of no length keeps its own
-    kind = image["data_unit"] or image["units"]
-    units = image["units"] if kind is None or is_length(kind) else kind
+    stated = image["data_unit"] or image["units"]
+    units = image["units"] if stated is None or is_length(stated) else stated
     return Channel(
         name=image["name"],
         units=units,
@@ -134,22 +125,20 @@ def _channel(path: Path, index: int, image: dict[str, Any], format_name: str) ->
         lateral_units=image["lateral_units"],
         read=partial(_rows, path, index, units),
         direction=_direction(image["name"], raw),
-        header={"format": format_name, **image["header"]},
-        remark=_remark(raw, format_name),
+        header={"format": kind, **image["header"]},
+        remark=_remark(raw) if kind == "ibw" else "",
     )
 
 
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
-    answer = asked(path, vendor_reader, "SurfaceTopography", index=index)
+    answer = read_in_process(path, vendor_reader, "SurfaceTopography", index=index)
     if is_length(units) and answer["unit"] != units:
         raise ValueError(f"image {index}: expected heights in {units!r}, as listed, found {answer['unit']!r}: damaged")
     return answer["heights"].T
 
 
-def _direction(name: str, raw: Any) -> str:
+def _direction(name: str, raw: dict[str, Any]) -> str:
     """Return trace or retrace from the header where it is stated (Bruker, Park), else from the name."""
-    if not isinstance(raw, dict):
-        return direction_in(name)
     line = str(raw.get("line direction", "")).lower()
     if line in ("trace", "retrace"):
         return line
@@ -158,9 +147,7 @@ def _direction(name: str, raw: Any) -> str:
     return direction_in(name)
 
 
-def _remark(raw: Any, format_name: str) -> str:
-    """Return a remark on the size: an Igor wave states its step, and a nominal size too."""
-    if format_name != "ibw" or not isinstance(raw, dict) or "ScanSize" not in raw:
-        return ""
-    nominal = re.sub(r"[^0-9.eE+-]", "", str(raw["ScanSize"]))
+def _remark(raw: dict[str, Any]) -> str:
+    """Return a remark on the size of an Igor wave, which states its step, and a nominal size too."""
+    nominal = re.sub(r"[^0-9.eE+-]", "", str(raw.get("ScanSize", "")))
     return f"lateral size is the stored step times the pixels; the header's nominal ScanSize is {nominal} m"

@@ -25,7 +25,6 @@ import numpy as np
 from ..arrays import line, table
 from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
-from .peaks import on_border
 
 #: Label of pixels from which the sphere rolls off the scan; of those without a lower neighbour, the last of a list of
 #: labels; and of those not yet seen.
@@ -57,6 +56,12 @@ _MOST_CUTS = 50
 _ROUNDING = 1e-10
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+
+
+@kernel
+def on_border(shape, i, j):
+    """Return whether a pixel belongs to the outermost ring."""
+    return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
 
 
 @kernel
