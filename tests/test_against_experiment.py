@@ -49,14 +49,14 @@ def test_bounds_ranges_and_runs_are_judged(fact, interval, verdict):
     assert fact.judged(*interval) == verdict
 
 
-def test_the_table_says_on_what_a_prediction_hangs():
+def test_the_table_names_the_inputs_that_a_prediction_depends_on_most():
     prior = {"x": (1, 2, "log"), "y": (0, 1, "even")}
     name = next(iter(against.CELLS))
     facts = against.Fact("a", 1, 2), against.Fact("b", 0, 0.5)
     one = against.Experiment(name, facts, lambda seed, cells, x, y: (x, -y), prior)
     table = against.compared(20, experiments=[one])
     assert table.verdict.tolist() == ["in part", "misses"]
-    assert [row.split(",")[0] for row in table.hangs_on] == ["x +1.0", "y -1.0"]
+    assert [row.split(",")[0] for row in table.depends_on] == ["x +1.0", "y -1.0"]
     assert [row.name for row in against.EXPERIMENTS] == list(against.CELLS)
 
 

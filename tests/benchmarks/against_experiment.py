@@ -300,8 +300,8 @@ def predicted(experiment, draws, quick=False, stream=0):
     return pd.DataFrame(inputs), found
 
 
-def hangs_on(inputs, values, count=2):
-    """Return the inputs with which predictions rise or fall most, with their rank correlations."""
+def strongest_inputs(inputs, values, count=2):
+    """Return the inputs with the largest rank correlations to the predictions, and these."""
     found = inputs.corrwith(pd.Series(values), method="spearman")
     return ", ".join(f"{name} {found[name]:+.1f}" for name in found.abs().sort_values(ascending=False).index[:count])
 
@@ -313,9 +313,9 @@ def compared(draws, quick=False, experiments=EXPERIMENTS):
         inputs, values = predicted(experiment, draws, quick, stream)
         for fact, column in zip(experiment.stated, values.T):
             low, middle, high = np.nanquantile(column, (0.025, 0.5, 0.975))
-            verdict = fact.judged(low, high), hangs_on(inputs, column)
+            verdict = fact.judged(low, high), strongest_inputs(inputs, column)
             rows.append((experiment.name, *fact[:3], low, middle, high, *verdict))
-    names = ("experiment", "quantity", "stated_low", "stated_high", "low", "middle", "high", "verdict", "hangs_on")
+    names = ("experiment", "quantity", "stated_low", "stated_high", "low", "middle", "high", "verdict", "depends_on")
     return pd.DataFrame(rows, columns=names)
 
 
