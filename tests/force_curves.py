@@ -26,6 +26,29 @@ def recorded(rng, piezo, noise=1.0, **sphere_options):
     return sphere(piezo, **sphere_options) + line + drift + rng.normal(0, noise, piezo.size)
 
 
+def with_a_tail(rng, kind):
+    """Return piezo, force and pull-off force (nN) of a retraction of the given kind, with noise, offset and tilt."""
+    length, n = rng.uniform(1000, 4000), int(rng.choice([400, 1000, 3000]))
+    z, pull, noise = np.linspace(length, 0, n), rng.uniform(50, 900), 10 ** rng.uniform(-0.5, 1.0)
+    flat, zero = rng.uniform(0.25, 0.6) * length, rng.uniform(0.75, 0.85) * length
+    lowest = flat + rng.uniform(0.2, 0.5) * (zero - flat)
+    force = np.interp(z, [0, flat, flat + 1e-6, zero, length], [0, 0, -pull, 0, 3 * pull])
+    if kind == "linear tail":
+        force = np.interp(z, [0, flat, lowest, zero, length], [0, 0, -pull, 0, 3 * pull])
+    if kind == "exponential tail":
+        tail = -pull * np.exp((z - lowest) / rng.uniform(0.02 * length, 0.12 * length))
+        force = np.where(z < lowest, tail, np.interp(z, [lowest, zero, length], [-pull, 0, 3 * pull]))
+    if kind == "fringe":
+        force += rng.uniform(2, 15) * np.sin(2 * np.pi * z / rng.uniform(250, 800) + rng.uniform(0, 6))
+    if kind == "second rupture":
+        still = rng.uniform(5, 40)
+        force, pull = force - np.where(z < rng.uniform(0.3, 0.7) * flat, 0, still), pull + still
+    white = rng.normal(0, 1, n + 39)
+    memory = np.exp(-np.arange(40) / 8.0) if kind == "slow noise" else np.eye(40)[0]
+    own = noise * np.convolve(white, memory / np.sqrt((memory**2).sum()), "valid")
+    return z, force + own + rng.normal(0, 50) + rng.normal(0, 0.02) * z, pull
+
+
 def cycle(rng, n=800, **options):
     """Return piezo (nm) and force (nN) of both branches."""
     there = np.linspace(-800.0, 150.0, n)

@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 
-from .force_curves import PULL, RADIUS, STIFFNESS, WORK, sphere
+from .force_curves import PULL, RADIUS, STIFFNESS, WORK, sphere, with_a_tail
 
 
 def retraction(n=2000):
@@ -39,6 +39,42 @@ def test_pull_offs_lie_within_their_stated_error(noise):
     assert float(found.force_noise.mean()) == pytest.approx(noise, rel=0.05)
     work = float(found.pull_off_force.mean()) / (1.5 * np.pi * RADIUS)
     assert work == pytest.approx(WORK, rel=0.01)
+
+
+def of_one(piezo, force):
+    """Return the pull-off of one curve."""
+    made = {"piezo": ("sample", piezo, {"units": "nm"}), "force": ("sample", force, {"units": "nN"})}
+    return roughxr.measured.curves_pull_off(xr.Dataset(made)).isel(subregion=0)
+
+
+def test_a_pull_that_reaches_far_out_is_no_part_of_the_baseline():
+    """A third of the travel as baseline gave 828.1 ± 3.1 nN."""
+    piezo = np.linspace(3400, 0, 3400)
+    force = np.interp(piezo, [0, 900, 2350, 2850, 3400], [0, 0, -880, -600, 3000])
+    found = of_one(piezo, force + np.random.default_rng(0).normal(0, 2, 3400))
+    assert abs(float(found.pull_off_force) - 880) < 2 * float(found.pull_off_uncertainty)
+    assert float(found.pull_off_uncertainty) < 3
+
+
+KINDS = ["jump", "linear tail", "exponential tail", "fringe", "second rupture", "slow noise"]
+
+
+def test_the_stated_error_includes_the_choice_of_the_baseline():
+    """Over tails, fringes, ruptures and slow noise; with a fixed share of the travel it covered a quarter to three."""
+    off = {}
+    for kind in KINDS:
+        made = [with_a_tail(np.random.default_rng(seed), kind) for seed in range(30)]
+        found = [of_one(*both) for *both, _ in made]
+        known = [
+            (float(one.pull_off_force) - pull) / float(one.pull_off_uncertainty)
+            for one, (*_, pull) in zip(found, made)
+            if not one.reason.item()
+        ]
+        assert len(known) >= 20, kind
+        off[kind] = np.abs(known)
+    covered = {kind: float((each < 2).mean()) for kind, each in off.items()}
+    assert min(covered.values()) > 0.8, covered
+    assert np.concatenate(list(off.values())).mean() < 1.2 and np.mean(list(covered.values())) > 0.9, covered
 
 
 def test_distance_and_work_are_the_spheres():

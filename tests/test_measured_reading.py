@@ -107,6 +107,28 @@ def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):
         roughxr.open_pull_off(written(tmp_path, text), **options)
 
 
+def test_a_histogram_of_counts_is_as_many_pull_offs(tmp_path):
+    """Its three rows were read as three pull-offs of mean 10 nN."""
+    found = roughxr.open_pull_off(written(tmp_path, "force [nN],count\n5,12\n10,40\n15,22\n")).pull_off_force
+    assert found.size == 74 and float(found.mean()) == pytest.approx(10.676, abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["cumulative fraction", "pdf", "probability", "percentile", "frequency"])
+def test_a_distribution_is_no_list_of_pull_offs(tmp_path, name):
+    with pytest.raises(UnreadableScan, match=f"found a distribution with column '{name}'"):
+        roughxr.open_pull_off(written(tmp_path, f"force [nN],{name}\n5,0.16\n10,0.7\n15,1\n"))
+
+
+def test_a_mean_below_an_empty_line_is_no_pull_off(tmp_path):
+    with pytest.warns(UserWarning, match="left out what stands below an empty line, from line 7"):
+        found = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n10\n15\n12\n\n10.5\n"))
+    assert found.pull_off_force.values.tolist() == [5, 10, 15, 12]
+    noted = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n# lost\n10\n15\n", "noted.csv"))
+    assert noted.pull_off_force.size == 3
+    spaced = roughxr.open_pull_off(written(tmp_path, "force [nN]\n\n5\n\n10\n\n15\n", "spaced.csv"))
+    assert spaced.pull_off_force.values.tolist() == [5, 10, 15]
+
+
 def test_what_a_table_has_not_is_refused(tmp_path):
     with pytest.raises(ValueError, match="direction: not used with a table"):
         roughxr.open_pull_off(written(tmp_path, "F [nN]\n1\n2\n"), direction="trace")

@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, converted, fraction, positive
+from ..vocabulary.units import Quantity, converted, positive, single
 from ..vocabulary.verbs import verb, warn
-from .baselines import Baseline, baseline_of, fitted, kept
+from .baselines import Baseline, baseline_of, kept
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
@@ -18,9 +18,16 @@ _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 #: A minimum of the force counts as a pull if it lies this many standard deviations of the noise below the baseline.
 _PULL_THRESHOLD = 5.0
 
+#: Part of a pull that the choice of the baseline may change.
+_LARGEST_CHOICE = 0.3
+
 #: For the parabola through the largest pull: largest number of samples on either side, and smallest number in all; how
 #: many standard deviations they may lie above the lowest sample, then above the parabola's vertex; number of rounds.
-_HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0, 3.0, 3
+_HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0, 2.5, 6
+
+#: A minimum between two straight lines is lower than the parabola through them by 0.2 of the rise to its ends, a round
+#: one by nothing: half of that is subtracted, with as large an error.
+_SHARP = 0.1
 
 #: This many equal samples at the lowest force mean that the detector is saturated, unless the baseline has half as
 #: many.
@@ -51,7 +58,7 @@ class _Pull(NamedTuple):
 
 @verb
 def curves_pull_off(
-    ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 0.3, curves: bool = False
+    ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 1.0, curves: bool = False
 ) -> xr.Dataset:
     """Return the pull-off forces of force-distance curves.
 
@@ -65,7 +72,8 @@ def curves_pull_off(
         N/m, where ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of
         the cantilever from the distance.
     baseline : float
-        The share of the travel, farthest from the surface, in which no surface force acts.
+        The share of the travel, farthest from the surface, in which the baseline is sought: the longest stretch, from
+        the far end, that a line explains within the noise, or a line with an interference fringe.
     curves : bool
         Keep the curves: ``force`` less its baseline (nN) along (subregion, branch, piezo_distance), the distance
         counted from the contact point in steps of the recorded samples, NaN beyond a curve's ends.
@@ -74,11 +82,11 @@ def curves_pull_off(
     -------
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
-        error due to noise and baseline; ``pull_off_distance`` (nm), from zero force to the largest pull, less the
-        bending of the cantilever where its spring constant is known; ``work_of_separation`` (nN nm), done by the piezo
-        against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at zero force;
-        ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact point and
-        ``baseline_tilt`` (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
+        error due to noise, baseline and the choice of its stretch; ``pull_off_distance`` (nm), from zero force to the
+        largest pull, less the bending of the cantilever where its spring constant is known; ``work_of_separation``
+        (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at
+        zero force; ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact
+        point and ``baseline_tilt`` (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
 
     Raises
     ------
@@ -93,8 +101,8 @@ def curves_pull_off(
 
     Notes
     -----
-    The uncertainty leaves out that of a curved baseline, which is extrapolated as a straight line, and that of the
-    parabola through the samples before the jump, about 0.1 % where a soft spring tears a sphere off.
+    The uncertainty leaves out that of the parabola through the samples before the jump, about 0.1 % where a soft spring
+    tears a sphere off.
 
     Examples
     --------
@@ -108,7 +116,7 @@ def curves_pull_off(
     >>> round(float(found.contact_slope[0]), 1), abs(round(float(found.contact_point[0])))
     (2.0, 0)
     """
-    fraction(baseline, "baseline")
+    single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
     recorded, stiffness = _read(ds, spring_constant)
     back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
     pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
@@ -177,7 +185,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     if reason:
         return _Pull(reason=reason)
     line = baseline_of(z, force, share)
-    flat, far = force - line.at(z), line.far
+    flat, far = force - line.at(z), z <= line.end
     at = int(np.argmin(flat))
     pull = _Pull(force_noise=line.noise, baseline_tilt=float(line.coefficients[1]))
     pulled = -flat[at] >= _PULL_THRESHOLD * np.hypot(line.noise, line.error(z[at]))
@@ -188,7 +196,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
         return pull._replace(reason="never pressed" if pulled else "no pull exceeds the noise")
     if pull.contact_slope <= 0:
         return pull._replace(reason="the force does not rise in contact")
-    if far[at]:
+    if far[at] or line.choice(z[at]) > _LARGEST_CHOICE * -flat[at]:
         return pull._replace(reason="the pull reaches into the baseline")
     if _clipped(force, at, far):
         return pull._replace(reason="the detector's range ends before the largest pull")
@@ -197,7 +205,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
     if work < -_PULL_THRESHOLD * line.work_error(z[zero:]):
         return pull._replace(reason="the baseline is curved by more than the pull of the surface")
     lowest, own = _minimum(z, flat, at, line.noise)
-    uncertainty = float(np.hypot(own, line.error(z[at])))
+    uncertainty = float(np.linalg.norm([own, line.error(z[at]), line.choice(z[at])]))
     return pull._replace(
         pull_off_force=-lowest, pull_off_uncertainty=uncertainty, pull_off_distance=travel, work_of_separation=work
     )
@@ -231,7 +239,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
     enough = upper.size >= _LEAST_PRESSED and np.ptp(z[upper]) > 0
-    slope = float(fitted(np.c_[np.ones(upper.size), z[upper]], flat[upper])[0][1]) if enough else np.nan
+    slope = float(np.polyfit(z[upper] - z[upper[0]], flat[upper], 1)[0]) if enough else np.nan
     return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.at(point))}
 
 
@@ -264,10 +272,11 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
     end = _torn_off(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
     first, last = _near(force[:end], at, noise)
+    steep = end == force.size and last - first < _LEAST_LOW
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
-        if last - first < _LEAST_LOW:
+        if steep or last - first < _LEAST_LOW:
             step = abs(force[at] - force[at - 1])
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
         low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, torn_off=ends[1] == end)
@@ -283,9 +292,13 @@ def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
 
 
 def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
-    """Return the first sample after the largest pull at which the surface has let go."""
+    """Return the first sample after the largest pull at which the surface has let go, in one much larger step."""
     gone = np.flatnonzero(force[at:] - force[at] > 2 * _SAMPLE_SPREAD * noise)
-    return at + int(gone[0]) if gone.size else force.size
+    if not gone.size:
+        return force.size
+    end = at + int(gone[0])
+    before = np.abs(np.diff(force[max(2 * at - end - _LEAST_LOW, 0) : at + 1])).max(initial=0.0)
+    return end if np.diff(force[at : end + 1]).max() > 2 * before else force.size
 
 
 def _parabola(
@@ -312,9 +325,11 @@ def _parabola(
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
+    rise = float(np.median((design[own] @ coefficients)[[0, -1]]) - _row(where) @ coefficients)
+    sharp = 0.0 if torn_off else _SHARP * max(rise, 0.0)
     return _Minimum(
-        float(row @ coefficients),
-        float(np.hypot(error, unseen / np.sqrt(12))),
+        float(row @ coefficients) - sharp,
+        float(np.linalg.norm([error, sharp, unseen / np.sqrt(12)])),
         (ends[0] + reach[0], ends[0] + reach[1]),
     )
 

@@ -19,7 +19,7 @@ from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
-from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table
+from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table, repeats
 from .vendor_scales import in_true_units
 
 #: Number of a file's curves that are held in memory at a time.
@@ -193,12 +193,16 @@ def _is_matrix(path: Path) -> bool:
 
 def _of_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     schema.refuse_unused("a table", direction=image.direction, size=image.size)
-    columns = files.guarded(path, read_table, path)
+    columns = files.guarded(path, read_table, path, pull_offs=True)
     column = force_column(path, columns, image.channel)
     values, how = _as_pulls(path, column.values, column.units, given)
-    ds = xr.Dataset({"pull_off_force": ("subregion", values)}, {"subregion": np.arange(values.size)})
+    ds = xr.Dataset({"pull_off_force": ("subregion", values)})
     for axis, one in place_columns(path, columns, column).items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, one, place_units))
+    counts = repeats(path, columns, column)
+    if counts is not None and "subregion_x" not in ds.coords:
+        ds = ds.isel(subregion=np.repeat(np.arange(values.size), counts))
+    ds = ds.assign_coords(subregion=np.arange(ds.sizes["subregion"]))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ import pandas as pd
 
 from ..scans.channel import UnreadableScan, first_bytes
 from ..scans.plain import decoded, separators
+from ..vocabulary.text import warn
 from ..vocabulary.units import factor
 from .forces import converts, measurable
 
@@ -23,6 +25,10 @@ _PLACE = re.compile(
     r"(?:(?:subregion|pos(?:ition)?|coord(?:inate)?)[\s_]*)?([xy])(?:[\s_]*(?:pos(?:ition)?|coord(?:inate)?))?"
 )
 _PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|position|coord", re.IGNORECASE)
+
+#: Columns that say how many pull-offs a row stands for, and those of a distribution, whose rows are no pull-offs.
+_COUNTS = re.compile(r"counts?|number|n|occurrences?|events?|hits|frequency", re.IGNORECASE)
+_DISTRIBUTION = re.compile(r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share", re.IGNORECASE)
 
 #: Cells that mean that nothing was measured.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
@@ -43,9 +49,10 @@ class Column(NamedTuple):
 _Rows = list[tuple[int, list[str]]]
 
 
-def read_table(path: Path) -> list[Column]:
-    """Return the columns of numbers of a text table."""
+def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
+    """Return the columns of numbers of a text table; of one of pull-offs only the rows above an empty line."""
     names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
+    cells = _above_gap(path, cells) if pull_offs else cells
     _same_width(path, cells, len(names))
     names, cells = _with_units_below(names, cells)
     columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
@@ -84,6 +91,23 @@ def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
     comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
     width = len(cells[0][1])
     return _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, width), cells, comma
+
+
+def _above_gap(path: Path, cells: _Rows) -> _Rows:
+    """Return the rows above the first empty line, with a warning; all where they lie as far from each other."""
+    lines = [] if is_spreadsheet(path) else decoded(path.read_bytes()).splitlines()
+    numbers = [line for line, _ in cells]
+    empty = [any(not "".join(lines[k : k + 1]).strip() for k in range(a, b - 1)) for a, b in pairwise(numbers)]
+    if not any(empty) or all(empty):
+        return cells
+    first = empty.index(True) + 1
+    line = numbers[first]
+    if len(cells) > 2 * first:
+        raise UnreadableScan(
+            path, f"line {line}: expected one table, found another below an empty line; split the file"
+        )
+    warn(f"{path.name}: left out what stands below an empty line, from line {line} on ({len(cells) - first} rows)")
+    return cells[:first]
 
 
 def _separators(line: str) -> tuple[str | None, bool]:
@@ -169,6 +193,22 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
         listed = ", ".join(f"{one.name!r} [{one.units or '?'}]" for one in columns) or "no column of numbers"
         raise UnreadableScan(path, f"expected {wanted}, found {len(fitting)} among {listed}; name it, channel='…'")
     return fitting[0]
+
+
+def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | None:
+    """Return how many pull-offs each row of a histogram stands for, None for a list of them; raise for densities."""
+    others = [one for one in columns if one is not force and not _axis(one) and not one.units]
+    counts = [one for one in others if _COUNTS.fullmatch(one.name.strip())]
+    if len(counts) == 1 and (counts[0].values >= 0).all() and (counts[0].values % 1 == 0).all():
+        return counts[0].values.astype(int)
+    wrong = next((one.name for one in counts + others if one in counts or _DISTRIBUTION.search(one.name)), None)
+    if wrong is not None:
+        raise UnreadableScan(
+            path,
+            f"expected one row for each pull-off, or whole counts of them, found a distribution with column {wrong!r}; "
+            "give the pull-offs themselves, or drop the column",
+        )
+    return None
 
 
 def _named(columns: list[Column], name: str) -> list[Column]:

@@ -1,0 +1,142 @@
+"""Random trials of what must not matter, over all verbs: each chains up to six changes; every difference is printed.
+
+The changes of `tests/test_identities.py`, and all lengths scaled at equal moduli: forces then scale as their square.
+
+    python tests/benchmarks/metamorphic.py [--trials 500] [--seed 0]
+"""
+
+import argparse
+import functools
+import warnings
+
+import hypothesis
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import strategies as st
+
+import roughxr
+from roughxr import scans, statistics
+from tests import test_identities as identities
+from tests.verb_calls import numbers, surface
+
+#: Power of the scale with which a quantity grows, by its units, if all lengths are scaled and moduli are not.
+POWERS = {"nm": 1, "nN": 2, "nm^2": 2, "nN nm": 3, "1/nm": -1, "J/m^2": 1, "nm^4": 4, "GPa": 0}
+SCALES = [1.0, 1.0, 0.1, 3.0, 40.0]
+
+#: Not compared: see `test_identities`; heights about 0; what follows from gravity; the order of equal things.
+LEFT = {*identities.LEFT, "r_a_datum", "r_q_datum", "critical_friction_velocity", "carrier_x", "carrier_y"}
+LEFT |= {"lag", "pass_x", "pass_y", "pass_to", "aic", "log_likelihood"}
+
+
+def pulls(scan, places, **options):
+    """Return the pull-offs of superposed asperities."""
+    return roughxr.pull_off_map(scan, subregions=places, **options)
+
+
+#: Verbs beside those of `test_identities`, of a scan, places and the scale of lengths.
+MORE = {
+    "resting": lambda scan, at, s: roughxr.resting(scan),
+    "level": lambda scan, at, s: roughxr.level(scan),
+    "smooth": lambda scan, at, s: scans.smooth(scan, shortest=30.0 * s),
+    "dilate": lambda scan, at, s: scans.dilate(scan, tip_radius=20.0 * s),
+    "erode": lambda scan, at, s: scans.erode(scan, tip_radius=20.0 * s),
+    "reconstruct": lambda scan, at, s: roughxr.reconstruct(scan),
+    "power_spectrum": lambda scan, at, s: scans.power_spectrum(scan),
+    "self_affine_fit": lambda scan, at, s: scans.self_affine_fit(scan),
+    "autocorrelation": lambda scan, at, s: scans.autocorrelation(scan),
+    "tip_flags": lambda scan, at, s: scans.tip_flags(roughxr.asperities(scan), tip_radius=10.0 * s),
+    "formulas": lambda scan, at, s: roughxr.formulas(scan, subregions=at, refine=2),
+    "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)),
+    "reduction": lambda scan, at, s: statistics.reduction(pulls(scan, at)),
+    "fit": lambda scan, at, s: statistics.fit(pulls(scan, at)),
+    "debris": lambda scan, at, s: statistics.debris(roughxr.asperities(scan)).to_dataset(),
+    "pull_off": lambda scan, at, s: statistics.pull_off(
+        roughxr.superpose(scan, delta=np.linspace(-4, 9, 27) * s, subregions=at)
+    ),
+    "critical_load": lambda scan, at, s: roughxr.critical_load(
+        roughxr.rolling(scan, directions=np.arange(8) * np.pi / 4, subregions=at)
+    ),
+    "vary": lambda scan, at, s: roughxr.vary(scan, pulls, contact_modulus=[10.0, 50.0], places=at),
+}
+
+
+def scaled(now, s):
+    """Return a setting with all lengths, and the work of adhesion, multiplied."""
+    ds = now.scan
+    new = {name: (ds[name].dims, ds[name].data * s ** POWERS[ds[name].units], ds[name].attrs) for name in ds.variables}
+    scan = xr.Dataset({"height": new.pop("height")}, new)
+    return now._replace(scan=scan, places=tuple(s * axis for axis in now.places))
+
+
+def computed(verb, now, s):
+    """Return the numbers of a verb's result, as for s = 1: along places, or sorted where their order is not fixed."""
+    if verb in MORE:
+        found = now.through(lambda: MORE[verb](now.scan, now.places, s)).compute()
+        found = found.isel(subregion=now.order) if "subregion" in found.dims and verb != "resting" else found
+    else:
+        times = {"delta": lambda delta: [s * d for d in delta], "load": lambda load: [s**2 * one for one in load]}
+        times |= {"mesh": lambda mesh: roughxr.Mesh(mesh.refine, step=s * mesh.step)}
+        own = {key: times.get(key, lambda value: value)(value) for key, value in identities.VERBS[verb].items()}
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setitem(identities.VERBS, verb, own)
+            found = identities.computed(verb, now)
+    ordered = "subregion" in found.dims and verb != "resting"
+    power = {name: POWERS.get(found[name].attrs.get("units"), 0) for name in found.variables}
+    own = numbers(found, LEFT)
+    return {name: (each if ordered else np.sort(each.ravel())) / s ** power[name] for name, each in own.items()}
+
+
+@functools.cache
+def at_first(verb, seed):
+    """Return the numbers before any change."""
+    return computed(verb, identities.Setting(surface(seed), identities.places(seed)), 1.0)
+
+
+def differences(verb, seed, steps, s, draw):
+    """Return the names of what differs, and by how much of its largest value."""
+    now = scaled(identities.Setting(surface(seed), identities.places(seed)), s)
+    for step in steps:
+        now = step(now, draw)
+    expected, found, out = at_first(verb, seed), computed(verb, now, s), {}
+    rtol = max(identities.HOW_FAR.get(verb, identities.ROUNDING), now.far)
+    for name in expected.keys() & found.keys():
+        a, b = found[name], expected[name]
+        largest = np.abs(b[np.isfinite(b)]).max(initial=0.0)
+        if a.shape != b.shape or not np.allclose(a, b, rtol, rtol * largest, equal_nan=True):
+            out[name] = (
+                f"{a.shape} for {b.shape}" if a.shape != b.shape else f"{np.nanmax(np.abs(a - b)) / largest:.1e}"
+            )
+    return out
+
+
+def main():
+    """Print each difference, and how many there are."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--trials", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    done = []
+
+    @hypothesis.seed(options.seed)
+    @hypothesis.settings(identities.settings(**identities.HOW | {"derandomize": False}), max_examples=options.trials)
+    @hypothesis.given(
+        st.sampled_from(sorted({*MORE, *identities.VERBS})),
+        *(st.integers(0, 99), identities.chains(), st.sampled_from(SCALES), st.data()),
+    )
+    def trial(verb, seed, steps, s, data):
+        try:
+            off = differences(verb, seed, steps, s, data.draw)
+        except Exception as error:
+            off = {type(error).__name__: str(error)[:300]}
+        done.append(bool(off))
+        if off:
+            print(f"{verb}, seed {seed}, × {s}, {[step.__name__ for step in steps]}: {off}", flush=True)
+
+    trial()
+    print(f"{len(done)} trials of {len(MORE) + len(identities.VERBS)} verbs: {sum(done)} with a difference")
+
+
+if __name__ == "__main__":
+    main()
