@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import archive, figures
+from roughxr import archive
 from roughxr.archive import remove_leftovers, uninterrupted, whole
+from roughxr.cli.files import drawn
 from roughxr.scans import to_file, to_netcdf
 from roughxr.tables import to_table
 
@@ -84,7 +85,7 @@ WRITERS = {
     "scan.tif": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
-    "figure.png": lambda path: figures.save(picture(), path, dpi=300),
+    "figure.png": lambda path: drawn(picture(), path),
 }
 
 

@@ -256,12 +256,6 @@ def test_importing_figures_leaves_matplotlib_alone():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_save_writes_the_figure_of_axes(run, tmp_path):
-    ax = figures.sweep(run["solutions/energy"])
-    for what, name in ((ax, "axes.png"), (ax.figure, "figure.pdf")):
-        assert figures.save(what, tmp_path / name, dpi=60).stat().st_size > 1000
-
-
 def test_only_the_settings_of_the_figure_itself_are_restored():
     """Settings that choosing a backend changes while a figure is drawn have to stay."""
 

@@ -77,5 +77,6 @@ def tell_attributes(ds: xr.Dataset) -> None:
 
 def drawn(figure: Any, path: str) -> None:
     """Write a picture, and say so."""
-    figures.save(figure, path, dpi=150)
+    with archive.whole(path) as temporary:
+        figure.savefig(temporary, dpi=150)
     print(f"drawn in {path}")

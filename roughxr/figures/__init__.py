@@ -9,9 +9,8 @@ from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution
 from .maps import scan_map, subregion_map
 from .measured_figure import predicted_and_measured
-from .particle_figures import fraction_remaining, landed_and_at_rest, moment_rose
+from .particle_figures import fraction_remaining, moment_rose
 from .run_figure import overview, run_figures
-from .saving import save
 from .sweeps import force_ratio, mean_force, sweep
 from .uncertainty_bars import cut_off, error_budget
 
@@ -23,14 +22,12 @@ __all__ = [
     "field_map",
     "force_ratio",
     "fraction_remaining",
-    "landed_and_at_rest",
     "mean_force",
     "moment_rose",
     "overview",
     "plot",
     "predicted_and_measured",
     "run_figures",
-    "save",
     "scan_map",
     "subregion_map",
     "sweep",

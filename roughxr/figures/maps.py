@@ -78,7 +78,12 @@ def scan_map(
         x, y = centres["subregion_x"].values, centres["subregion_y"].values
         ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
         chosen = np.zeros(x.size, bool) if highlight is None else np.asarray(highlight, dtype=bool)
-        ring = {"markerfacecolor": "none", "markeredgecolor": ORANGE, "markersize": 11, "markeredgewidth": 1.2}
+        ring: dict[str, Any] = {
+            "markerfacecolor": "none",
+            "markeredgecolor": ORANGE,
+            "markersize": 11,
+            "markeredgewidth": 1.2,
+        }
         ax.plot(x[chosen], y[chosen], "o", **ring)
     return label_axes(ax, "x", "y")
 

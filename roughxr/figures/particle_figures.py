@@ -1,4 +1,4 @@
-"""Figures of particles: resisting moments by direction, the fraction that remains, and particles at rest."""
+"""Figures of particles: resisting moments by direction, and the fraction that remains."""
 
 from __future__ import annotations
 
@@ -7,22 +7,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..particles.force_balance import critical_load, expect_moments
-from ..statistics.sampling import shares
+from ..particles.force_balance import expect_moments
 from ..vocabulary import schema
 from .style import (
     BLACK,
     BLUE,
     COLUMN,
     GREY,
-    PAGE,
     SMALL,
     Axes,
     axes,
     label_axes,
     legend,
-    log_ticks,
-    panels,
     stroke,
     styled,
 )
@@ -135,45 +131,3 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.set_ylim(0, 1.05)
     ax.axhline(0.5, color=GREY, linewidth=0.5, zorder=0)
     return legend(label_axes(ax, "friction_velocity", "remaining"), loc="best")
-
-
-@styled
-def landed_and_at_rest(landed: xr.Dataset, rested: xr.Dataset, *, ax: Any = None) -> np.ndarray:
-    """Draw how particles that rolled to rest differ from those that stay where they landed.
-
-    Parameters
-    ----------
-    landed, rested : Dataset
-        Results of `rolling`: at a grid of places, and at those of `resting`.
-    ax : sequence of three Axes, optional
-
-    Returns
-    -------
-    array of three Axes
-        Shares of particles up to a pull-off force, a number of contacts, and a critical friction velocity.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> holds = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> landed_and_at_rest(holds, holds)[1].get_xlabel()
-    'asperities in contact'
-    """
-    made = panels(ax, 1, 3, aspect=0.33, width=PAGE, sharey=True)
-    for ds, words, order in ((landed, "where they landed", 1), (rested, "at rest", 0)):
-        share = shares(ds).values
-        drawn = ds.merge(critical_load(ds), compat="override", combine_attrs="override")
-        for ax, name in zip(made, ("pull_off_force", "contacts", "critical_friction_velocity")):
-            values = drawn[name].values.astype(float)
-            rank = np.argsort(values)
-            part = np.cumsum([0.0, *share[rank]]) / share.sum()
-            ax.step([values[rank[0]], *values[rank]], part, where="post", label=words, **stroke(order))
-            if name != "contacts":
-                ax.set_xscale("log")
-                log_ticks(ax.xaxis)
-            label_axes(ax, name, "cdf")
-            ax.set_ylabel("share of particles" if name == "pull_off_force" else "")
-    legend(made[1], loc="best")
-    return made

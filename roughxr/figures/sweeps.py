@@ -20,22 +20,19 @@ _MOST_BARS = 20
 
 
 @styled
-def sweep(ds: xr.Dataset, *, force_limits: tuple[float, float] | None = None, ax: Axes | None = None):
+def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw force over displacement: every subregion, their median, and bands that contain half and 90 % of them.
 
     Parameters
     ----------
     ds : Dataset
         A solution. Of one with loading and retraction, the mean of both, and the work lost between them as an area.
-    force_limits : (float, float), optional
-        Ends of the force axis, nN; the displacements are then limited to those at which something touches and not every
-        place exceeds these ends. By default all forces are shown, and where the tension would be invisible, larger
-        forces on a logarithmic scale.
     ax : Axes, optional
 
     Returns
     -------
     Axes
+        Where the tension would be invisible, larger forces are on a logarithmic scale.
 
     Examples
     --------
@@ -64,13 +61,7 @@ def sweep(ds: xr.Dataset, *, force_limits: tuple[float, float] | None = None, ax
             ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
         _interval_bars(ax, ds, "q50", BLACK, "its 95 % interval")
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
-    if force_limits is not None:
-        ax.set_ylim(*force_limits)
-        touching = (force != 0).any("subregion").values
-        shown = delta[touching & (force.min("subregion") <= force_limits[1]).values]
-        if shown.size > 1:
-            ax.set_xlim(shown[0] - 0.1 * np.ptp(shown), shown[-1])
-    elif (tension := _invisible_tension(force)) > 0:
+    if (tension := _invisible_tension(force)) > 0:
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks(
             [tick for tick in ax.get_yticks() if tick == 0 or abs(tick) >= tension]

@@ -133,7 +133,9 @@ def _pulling(run: Run):
     ]
     deepest = -float(np.min(force))
     shifted = xr.Dataset({"force": (("subregion", "delta"), force)}, {"delta": about, "subregion": pulling})
-    return figures.sweep(schema.label(shifted), force_limits=(-1.2 * deepest, 2 * deepest))
+    made = figures.sweep(schema.label(shifted))
+    made.set(yscale="linear", ylim=(-1.2 * deepest, 2 * deepest))
+    return made
 
 
 def _loop(run: Run):
@@ -258,13 +260,6 @@ _DRAWINGS = {
         "Fraction of spheres that remain after one second in turbulent air, by Rock'n'Roll with the computed moments, "
         "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
         "velocity of a steady flow. Dotted: outside the range of the formulas for drag and torque.",
-        optional=True,
-    ),
-    "Landed and at rest": _Drawing(
-        ("solutions/rolling_landed", "solutions/rolling_superposed"),
-        lambda run: figures.landed_and_at_rest(run["solutions/rolling_landed"], run["solutions/rolling_superposed"]),
-        "Pull-off force, asperities in contact and critical friction velocity of particles where they landed and "
-        "where they came to rest, by superposition.",
         optional=True,
     ),
     "Superposition against direct simulation": _Drawing(

@@ -30,12 +30,7 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
     Yields
     ------
     (str, Figure)
-        "figure-02" … "figure-16"; the Figures belong to no pyplot window.
-
-    Raises
-    ------
-    KeyError
-        If a group that the next figure needs is missing.
+        The Figures belong to no pyplot window.
 
     Examples
     --------
@@ -43,14 +38,14 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
     >>> name, figure.get_suptitle()
     ('figure-02', 'Figure 2. Contact radius of an asperity')
     """
-    from matplotlib.figure import Figure
+    from matplotlib import pyplot
 
-    for name, (title, shape, draw) in _FIGURES.items():
-        figure = Figure(figsize=(3.4, 2.6 if shape[0] == 1 else 1.2 + 1.1 * shape[0]), layout="constrained")
-        axes = figure.subplots(*shape, squeeze=False, sharex=shape[0] > 2).ravel()
-        draw(run, axes)
-        words = f"Figure {int(name[-2:])}. {title}"
-        figure.suptitle("\n".join(textwrap.wrap(words, 55)), x=0.015, ha="left", fontsize=8, fontweight="bold")
+    for name, (title, draw) in _FIGURES.items():
+        figure = np.ravel(draw(run))[0].figure
+        lines = textwrap.wrap(f"Figure {int(name[-2:])}. {title}", 46)
+        figure.set_figheight(figure.get_figheight() + 0.16 * len(lines))
+        figure.suptitle("\n".join(lines), x=0.015, ha="left", fontsize=8, fontweight="bold")
+        pyplot.close(figure)
         yield name, figure
 
 
@@ -58,53 +53,55 @@ def _asperity(x: str, y: str) -> Callable:
     """Return the drawing of one asperity's curves by Hertz and JKR, in JKR's own units."""
     words = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
 
-    def draw(run: Run, axes: np.ndarray):
+    def draw(run: Run):
+        from matplotlib import pyplot
+
         a = np.linspace(0, 2, 801)
         jkr = {"a": a, "delta": a**2 - 4 / 3 * np.sqrt(a), "P": a**3 - 2 * a**1.5}
+        hertz = {"a": a, "delta": a**2, "P": a**3}
         first = int(np.argmin(jkr["P"] if x == "P" else jkr["delta"]))  # where the stable branch begins
-        axes[0].plot(*({"a": a, "delta": a**2, "P": a**3}[name] for name in (x, y)), "--", label="Hertz")
-        axes[0].plot(jkr[x][first:], jkr[y][first:], label="JKR, stable")
-        axes[0].plot(jkr[x][: first + 1], jkr[y][: first + 1], ":", color="C1", label="JKR, unstable")
-        axes[0].set(xlabel=words[x], ylabel=words[y])
-        axes[0].legend(frameon=False, fontsize=6.5)
+        with pyplot.rc_context({"font.size": 7}):
+            _, ax = pyplot.subplots(figsize=(3.35, 2.4), layout="constrained")
+            ax.plot(hertz[x], hertz[y], "--", label="Hertz")
+            ax.plot(jkr[x][first:], jkr[y][first:], label="JKR, stable")
+            ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], ":", color="C1", label="JKR, unstable")
+            ax.set(xlabel=words[x], ylabel=words[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
+            ax.legend(frameon=False)
+        return ax
 
     return draw
 
 
-def _smooth_sphere(run: Run, axes: np.ndarray):
+def _smooth_sphere(run: Run):
     smooth = run["solutions/smooth"]
     radius, modulus = schema.pair(smooth, "sphere_radius", "contact_modulus")
     hertz = reference.hertz(smooth["delta"].values, radius=radius, contact_modulus=modulus).expand_dims("subregion")
-    figures.mean_force({"direct simulation": smooth, "Hertz": hertz}, ax=axes[0])
+    return figures.mean_force({"direct simulation": smooth, "Hertz": hertz})
 
 
-def _places(run: Run, axes: np.ndarray):
+def _places(run: Run):
     direct = run["solutions/direct"]
-    figures.scan_map(run["scan"], subregions=direct, highlight=debris(run["asperities"], direct), ax=axes[0])
+    return figures.scan_map(run["scan"], subregions=direct, highlight=debris(run["asperities"], direct))
 
 
-def _one_contact(run: Run, axes: np.ndarray):
+def _one_contact(run: Run):
     contact = run["solutions/contact"]
-    place = {"subregion": int(contact["subregion"][0])}
-    figures.field_map(contact, scan=run["scan"], ax=axes[0], **place)
-    figures.field_map(contact, "displacement", ax=axes[1], **place)
+    return figures.field_map(contact, scan=run["scan"], subregion=int(contact["subregion"][0]))
 
 
 def _forces_at(delta: float) -> Callable:
-    def draw(run: Run, axes: np.ndarray):
-        figures.distribution(run["solutions/direct"].sel(delta=delta, method="nearest"), "force", ax=axes[0])
-
-    return draw
+    return lambda run: figures.distribution(run["solutions/direct"].sel(delta=delta, method="nearest"), "force")
 
 
-def _superposed(run: Run, axes: np.ndarray):
+def _superposed(run: Run):
     direct, superposed = run["solutions/direct"], run["solutions/hertz"]
     clean = np.flatnonzero(~debris(run["asperities"], direct).values)
     superposed = superposed.sel(delta=slice(0, float(direct["delta"].max())))
     solutions = {"direct simulation": direct, "superposed asperities": superposed}
-    figures.mean_force({name: ds.isel(subregion=clean) for name, ds in solutions.items()}, ax=axes[0])
-    highest = axes[0].get_ylim()[1]
-    axes[0].set(yscale="log", ylim=(1e-5 * highest, 8 * highest))
+    ax = figures.mean_force({name: ds.isel(subregion=clean) for name, ds in solutions.items()})
+    highest = ax.get_ylim()[1]
+    ax.set(yscale="log", ylim=(1e-5 * highest, 20 * highest))
+    return ax
 
 
 def strongest_place(run: Run) -> int:
@@ -114,58 +111,51 @@ def strongest_place(run: Run) -> int:
     return int(clean.fillna(0).argmax("subregion"))
 
 
-def _strongest_place(run: Run, axes: np.ndarray):
+def _strongest_place(run: Run):
     keys = {"Hertz": "hertz", "JKR, published": "published", "JKR, least energy": "energy"}
     place = {"subregion": [strongest_place(run)]}
     laws = {name: run[f"solutions/{key}"].isel(place)[["force"]] for name, key in keys.items()}
     published = run["solutions/published"]
-    names = ("sphere_radius", "contact_modulus", "work_of_adhesion")
-    radius, modulus, work = schema.pair(published, *names)
-    sphere = {"radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
+    names = {"radius": "sphere_radius", "contact_modulus": "contact_modulus", "work_of_adhesion": "work_of_adhesion"}
+    sphere = {option: float(published[name]) for option, name in names.items()}
     jkr = reference.jkr_sphere(published["delta"].values, **sphere).fillna(0).expand_dims("subregion")
-    figures.mean_force(laws | {"smooth sphere, JKR": jkr}, ax=axes[0])
+    ax = figures.mean_force(laws | {"smooth sphere, JKR": jkr})
     deepest = max(-float(laws["JKR, published"]["force"].min()), 1e-9)
-    axes[0].set(xlim=(None, _last_below(laws["Hertz"], 3 * deepest)), ylim=(-2.5 * deepest, 3 * deepest))
+    hertz = laws["Hertz"]["force"].isel(subregion=0)
+    ax.set(xlim=(None, float(hertz["delta"][hertz <= 3 * deepest].max())), ylim=(-2.5 * deepest, 3 * deepest))
+    return ax
 
 
-def _last_below(ds: xr.Dataset, force: float) -> float:
-    """Return the largest displacement at which a force does not exceed a limit."""
-    return float(ds["delta"].where((ds["force"] <= force).all("subregion")).max())
-
-
-def _pull_offs(run: Run, axes: np.ndarray):
-    """Draw the pull-off forces by each method below one another, with a common axis of forces."""
-    for order, (ax, (key, words)) in enumerate(zip(axes, _METHODS.items())):
+def _pull_offs(run: Run):
+    ax = None
+    for order, (key, words) in enumerate(_METHODS.items()):
         if f"statistics/{key}" in run:
-            figures.distribution(run[f"statistics/{key}"], label=words, order=order, ax=ax)
-        ax.set(xlabel=ax.get_xlabel() if ax is axes[-1] else "", ylabel=ax.get_ylabel() if order == 1 else "")
+            ax = figures.distribution(run[f"statistics/{key}"], label=words, order=order, ax=ax)
+    return ax
 
 
-#: Title, rows and columns of panels, and drawing of each figure.
-_FIGURES: dict[str, tuple[str, tuple[int, int], Callable]] = {
-    "figure-02": ("Contact radius of an asperity", (1, 1), _asperity("delta", "a")),
-    "figure-03": ("Contact radius of an asperity under a load", (1, 1), _asperity("P", "a")),
-    "figure-04": ("Load on an asperity", (1, 1), _asperity("delta", "P")),
-    "figure-05": ("A smooth sphere on a flat", (1, 1), _smooth_sphere),
-    "figure-06": ("The rough surface", (1, 1), lambda run, axes: figures.scan_map(run["scan"], ax=axes[0])),
-    "figure-07": ("The contact centres, those on debris ringed", (1, 1), _places),
+def _mean_forces(run: Run):
+    return figures.mean_force({"rough": run["solutions/direct"], "smooth": run["solutions/smooth"]})
+
+
+#: Title and drawing of each figure.
+_FIGURES: dict[str, tuple[str, Callable]] = {
+    "figure-02": ("Contact radius of an asperity", _asperity("delta", "a")),
+    "figure-03": ("Contact radius of an asperity under a load", _asperity("P", "a")),
+    "figure-04": ("Load on an asperity", _asperity("delta", "P")),
+    "figure-05": ("A smooth sphere on a flat", _smooth_sphere),
+    "figure-06": ("The rough surface", lambda run: figures.scan_map(run["scan"])),
+    "figure-07": ("The contact centres, those on debris ringed", _places),
     "figure-08": (
-        "The surface reconstructed from the asperities",
-        (1, 1),
-        lambda run, axes: figures.scan_map(run["reconstruction"], robust=True, ax=axes[0]),
+        "The surface of the asperities alone",
+        lambda run: figures.scan_map(run["reconstruction"], robust=True),
     ),
-    "figure-09": ("Asperities", (2, 2), lambda run, axes: figures.asperity_statistics(run["asperities"], ax=axes)),
-    "figure-10": ("One contact", (2, 1), _one_contact),
-    "figure-11": ("Contact force at δ = 5.08 nm (paper: 0.4 ± 3 µN)", (1, 1), _forces_at(5.08)),
-    "figure-12": ("Contact force at δ = 15.4 nm (paper: 21 ± 11 µN)", (1, 1), _forces_at(15.4)),
-    "figure-13": (
-        "Mean force on the rough and on a smooth surface",
-        (1, 1),
-        lambda run, axes: figures.mean_force(
-            {"rough": run["solutions/direct"], "smooth": run["solutions/smooth"]}, ax=axes[0]
-        ),
-    ),
-    "figure-14": ("Mean force without adhesion, places without debris", (1, 1), _superposed),
-    "figure-15": ("The place without debris that adheres most as published (paper: 8.6 µN)", (1, 1), _strongest_place),
-    "figure-16": ("Pull-off forces by method (paper: 2.0 ± 1.37 µN)", (4, 1), _pull_offs),
+    "figure-09": ("Asperities", lambda run: figures.asperity_statistics(run["asperities"])),
+    "figure-10": ("Pressure of one contact", _one_contact),
+    "figure-11": ("Contact force at δ = 5.08 nm (paper: 0.4 ± 3 µN)", _forces_at(5.08)),
+    "figure-12": ("Contact force at δ = 15.4 nm (paper: 21 ± 11 µN)", _forces_at(15.4)),
+    "figure-13": ("Mean force on the rough and on a smooth surface", _mean_forces),
+    "figure-14": ("Mean force without adhesion, places without debris", _superposed),
+    "figure-15": ("The place without debris that adheres most as published (paper: 8.6 µN)", _strongest_place),
+    "figure-16": ("Pull-off forces by method (paper: 2.0 ± 1.37 µN)", _pull_offs),
 }

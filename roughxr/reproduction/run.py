@@ -54,13 +54,6 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     dict of str to Dataset
         The groups of the archive.
 
-    Raises
-    ------
-    ValueError
-        If ``paper.nc`` exists and holds another run.
-    BlockingIOError
-        If another process is computing it.
-
     Examples
     --------
     ``paper("results")`` takes minutes; its plan says what it solves:

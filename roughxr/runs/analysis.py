@@ -621,7 +621,8 @@ def _write_folder(
     say("pages")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in drawn(groups):
-        figures.save(figure, folder / f"{name}.png", dpi=220)
+        with whole(folder / f"{name}.png") as temporary:
+            figure.savefig(temporary, dpi=220)
     with whole(folder / "report.html") as temporary:
         text = report.page(groups, archive_name=path.name, folder=folder)
         temporary.write_text(text, encoding="utf-8")
