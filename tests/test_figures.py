@@ -345,3 +345,16 @@ def test_few_samples_are_drawn_as_points_and_no_density():
     assert sorted(ax.lines[0].get_xdata()) == [1.0, 2.0, 4.0, 5.0] and ax.get_ylabel() == "4 samples"
     many = few.isel(subregion=np.arange(12) % 4)
     assert "density" in figures.distribution(many, "force", interval=None).get_ylabel()
+
+
+def test_the_caption_of_a_rose_stays_inside_a_page_with_a_map():
+    """As `roughxr detach --picture` draws it, in the style of whoever made the figure."""
+    figure = Figure(figsize=(6.9, 3.4), layout="constrained")
+    figure.add_subplot(1, 2, 1)
+    moment = 1e5 * (1 + np.arange(144.0).reshape(4, 36) % 7)
+    direction = np.arange(36) * np.pi / 18
+    ds = xr.Dataset({"resisting_moment": (("subregion", "direction"), moment)}, {"direction": direction})
+    rose = figures.moment_rose(ds, ax=figure.add_subplot(1, 2, 2, projection="polar"))
+    figure.draw_without_rendering()
+    caption = rose.xaxis.label.get_window_extent()
+    assert figure.bbox.x0 <= caption.x0 and caption.x1 <= figure.bbox.x1 and figure.bbox.y0 <= caption.y0
