@@ -172,3 +172,10 @@ def test_a_lazy_scan_gives_the_same():
 def test_an_unknown_reference():
     with pytest.raises(ValueError, match=r"reference: expected one of .*found 'sphere'"):
         roughness(scan(rough(16), PIXEL), reference="sphere")
+
+
+def test_the_autocorrelation_of_a_transposed_scan_is_the_same():
+    """Lags along y alone were counted twice, those along x once: 5 % on a scan with grooves."""
+    ds = scan(rough(24, seed=3))
+    turned = ds.rename(x="y", y="x").transpose("x", "y")
+    np.testing.assert_allclose(autocorrelation(turned).acf, autocorrelation(ds).acf, rtol=1e-12)

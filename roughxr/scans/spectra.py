@@ -97,6 +97,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     # lags along y of both signs: two of the four quadrants are enough, the others mirror them
     both = np.concatenate([-lags[1][:0:-1], lags[1]])
     radius = np.hypot(lags[0][:, None], both)
+    radius[0, : lags[1].size - 1] = np.nan  # mirrored by the other half of the same row
     radius[radius > min(lags[0][-1], lags[1][-1])] = np.nan
     acf = _averaged(scan["height"], _correlation, "lag", radius, max(steps))
     return label(_with_centres("acf", acf, "lag", radius, max(steps)).assign_attrs(scan.attrs))

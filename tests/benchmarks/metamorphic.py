@@ -26,7 +26,11 @@ SCALES = [1.0, 1.0, 0.1, 3.0, 40.0]
 
 #: Not compared: see `test_identities`; heights about 0; what follows from gravity; the order of equal things.
 LEFT = {*identities.LEFT, "r_a_datum", "r_q_datum", "critical_friction_velocity", "carrier_x", "carrier_y"}
-LEFT |= {"lag", "pass_x", "pass_y", "pass_to", "aic", "log_likelihood"}
+LEFT |= {"lag", "pass_x", "pass_y", "pass_to", "aic", "log_likelihood", "rest_height", "in_range"}
+
+#: Not scaled: Hamaker's forces begin at a fixed closest approach. Resting positions decide between equal pixels.
+AS_IT_IS = ("rigid", "rigid, elastic", "formulas", "regime")
+FAR = {**identities.HOW_FAR, "fit": 1e-4}
 
 
 def pulls(scan, places, **options):
@@ -42,12 +46,12 @@ MORE = {
     "dilate": lambda scan, at, s: scans.dilate(scan, tip_radius=20.0 * s),
     "erode": lambda scan, at, s: scans.erode(scan, tip_radius=20.0 * s),
     "reconstruct": lambda scan, at, s: roughxr.reconstruct(scan),
-    "power_spectrum": lambda scan, at, s: scans.power_spectrum(scan),
+    "power_spectrum": lambda scan, at, s: scans.power_spectrum(roughxr.level(scan)),
     "self_affine_fit": lambda scan, at, s: scans.self_affine_fit(scan),
-    "autocorrelation": lambda scan, at, s: scans.autocorrelation(scan),
+    "autocorrelation": lambda scan, at, s: scans.autocorrelation(roughxr.level(scan)),
     "tip_flags": lambda scan, at, s: scans.tip_flags(roughxr.asperities(scan), tip_radius=10.0 * s),
     "formulas": lambda scan, at, s: roughxr.formulas(scan, subregions=at, refine=2),
-    "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)),
+    "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)).drop_sel(statistic="count"),
     "reduction": lambda scan, at, s: statistics.reduction(pulls(scan, at)),
     "fit": lambda scan, at, s: statistics.fit(pulls(scan, at)),
     "debris": lambda scan, at, s: statistics.debris(roughxr.asperities(scan)).to_dataset(),
@@ -82,7 +86,10 @@ def computed(verb, now, s):
             patch.setitem(identities.VERBS, verb, own)
             found = identities.computed(verb, now)
     ordered = "subregion" in found.dims and verb != "resting"
-    power = {name: POWERS.get(found[name].attrs.get("units"), 0) for name in found.variables}
+    power = {
+        name: POWERS.get(roughxr.schema.VARIABLES[name].units if name in roughxr.schema.VARIABLES else "", 0)
+        for name in found.variables
+    }
     own = numbers(found, LEFT)
     return {name: (each if ordered else np.sort(each.ravel())) / s ** power[name] for name, each in own.items()}
 
@@ -95,11 +102,12 @@ def at_first(verb, seed):
 
 def differences(verb, seed, steps, s, draw):
     """Return the names of what differs, and by how much of its largest value."""
+    s = 1.0 if verb in AS_IT_IS else s
     now = scaled(identities.Setting(surface(seed), identities.places(seed)), s)
     for step in steps:
-        now = step(now, draw)
+        now = step(now, draw) if (verb, step) != ("resting", identities.in_single_precision) else now
     expected, found, out = at_first(verb, seed), computed(verb, now, s), {}
-    rtol = max(identities.HOW_FAR.get(verb, identities.ROUNDING), now.far)
+    rtol = max(FAR.get(verb, identities.ROUNDING), now.far)
     for name in expected.keys() & found.keys():
         a, b = found[name], expected[name]
         largest = np.abs(b[np.isfinite(b)]).max(initial=0.0)
