@@ -35,10 +35,10 @@ def test_equally_rough_surfaces_are_told_apart_by_their_own_rms_alone():
 @pytest.mark.parametrize(
     ("fact", "interval", "verdict"),
     [
-        (against.Fact("a bound", 10, np.inf), (11, 20), "holds"),
+        (against.Fact("a bound", 10, np.inf), (11, 20), "agrees"),
         (against.Fact("a bound", 10, np.inf), (5, 20), "in part"),
         (against.Fact("a bound", 10, np.inf), (5, 9), "misses"),
-        (against.Fact("a range", 1, 2), (0.5, 3), "holds"),
+        (against.Fact("a range", 1, 2), (0.5, 3), "agrees"),
         (against.Fact("a range", 1, 2), (1.5, 3), "in part"),
         (against.Fact("a range", 1, 2), (2.1, 3), "misses"),
         (against.Fact("runs", 1, 2, 1.2), (1.5, 3), "misses"),

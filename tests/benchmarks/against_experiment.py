@@ -77,12 +77,12 @@ class Fact(NamedTuple):
     middle: float = np.nan  # of several runs
 
     def judged(self, low, high):
-        """Return whether a predicted interval holds what is stated."""
+        """Return whether a predicted interval contains what is stated."""
         run = self.middle if np.isfinite(self.middle) else np.clip(low, self.low, self.high)
         if self.high < low or high < self.low or not low <= run <= high:
             return "misses"
         whole = self.low <= low if np.isinf(self.high) else low <= self.low and self.high <= high
-        return "holds" if whole else "in part"
+        return "agrees" if whole else "in part"
 
 
 class Experiment(NamedTuple):
@@ -319,7 +319,7 @@ def compared(draws, quick=False, experiments=EXPERIMENTS):
     return pd.DataFrame(rows, columns=names)
 
 
-COLOURS = {"holds": "#0173b2", "in part": "0.35", "misses": "#d55e00"}
+COLOURS = {"agrees": "#0173b2", "in part": "0.35", "misses": "#d55e00"}
 
 
 def draw(table, ax):
