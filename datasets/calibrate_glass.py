@@ -1,16 +1,18 @@
-"""How near the synthetic glass comes to the figures printed about the unpublished scan, and how it was fitted.
+"""Compare the synthetic glass with the figures printed about the unpublished scan, and fit its model to them.
 
 ``python datasets/calibrate_glass.py`` prints the table for the glass that comes with the library.
-``python datasets/calibrate_glass.py --search 200`` tries as many random models and prints the best of them;
-from such a search the model in ``make_glass.py`` was rounded and varied by hand, over some sixty seeds.
+``python datasets/calibrate_glass.py --search 200`` tries 200 random models and prints the best. The model in
+``make_glass.py`` was rounded from such a search, and varied by hand over some sixty seeds.
 
-A figure "fits" within its tolerance or does not; those that the search weighs, through the published formulas, are
-marked with a star: that they fit shows how well they were fitted, and nothing else. Those without were not fitted.
+A figure "fits" within its tolerance or does not. A star marks the figures that the search fitted, through the
+published formulas; their agreement shows only how well they were fitted. Figures without a star were not fitted.
 
-The figures are those of Cheng, Dunn & Brach, read with three corrections. Their R_q is 512 times too small (it
-cannot lie below R_a): 12.95 nm about a datum plane at 0, hence heights of std 1.5 … 1.9 nm. Their surface energy
-is Gilman's with E/(1 − ν²), which alone gives their 19.1 µN of the smooth sphere. Mean 0.4 and std 3 µN of the
-force at 5.08 nm need no rounding to agree: they are one subregion of 64 with 24 µN and nothing in the others.
+The figures are those of Cheng, Dunn & Brach, with three corrections:
+
+- Their R_q is 512 times too small, since R_q ≥ R_a. It is 12.95 nm about a datum plane at 0, so the standard deviation
+  of heights is 1.5 … 1.9 nm.
+- Their surface energy is Gilman's with E/(1 − ν²). No other gives their 19.1 µN for the smooth sphere.
+- Mean 0.4 and std 3 µN of the force at 5.08 nm agree without rounding: one subregion of 64 has 24 µN, the others none.
 """
 
 from __future__ import annotations
@@ -42,7 +44,7 @@ MICRO = 1e-3  # nN to µN
 
 
 class Figure(NamedTuple):
-    """One printed figure: its words, its value, how far off still fits, and whether the search weighs it."""
+    """A printed figure: name, value, tolerance, and whether the search fits it."""
 
     name: str
     published: float
@@ -50,7 +52,7 @@ class Figure(NamedTuple):
     weighed: bool = True
 
     def fits(self, value: float) -> bool:
-        """Say whether a value comes near enough."""
+        """Return whether a value lies within the tolerance."""
         return bool(abs(value - self.published) <= self.tolerance)
 
 
@@ -72,9 +74,9 @@ FIGURES = (
     Figure("pull-off std over 64, µN", 1.37, 0.2),
     Figure("pull-off displacement mean over 64, nm", 9.7, 0.5),
     Figure("pull-off displacement std over 64, nm", 2.52, 0.3),
-    Figure("pull-off of the cleanest stickiest place, µN", 8.6, 1.0, weighed=False),
-    Figure("which pulls from, nm", 9.8, 0.3, weighed=False),
-    Figure("which pulls to, nm", 12.4, 0.3, weighed=False),
+    Figure("largest pull-off of a place without debris, µN", 8.6, 1.0, weighed=False),
+    Figure("… negative force from, nm", 9.8, 0.3, weighed=False),
+    Figure("… negative force to, nm", 12.4, 0.3, weighed=False),
     Figure("direct force mean at 5.08 nm, µN", 0.4, 0.05),
     Figure("direct force std at 5.08 nm, µN", 3.0, 0.5),
     Figure("second group of direct forces, 5.08 nm, µN", 20.0, 4.0),
@@ -93,7 +95,7 @@ FIGURES = (
 
 
 def measure(scan: xr.Dataset, clean: np.ndarray) -> list[float]:
-    """Return what this scan gives for each of `FIGURES`; ``clean`` says which subregions hold no particle."""
+    """Return this scan's value for each of `FIGURES`; ``clean`` lists the subregions without a particle."""
     scan = assign_pair(scan, **PAIR)
     catalogue = asperities(scan, patch="paper", vertex="pixel")
     shapes = [*_shapes(catalogue), *_reconstructed(scan, catalogue)]
@@ -154,8 +156,8 @@ def _forces(scan: xr.Dataset, catalogue: xr.Dataset, clean: np.ndarray) -> Itera
     yield from (force.mean("subregion") / smooth).sel(delta=[8.0, 10.0, 20.0, 25.0]).values
     force, summed = (f.isel(subregion=clean).sel(delta=slice(0, 12)) for f in (force, summed))
     yield from (force.mean("subregion") / summed.mean("subregion")).sel(delta=[9.0, 10.0, 12.0]).values
-    apart = np.abs(summed / force.where(force > 0) - 1) > 0.1
-    yield float((~apart.any("delta")).sum())
+    disagree = np.abs(summed / force.where(force > 0) - 1) > 0.1
+    yield float((~disagree.any("delta")).sum())
 
 
 def clean_subregions(seed: int, model: GlassModel) -> np.ndarray:
@@ -166,7 +168,7 @@ def clean_subregions(seed: int, model: GlassModel) -> np.ndarray:
 
 
 def table(values: list[float]) -> str:
-    """Return the table: figure, paper, twin, whether it fits."""
+    """Return the table of figures: paper, twin, fit."""
     lines = [f"{'figure (* fitted to)':48} {'paper':>8} {'glass twin':>11}  fits?"]
     for figure, value in zip(FIGURES, values, strict=True):
         verdict, name = "yes" if figure.fits(value) else "no", figure.name + " *" * figure.weighed
@@ -175,13 +177,13 @@ def table(values: list[float]) -> str:
 
 
 def misfit(values: list[float]) -> float:
-    """Return the sum of squares of what the weighed figures are off, in tolerances, each counted up to 5 of them."""
+    """Return the sum of squared errors of the fitted figures, each in tolerances and at most 5."""
     off = [(value - f.published) / (f.tolerance or 0.5) for f, value in zip(FIGURES, values) if f.weighed]
     return float(np.minimum(np.square(off), 25).sum())
 
 
 def random_model(rng: np.random.Generator) -> GlassModel:
-    """Return a model from the ranges that remained after coarser searches (roll-off 50 … 2500 nm, Hurst 0 … 0.9)."""
+    """Return a random model from ranges that coarser searches left (of roll-off 50 … 2500 nm, Hurst 0 … 0.9)."""
     spread = rng.uniform(145, 195) + np.array([-30.0, -15, 0, 15, 30])
     return GlassModel(
         rms=rng.uniform(1.7, 1.82),
@@ -196,7 +198,7 @@ def random_model(rng: np.random.Generator) -> GlassModel:
 
 
 def search(trials: int, *, start: int = 0) -> None:
-    """Try random models and seeds, and print each that is better than all before."""
+    """Try random models and seeds, and print each new best."""
     rng, best = np.random.default_rng(start), np.inf
     for trial in range(trials):
         seed, model = int(rng.integers(60)), random_model(rng)
@@ -209,7 +211,7 @@ def search(trials: int, *, start: int = 0) -> None:
 def main() -> None:
     """Print the table of the shipped glass, or search."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--search", type=int, metavar="TRIALS", help="try so many random models")
+    parser.add_argument("--search", type=int, metavar="TRIALS", help="number of random models to try")
     trials = parser.parse_args().search
     if trials:
         search(trials)

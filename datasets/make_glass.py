@@ -1,8 +1,8 @@
 """The synthetic twin of a published glass scan: ``python datasets/make_glass.py`` writes ``datasets/glass.nc``.
 
-The twin of the scan that Cheng, Dunn & Brach (Contact between a smooth microsphere and an anisotropic rough surface)
-worked on and never published. It is no measurement. ``datasets/calibrate_glass.py`` fitted its constants, and prints
-how near it comes to each printed figure.
+Cheng, Dunn & Brach (Contact between a smooth microsphere and an anisotropic rough surface) never published their scan.
+The twin is no measurement. ``datasets/calibrate_glass.py`` fitted its constants, and compares it with each printed
+figure.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from roughxr.scans.synthetic import OTHERS, labelled, unit_surface
 from roughxr.vocabulary import schema
 from roughxr.vocabulary.units import whole_number
 
-#: Few different numbers pack best with their bytes left together: half the size, and they read back exactly.
+#: Heights take few values, which compress best without shuffling their bytes: half the size, and exact.
 _COMPRESSED = {"zlib": True, "complevel": 9, "shuffle": False}
 
 
 class GlassModel(NamedTuple):
-    """Constants of the synthetic glass; "published formulas": superposition with the paper's λ², patch, sphere."""
+    """Constants of the synthetic glass. "Published formulas": superposition with the paper's λ², patch and sphere."""
 
     #: Pixels along each side, and their size, nm: the published 512 × 512 pixels on 5 × 5 µm.
     pixels: int = 512
@@ -35,33 +35,33 @@ class GlassModel(NamedTuple):
     quantum: float = 0.1
     #: Mean of the whole scan, nm: the published R_a of 12.842 nm about a datum plane at 0.
     mean: float = 12.84
-    #: Rms of the background, nm: with the debris, heights of std 1.7 nm and the peaks near 15 nm.
+    #: Rms of the background, nm: fitted to heights of std 1.7 nm (with debris) and peaks near 15 nm.
     rms: float = 1.77
-    #: Hurst exponent and roll-off wavelength, nm: mean and scatter of the pull-off by the published formulas.
+    #: Hurst exponent and roll-off wavelength, nm: fitted to mean and std of the pull-off by the published formulas.
     hurst: float = 0.4
     rolloff: float = 85.0
-    #: Shortest wavelength, nm: with the two before it, it sets how sharp peaks are, and so their adhesion.
+    #: Shortest wavelength, nm: sets the curvature of peaks, and so their adhesion, with the two above.
     cutoff: float = 24.0
-    #: Tiles (8 × 8) of which six hold a particle: as published.
+    #: Tiles (8 × 8), six with a particle: as published.
     tiles: int = 8
     #: Highest point of each particle, nm: the second group of peaks near 27 nm.
     tops: tuple[float, ...] = (27.0, 26.9, 26.8, 26.6, 26.5, 26.3)
     #: Distance of each particle from its tile's centre, nm. Mean 0.4 and std 3 µN at a displacement of 5.08 nm
-    #: say that one tile of 64 carries about 24 µN and the others next to nothing; std 11 µN at 15.4 nm and std
-    #: 2.5 nm of the pull-off displacement say how far the others lie off.
+    #: require about 24 µN on one tile of 64 and almost none on the others. Std 11 µN at 15.4 nm and std 2.5 nm of
+    #: the pull-off displacement set the other distances.
     offsets: tuple[float, ...] = (10.0, 150.0, 165.0, 180.0, 195.0, 210.0)
-    #: Half-width of each particle, nm: 24 µN at 5.08 nm and 80 µN at 15.4 nm grow nearly in proportion to the
-    #: displacement, which is the law of a flat top (2 E* a δ), not of a round one; a follows from either.
+    #: Half-width of each particle, nm. 24 µN at 5.08 nm and 80 µN at 15.4 nm are nearly proportional to the
+    #: displacement, as for a flat top (2 E* a δ), not a round one; either force gives a.
     half_widths: tuple[float, ...] = (91.0, 64.0, 62.0, 60.0, 58.0, 56.0)
     #: Steepness of a particle's flanks, exponent n of exp(−(r/half-width)ⁿ): flat top, as above.
     steepness: float = 10.0
-    #: Roughness left on a particle's top, as a part of the background's: 24 µN at 5.08 nm need a smooth one, but
-    #: without any a top would stick too hard.
+    #: Roughness of a particle's top, as a part of the background's. 24 µN at 5.08 nm need a smooth top, but a top
+    #: without roughness would adhere too strongly.
     smoothing: float = 0.1
 
 
-#: Seed of the twin that comes with the library: of some sixty tried on models close to this one, the nearest to
-#: the published figures. The agreement is thus partly selected, not predicted by the model.
+#: Seed of the twin that comes with the library: of some sixty seeds, tried on models close to this one, the best fit
+#: to the published figures. So the agreement is partly selected, not predicted by the model.
 GLASS_SEED = 25
 
 
@@ -81,7 +81,7 @@ def glass(*, seed: int = GLASS_SEED, model: GlassModel = GlassModel()) -> xr.Dat
     rough = model.rms * unit_surface(shape, model.pixel, model.hurst, model.rolloff, model.cutoff, seed)
     height = np.round(_with_particles(rough, model, seed) / model.quantum) * model.quantum
     decimals = max(0, int(np.ceil(-np.log10(model.quantum) - 1e-9)))
-    height = np.round(height, decimals)  # 0.1 * 128 is not the number that "12.8" is read as
+    height = np.round(height, decimals)  # 0.1 * 128 differs from 12.8
     out = labelled(
         height, model.pixel, "Synthetic twin of a glass surface with debris", {**model._asdict(), "seed": seed}
     )
@@ -114,7 +114,7 @@ def write_glass(path: str | os.PathLike) -> Path:
 
 
 def _with_particles(rough: np.ndarray, model: GlassModel, seed: int) -> np.ndarray:
-    """Return heights, nm, of the rough background with the particles on it, of the model's mean."""
+    """Return the heights of background and particles, nm, with the model's mean."""
     centre = (np.arange(model.pixels) + 0.5) * model.pixel
     shapes = [
         np.exp(-((np.hypot(centre[:, None] - x, centre - y) / half_width) ** model.steepness))
@@ -122,7 +122,7 @@ def _with_particles(rough: np.ndarray, model: GlassModel, seed: int) -> np.ndarr
     ]
     smoothed = rough * (1 - (1 - model.smoothing) * sum(shapes))
     level = model.mean
-    for _ in range(3):  # the particles lift the mean a little, and the level sets how tall they are
+    for _ in range(3):  # particles raise the mean a little, and their height depends on the level
         height = level + smoothed
         for shape, top in zip(shapes, model.tops):
             height = height + _rise(height, shape, top) * shape
@@ -131,11 +131,11 @@ def _with_particles(rough: np.ndarray, model: GlassModel, seed: int) -> np.ndarr
 
 
 def _rise(height: np.ndarray, shape: np.ndarray, top: float) -> float:
-    """Return by how much a particle of this shape must rise for its highest point to come to ``top``."""
-    on_it = shape > 1e-3
+    """Return the height of a particle of this shape whose highest point is ``top``."""
+    covered = shape > 1e-3
     rise = 0.0
     for _ in range(5):
-        rise += top - float((height[on_it] + rise * shape[on_it]).max())
+        rise += top - float((height[covered] + rise * shape[covered]).max())
     return rise
 
 

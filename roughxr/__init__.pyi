@@ -1,4 +1,4 @@
-# Every public name, for type checkers and for `lazy_loader`, which imports each when it is first used.
+# Public names, for type checkers and `lazy_loader`, which imports each name on first use.
 
 from . import archive as archive
 from . import figures as figures
