@@ -197,7 +197,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     ratio.text(mean + 0.03, 0.98 * ratio.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
     _orientations(orientation, peaks)
     for panel in made:
-        fold_labels(panel, 24, 22)
+        fold_labels(panel, 20, 22)
     return made
 
 

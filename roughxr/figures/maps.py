@@ -67,9 +67,7 @@ def scan_map(
     """
     ds = schema.validate(ds, "scan")
     ax = axes(ax, aspect=0.85)
-    limits = None
-    if robust:
-        limits = np.nanquantile(ds["height"].values, (0.005, 0.995))
+    limits = np.nanquantile(ds["height"].values, (0.005, 0.995)) if robust else (None, None)
     image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits)
     if catalogue is not None:
         _ellipses(ax, schema.validate(catalogue, "asperities"), regions.extent(ds))
