@@ -29,9 +29,9 @@ class Parser(argparse.ArgumentParser):
             message = f"unrecognized arguments: {' '.join(unknown)}"
         if chosen := re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message):
             message += did_you_mean(chosen[1], re.findall(r"[\w-]+", chosen[2]))
-        asked = [word.split("=")[0] for word in message.split() if word.startswith("--")]
-        if message.startswith("unrecognized") and asked:
-            message += meant(asked[0].lstrip("-"), options)
+        typed = [word.split("=")[0] for word in message.split() if word.startswith("--")]
+        if message.startswith("unrecognized") and typed:
+            message += meant(typed[0].lstrip("-"), options)
         super().error(message)
 
 
@@ -39,14 +39,14 @@ def option_names(parser: argparse.ArgumentParser) -> set[str]:
     """Return the long options of a parser and of its commands."""
     known: set[str] = set()
     for action in parser._actions:
-        known |= {one.removeprefix("--") for one in action.option_strings if one.startswith("--")}
+        known |= {option.removeprefix("--") for option in action.option_strings if option.startswith("--")}
         if isinstance(action, argparse._SubParsersAction):
-            known |= set().union(*(option_names(one) for one in action.choices.values()))
+            known |= set().union(*(option_names(option) for option in action.choices.values()))
     return known
 
 
 def meant(word: str, known: set[str]) -> str:
     """Return the question after the option that holds a word, or is spelt like it."""
-    options = [f"--{one}" for one in sorted(known)]
+    options = [f"--{name}" for name in sorted(known)]
     holding = [option for option in options if word and word in option[2:].split("-")]
     return f"; did you mean {' or '.join(holding)}?" if holding else did_you_mean(f"--{word}", options)

@@ -164,10 +164,10 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
     In lengths of unit cells and unit modulus. Without range a cell that has never touched bears no traction.
     """
     p, traction = pressure * per_pressure, _traction(gap, law)
-    apart = abs(p + traction)
+    difference = abs(p + traction)
     if law.exponential.size + law.waals.size == 0 and law.step.near == 0:
-        apart = xr.where(abs(p) < apart, abs(p), apart)
-    violation = xr.where(p + traction > 0.5 * gap, abs(gap), apart).where(gap.notnull())
+        difference = xr.where(abs(p) < difference, abs(p), difference)
+    violation = xr.where(p + traction > 0.5 * gap, abs(gap), difference).where(gap.notnull())
     return violation.max(_PLANE) / np.maximum(law.strength, 0.1 * p.max(_PLANE))
 
 

@@ -172,8 +172,8 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
 
     size = (width, aspect * width)
     _, made = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
-    for one in made.flat:
-        tidy(one)
+    for panel in made.flat:
+        tidy(panel)
     return made.ravel()
 
 

@@ -66,15 +66,15 @@ def _of_a_current(sensitivity: Any) -> bool:
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
     """Return a file of curves without reading its samples; raise unless file or caller states its calibration."""
     stated = _stated(path, kind, given)
-    answer = _asked(path, kind, {})
+    answer = _ask_reader(path, kind, {})
     used = {name: stated[name] for name in _needed(path, kind, answer, stated)}
-    answer = _asked(path, kind, used) if used else answer
+    answer = _ask_reader(path, kind, used) if used else answer
     curves = answer["curves"]
     if not curves:
         raise UnreadableScan(path, "expected force-distance curves, found none")
     for name in set(stated) - set(used):
-        _refuse_both(path, name, stated[name], [one[name] for one in curves if name in one])
-    return CurveFile(path, kind, used, answer["format"], [{**stated, **one} for one in curves])
+        _refuse_both(path, name, stated[name], [curve[name] for curve in curves if name in curve])
+    return CurveFile(path, kind, used, answer["format"], [{**stated, **curve} for curve in curves])
 
 
 def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
@@ -106,39 +106,41 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
         units = {"sensitivity": "'50 nm/nA'" if kind == "nt-mdt" else "'50 nm/V'", "spring_constant": "'0.2 N/m'"}
-        asked = ", ".join(f"{name}={units[name]}" for name in lacking)
-        raise UnreadableScan(path, f"expected forces, found deflections without {' and '.join(lacking)}; give {asked}")
+        options = ", ".join(f"{name}={units[name]}" for name in lacking)
+        raise UnreadableScan(
+            path, f"expected forces, found deflections without {' and '.join(lacking)}; give {options}"
+        )
     return needed
 
 
 def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
     """Raise where caller and file both state a value, unless they agree; a spring constant beside forces is allowed."""
-    same = all(np.isclose(given, one, rtol=1e-6, atol=0) for one in own)
+    same = all(np.isclose(given, value, rtol=1e-6, atol=0) for value in own)
     if same and (own or name == "spring constant"):
         return
     option = name.replace(" ", "_")
-    found = f"the file states {own[0]:.6g}" if own else "the file states forces"
+    stated = f"the file states {own[0]:.6g}" if own else "the file states forces"
     raise UnreadableScan(
         path,
-        f"{option}: {found}, found {given:.6g}; leave {option}= out; if the file's calibration is not to be believed, "
+        f"{option}: {stated}, found {given:.6g}; leave {option}= out; if the file's calibration is not to be believed, "
         "multiply the forces by the ratio",
     )
 
 
-def _asked(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
+def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
     return read_in_process(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
 
 
 def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
     """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
-    branches = _asked(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
-    size = max((one[0].size for both in branches for one in both if one is not None), default=0)
+    branches = _ask_reader(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
+    size = max((curve[0].size for both in branches for curve in both if curve is not None), default=0)
     values = np.full((2, len(branches), 2, size), np.nan)
     for number, both in enumerate(branches):
-        for branch, one in enumerate(both):
-            if one is not None:
-                values[:, number, branch, : one[0].size] = one
+        for branch, curve in enumerate(both):
+            if curve is not None:
+                values[:, number, branch, : curve[0].size] = curve
     dims = "subregion", "branch", "sample"
     made = {"piezo": (dims, values[0] * factor("m", "nm")), "force": (dims, values[1] * factor("N", "nN"))}
     coords = {"subregion": np.arange(first, first + len(curves)), "branch": list(BRANCHES), **_places(curves)}
@@ -147,10 +149,10 @@ def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Da
 
 def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
     """Return where the curves were taken; empty where that is not stated for every curve."""
-    if not all(f"position {axis}" in one for one in curves for axis in "xy"):
+    if not all(f"position {axis}" in curve for curve in curves for axis in "xy"):
         return {}
     return {
-        f"subregion_{axis}": ("subregion", [one[f"position {axis}"] * factor("m", "nm") for one in curves])
+        f"subregion_{axis}": ("subregion", [curve[f"position {axis}"] * factor("m", "nm") for curve in curves])
         for axis in "xy"
     }
 
@@ -159,7 +161,7 @@ def calibration(file: CurveFile) -> dict[str, float | str]:
     """Return spring constant (N/m) and sensitivity of a file's curves, as attributes; raise if curves differ."""
     known: dict[str, Any] = {}
     for name in ("spring constant", "sensitivity"):
-        values = {one.get(name) for one in file.curves}
+        values = {curve.get(name) for curve in file.curves}
         if len(values) > 1:
             raise UnreadableScan(file.path, f"expected one {name} in a file, found {len(values)}; split it")
         value = values.pop()

@@ -41,8 +41,8 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
     try:
         name, read_by = _opened(path, kind, tuple(sorted(known.items())), stat.st_mtime_ns, stat.st_size)
         if last is None:
-            return {"format": name, "curves": [_told(one["metadata"]) for one in read_by]}
-        return {"branches": [_branches(one["data"], kind) for one in read_by[first:last]]}
+            return {"format": name, "curves": [_stated(curve["metadata"]) for curve in read_by]}
+        return {"branches": [_branches(curve["data"], kind) for curve in read_by[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # by afmformats' choice no subclass of Exception
@@ -57,13 +57,17 @@ def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list
 
     ArchiveCache.open_archives.clear()  # afmformats caches by file name, also files that have changed since
     for module in _MODULES[kind]:
-        recipe = next(one for one in formats_available if one.loader.__module__ == f"afmformats.formats.{module}")
+        recipe = next(
+            recipe_class
+            for recipe_class in formats_available
+            if recipe_class.loader.__module__ == f"afmformats.formats.{module}"
+        )
         if recipe.recipe.get("detect", lambda _: True)(Path(path)):
             return f"{recipe.maker} ({recipe.descr})", recipe.loader(Path(path), meta_override=dict(known))
     raise ValueError("expected force-distance curves, found none that afmformats can read")
 
 
-def _told(metadata: Any) -> dict[str, float]:
+def _stated(metadata: Any) -> dict[str, float]:
     return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
@@ -78,9 +82,11 @@ def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None
         raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
     parts = _segments(piezo, np.asarray(data["segment"]) if "segment" in names else np.zeros(piezo.size))
     gains = [piezo[part][-1] - piezo[part][0] for part in parts]
-    back = next((k for k in range(len(parts) - 1, -1, -1) if gains[k] < 0), None)
-    there = next((k for k in range(len(parts) - 1 if back is None else back - 1, -1, -1) if gains[k] > 0), None)
-    return [None if k is None else (piezo[parts[k]], force[parts[k]]) for k in (there, back)]
+    retraction = next((k for k in range(len(parts) - 1, -1, -1) if gains[k] < 0), None)
+    approach = next(
+        (k for k in range(len(parts) - 1 if retraction is None else retraction - 1, -1, -1) if gains[k] > 0), None
+    )
+    return [None if k is None else (piezo[parts[k]], force[parts[k]]) for k in (approach, retraction)]
 
 
 def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:

@@ -79,12 +79,13 @@ def open_curves(
     else:
         ds = curves_of(opened(path, kind, given))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
-    said = {"units": units, "piezo_units": piezo_units, "sensitivity": sensitivity, "spring_constant": spring_constant}
-    return schema.record(schema.label(ds), "open_curves", file=path.name, **said)
+    options = {"units": units, "piezo_units": piezo_units}
+    options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}
+    return schema.record(schema.label(ds), "open_curves", file=path.name, **options)
 
 
 def _of_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dataset:
-    columns = {one.name.lower(): one for one in files.guarded(path, read_table, path)}
+    columns = {column.name.lower(): column for column in files.guarded(path, read_table, path)}
     force, how = _forces(path, columns, given)
     own = _curves(path, columns, force.size)
     recorded = {"piezo": lengths(path, columns["piezo"], piezo_units), "force": force}
@@ -96,8 +97,8 @@ def _forces(path: Path, columns: dict[str, Column], given: Calibration) -> tuple
     """Return the forces of all samples, nN, and attributes that say how they were converted."""
     signal = [name for name in ("force", "deflection") if name in columns]
     if "piezo" not in columns or len(signal) != 1:
-        found = ", ".join(map(repr, columns)) or "none"
-        raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {found}")
+        names = ", ".join(map(repr, columns)) or "none"
+        raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {names}")
     column = columns[signal[0]]
     stated = column.units or given.units
     if signal[0] == "deflection" and converts(stated, "nN"):
@@ -113,16 +114,16 @@ def _curves(path: Path, columns: dict[str, Column], size: int) -> list[np.ndarra
     number = columns["curve"].values if "curve" in columns else np.zeros(size)
     if np.isnan(number).any():
         raise UnreadableScan(path, "expected a number in every row of column 'curve', found empty cells")
-    return [np.flatnonzero(number == one) for one in dict.fromkeys(number.tolist())]
+    return [np.flatnonzero(number == label) for label in dict.fromkeys(number.tolist())]
 
 
 def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> dict[str, Any]:
     """Return where each curve was taken; empty where that is not known."""
     places = {}
-    for axis, one in place_columns(path, list(columns.values())).items():
-        values = lengths(path, one, None)
+    for axis, column in place_columns(path, list(columns.values())).items():
+        values = lengths(path, column, None)
         if any(np.ptp(values[rows]) > 0 for rows in own):
-            raise UnreadableScan(path, f"expected one place for each curve, found {one.name!r} to change within one")
+            raise UnreadableScan(path, f"expected one place for each curve, found {column.name!r} to change within one")
         places[f"subregion_{axis}"] = ("subregion", [values[rows[0]] for rows in own])
     return places
 

@@ -110,6 +110,6 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
     one_of(pulls, PULLS, "pulls")
     turned = -values if pulls == "negative" else values
     if (turned < 0).any() and not (turned > 0).any():
-        other = next(one for one in PULLS if one != pulls)
+        other = next(sign for sign in PULLS if sign != pulls)
         raise ValueError(f"pulls: expected some {pulls} values, found only {other} ones; give pulls={other!r}, or none")
     return turned, pulls

@@ -169,8 +169,8 @@ def _emulator(known: dict[float, Predicted]) -> Emulator:
     x = np.array(sorted(known))
     return Emulator(
         x,
-        np.array([np.log(known[one].forces.values) for one in x]),
-        np.array([np.nan_to_num(known[one].error) for one in x]),
+        np.array([np.log(known[value].forces.values) for value in x]),
+        np.array([np.nan_to_num(known[value].error) for value in x]),
     )
 
 
@@ -214,8 +214,8 @@ def _next(known, failed, ends, measured: Measured, places: float, confidence: fl
 
 def _open(x: float, edge: float, side: int, failed: list[float], ends: tuple[float, float]) -> float | None:
     """Return a value beyond an edge that may be solved: short of those that could not be; None where none is left."""
-    beyond = [one for one in failed if (one - edge) * side > 0]
-    limit = min(beyond, key=lambda one: abs(one - edge)) if beyond else None
+    beyond = [value for value in failed if (value - edge) * side > 0]
+    limit = min(beyond, key=lambda value: abs(value - edge)) if beyond else None
     if limit is not None and (x - limit) * side >= 0:
         x = _nearer(edge, limit)
     x = float(np.clip(x, *ends))
@@ -251,8 +251,8 @@ def _fitted(emulator: Emulator, measured: Measured, places: float, confidence: f
     low, high = (np.exp(tested.x[accepted][k]) if accepted.any() else np.exp(best) for k in (0, -1))
     low = np.nan if accepted[0] or not inside else low
     high = np.nan if accepted[-1] or not inside else high
-    there = np.exp(emulator.at(best))
-    target, own = ln_quantiles(np.exp(measured.ln_force)), ln_quantiles(there)
+    predicted = np.exp(emulator.at(best))
+    target, own = ln_quantiles(np.exp(measured.ln_force)), ln_quantiles(predicted)
     near = np.clip(best + np.array([-0.05, 0.05]), emulator.ln_value[0], emulator.ln_value[-1])
     growth = float(np.diff(emulator.at(near).mean(axis=-1))[0] / np.diff(near)[0])
     return Fitted(
@@ -262,7 +262,7 @@ def _fitted(emulator: Emulator, measured: Measured, places: float, confidence: f
         stretches=stretches,
         exponent=growth,
         spread_ratio=float(target.std() / own.std()) if own.std() > 1e-12 else np.nan,
-        mean=float(np.log(there).mean()),
+        mean=float(np.log(predicted).mean()),
         values=np.exp(emulator.ln_value),
         distance=_distances(emulator.ln_force, measured),
         left_out=tuple(np.exp(sorted(failed))),

@@ -57,17 +57,19 @@ def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float]
     tried = 1.0
     if shift is None:
         shift, tried = _best_shift(grid, measured)
-    there = _interpolated(grid, measured.places + np.asarray(shift))
-    both = np.isfinite(there)
+    at_measured = _interpolated(grid, measured.places + np.asarray(shift))
+    both = np.isfinite(at_measured)
     if both.sum() < 9:
         raise ValueError(
             f"expected at least 9 measured places within the predicted ones, found {both.sum()}; check their x and y"
         )
-    scores = normal_scores(there[both]), normal_scores(measured.values[both])
-    correlation = float(np.corrcoef(*scores)[0, 1]) if np.ptp(there[both]) and np.ptp(measured.values[both]) else 0.0
+    scores = normal_scores(at_measured[both]), normal_scores(measured.values[both])
+    correlation = (
+        float(np.corrcoef(*scores)[0, 1]) if np.ptp(at_measured[both]) and np.ptp(measured.values[both]) else 0.0
+    )
     independent = _independent_pairs(*scores, measured.places[both])
     along_x, along_y = map(float, shift)
-    return Match(along_x, along_y, there, correlation, _by_chance(correlation, independent, tried))
+    return Match(along_x, along_y, at_measured, correlation, _by_chance(correlation, independent, tried))
 
 
 def _at_the_same(predicted: Samples, measured: Samples) -> Match:
@@ -87,9 +89,9 @@ def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray
     """
     if first.size < 9:
         return float(first.size)
-    one, other = correlogram(first, places), correlogram(second, places)
-    alike = np.cumprod((one.correlation > 0) & (other.correlation > 0)).astype(bool)
-    common = (one.pairs * one.correlation * other.correlation)[alike].sum()
+    first_scales, other = correlogram(first, places), correlogram(second, places)
+    alike = np.cumprod((first_scales.correlation > 0) & (other.correlation > 0)).astype(bool)
+    common = (first_scales.pairs * first_scales.correlation * other.correlation)[alike].sum()
     return float(np.clip(first.size**2 / (first.size + 2 * common), 1.0, first.size))
 
 

@@ -41,7 +41,7 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     header = path.read_bytes().partition(b"\x1a")[0].decode("latin-1").splitlines()
     scale, one_count = _hard_scale(path, _block(header, index), name)
     sensitivity = next(
-        (one for one in map(_SENSITIVITY.match, header) if one and one["quantity"] == scale["quantity"]), None
+        (match for match in map(_SENSITIVITY.match, header) if match and match["quantity"] == scale["quantity"]), None
     )
     arbitrary = scale["units"] == "Arb"
     if (
@@ -75,4 +75,4 @@ def _hard_scale(path: Path, block: list[str], name: str) -> tuple[re.Match, floa
 
 
 def _first(pattern: re.Pattern, lines: list[str]) -> re.Match | None:
-    return next((found for found in map(pattern.match, lines) if found), None)
+    return next((match for match in map(pattern.match, lines) if match), None)

@@ -90,11 +90,13 @@ def _topographies(path: Path) -> list[xr.Dataset]:
     with zipfile.ZipFile(path) as archive:
         _refuse_bomb(archive, path)
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
-            for one in surface["topographies"]:
-                ds = _topography(archive, one, path)
-                told = {"surface": surface.get("name", number), "title": one.get("name")}
-                told |= {name: one.get(name) for name in ("description", "detrend_mode")}
-                ds.attrs |= origin | {name: str(told[name]) for name in told if isinstance(told[name], (str, int))}
+            for topography in surface["topographies"]:
+                ds = _topography(archive, topography, path)
+                attributes = {"surface": surface.get("name", number), "title": topography.get("name")}
+                attributes |= {name: topography.get(name) for name in ("description", "detrend_mode")}
+                ds.attrs |= origin | {
+                    name: str(attributes[name]) for name in attributes if isinstance(attributes[name], (str, int))
+                }
                 topographies.append(
                     record(label(ds), "open_container", file=path.name, title=ds.attrs.get("title", ""))
                 )
@@ -113,13 +115,13 @@ def _refuse_bomb(archive: zipfile.ZipFile, path: Path) -> None:
 
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     """Return what a container says of its topographies: plain lists, mappings, text and numbers."""
-    there = [name for name in METADATA if name in archive.namelist()]
-    if not there:
+    present = [name for name in METADATA if name in archive.namelist()]
+    if not present:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(there[0]).file_size > _LARGEST_METADATA:
-        raise UnreadableScan(path, f"{there[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
-    text = archive.read(there[0])
-    return json.loads(text) if there[0] == METADATA[0] else _plain_yaml(text)
+    if archive.getinfo(present[0]).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{present[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
+    text = archive.read(present[0])
+    return json.loads(text) if present[0] == METADATA[0] else _plain_yaml(text)
 
 
 def _plain_yaml(text: bytes) -> Any:
@@ -138,9 +140,9 @@ def _plain_yaml(text: bytes) -> Any:
     return yaml.load(text, Plain)
 
 
-def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr.Dataset:
+def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> xr.Dataset:
     """Return one map or line."""
-    names = one["datafile"]
+    names = entry["datafile"]
     name = names.get("squeezed-netcdf") or names["original"]
     with tempfile.TemporaryDirectory() as folder:
         own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
@@ -148,33 +150,33 @@ def _topography(archive: zipfile.ZipFile, one: dict[str, Any], path: Path) -> xr
         with archive.open(name) as packed, file.open("wb") as member:
             shutil.copyfileobj(packed, member)
         try:
-            return _heights(file, one)
+            return _heights(file, entry)
         except UnreadableScan as error:
             raise UnreadableScan(path, f"{name}: {str(error).removeprefix(f'{file}: ')}") from error
 
 
-def _heights(file: Path, one: dict[str, Any]) -> xr.Dataset:
+def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
     """Return the map or line in a file, levelled."""
     if is_netcdf(first_bytes(file, 8)):
         line = _squeezed_line(file)
         return read_scan(file).load().drop_encoding() if line is None else line
-    order, method = _DETRENDED[one.get("detrend_mode", "center")]
-    if len(one["size"]) == 1:
+    order, method = _DETRENDED[entry.get("detrend_mode", "center")]
+    if len(entry["size"]) == 1:
         x, height = np.loadtxt(file, ndmin=2).T[:2]
-        return _line(x, height, one["unit"], float(one.get("height_scale", 1)), order)
-    ds = _map(file, one)
+        return _line(x, height, entry["unit"], float(entry.get("height_scale", 1)), order)
+    ds = _map(file, entry)
     return ds.assign(height=ds["height"] - ds["height"].mean()) if method is None else level(ds, method=method)
 
 
-def _map(file: Path, one: dict[str, Any]) -> xr.Dataset:
+def _map(file: Path, entry: dict[str, Any]) -> xr.Dataset:
     """Return the map in an instrument's file, with what a file of bare numbers does not state."""
-    channel = int(one.get("data_source", 0))
+    channel = int(entry.get("data_source", 0))
     stated = list_channels(file)[channel]
-    given: dict[str, Any] = {} if stated.units else {"height_units": one["unit"]}
+    given: dict[str, Any] = {} if stated.units else {"height_units": entry["unit"]}
     if stated.size is None:
-        given["size"] = tuple(float(side) * factor(one["unit"], "nm") for side in one["size"])
+        given["size"] = tuple(float(side) * factor(entry["unit"], "nm") for side in entry["size"])
     ds = read_scan(file, channel=channel, **given)
-    return ds if stated.units else ds.assign(height=ds["height"] * float(one.get("height_scale", 1)))
+    return ds if stated.units else ds.assign(height=ds["height"] * float(entry.get("height_scale", 1)))
 
 
 def _squeezed_line(file: Path) -> xr.Dataset | None:

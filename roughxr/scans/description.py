@@ -57,7 +57,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     """
     path = regular_file(path)
     family, _ = reader_of(path)
-    rows = [guarded(path, _described, one, path) for one in list_channels(path)]
+    rows = [guarded(path, _described, channel, path) for channel in list_channels(path)]
     out = xr.Dataset(coords={"channel": np.arange(len(rows))})
     for name, words in _WORDS.items():
         out[name] = ("channel", [row[name] for row in rows], {"long_name": words})

@@ -120,8 +120,8 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
         names = [channel] if channel else [name for name in ("height", "heights") if name in maps] or lengths
     if len(names) != 1 or names[0] not in maps:
         wanted = f"a variable {channel!r}" if channel is not None else "one variable of heights with units of length"
-        found = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
-        raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {found}; name it with channel=")
+        listed = ", ".join(f"{name} [{_units(var) or '?'}]" for name, var in maps.items()) or "none"
+        raise UnreadableScan(path, f"expected {wanted} over two dimensions, found {listed}; name it with channel=")
     if names[0] not in lengths:
         raise UnreadableScan(
             path, f"{names[0]}: expected a 'units' attribute of a length, found {_units(maps[names[0]])!r}"
@@ -202,13 +202,13 @@ def _scan(ds: xr.Dataset, name: str, image: _Image, centres: dict[str, np.ndarra
     The encoding is left behind: packing would quantise results.
     """
     own = name == "height" and image.dims == ("x", "y")
-    kept = {axis: ds[axis].attrs if own else {} for axis in ("x", "y")}
+    attributes = {axis: ds[axis].attrs if own else {} for axis in ("x", "y")}
     height = xr.Variable(
         ("x", "y"),
         indexing.LazilyIndexedArray(image),
         {**(ds[name].attrs if own else {}), "units": "nm"},
     )
-    coords = {axis: (axis, values, {**kept[axis], "units": "nm"}) for axis, values in centres.items()}
+    coords = {axis: (axis, values, {**attributes[axis], "units": "nm"}) for axis, values in centres.items()}
     base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if own else xr.Dataset()
     out = base.assign_coords(coords).assign(height=height).assign_attrs(ds.attrs)
     out.set_close(ds.close)

@@ -77,34 +77,34 @@ def doubts(ds: xr.Dataset) -> list[str]:
 
 def size_doubts(ds: xr.Dataset) -> list[str]:
     """Return what is implausible about the lateral size; the heights are not looked at."""
-    said, steps = [], pixel(ds)
+    doubts, steps = [], pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
             if abs(step / length - 1) < 1e-9:
-                said.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
+                doubts.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
-        said.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
+        doubts.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
     if min(steps) > _WIDEST_PIXEL:
-        said.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
-    return said
+        doubts.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
+    return doubts
 
 
 def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     relief = float(np.nanmax(height) - np.nanmin(height))
     if relief == 0:
         return ["all heights are equal"]
-    said = _standing_off(height)
+    doubts = _standing_off(height)
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
-        said.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
+        doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
     share = _steep_share(height, steps)
     if share > 0.01:
-        said.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
+        doubts.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
     coarse, rms = _height_step(height), float(np.nanstd(height))
     if coarse > rms:
-        said.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
-    said += faults(height)
-    return said + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
+        doubts.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
+    doubts += faults(height)
+    return doubts + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
 
 
 def faults(height: np.ndarray) -> list[str]:

@@ -35,12 +35,12 @@ def unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
     spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
     independent = heights.size * 4 * steps[0] * steps[1] / shown**2
     skewness, kurtosis = _moments(heights, steps)
-    found = ["a spectrum that no power law fits"] if _off(spectra, steps, shown) else []
+    reasons = ["a spectrum that no power law fits"] if _off(spectra, steps, shown) else []
     if abs(skewness) > max(_SKEWNESS, _STANDARD_ERRORS * np.sqrt(6 / independent)):
-        found.append(f"a curvature of skewness {skewness:.2g}, as of grains or under a blunt tip")
+        reasons.append(f"a curvature of skewness {skewness:.2g}, as of grains or under a blunt tip")
     elif abs(kurtosis) > max(_EXCESS_KURTOSIS, _STANDARD_ERRORS * np.sqrt(24 / independent)):
-        found.append(f"a curvature of excess kurtosis {kurtosis:.2g}, as of particles or steps")
-    return " and ".join(found)
+        reasons.append(f"a curvature of excess kurtosis {kurtosis:.2g}, as of particles or steps")
+    return " and ".join(reasons)
 
 
 def _off(spectra: list, steps: tuple[float, float], shown: float) -> bool:
@@ -60,4 +60,4 @@ def _moments(height: np.ndarray, steps: tuple[float, float]) -> np.ndarray:
     counts = [max(n // _PART_SIDE, 1) for n in height.shape]
     parts = [part for rows in np.array_split(bent, counts[0]) for part in np.array_split(rows, counts[1], axis=1)]
     scaled = [(part - part.mean()) / part.std() for part in parts if part.std() > 0]
-    return np.median([[np.mean(one**3), np.mean(one**4) - 3] for one in scaled] or [[0, 0]], axis=0)
+    return np.median([[np.mean(block**3), np.mean(block**4) - 3] for block in scaled] or [[0, 0]], axis=0)

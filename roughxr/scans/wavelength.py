@@ -77,7 +77,7 @@ def spectrum(height: np.ndarray) -> np.ndarray | None:
 
 def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> Waves:
     """Return shortest wavelength and slope from the spectra of a scan's parts together."""
-    known = [one for one in spectra if one is not None]
+    known = [spectrum for spectrum in spectra if spectrum is not None]
     if not known:
         return Waves(np.nan, np.nan)
     mean = np.mean(known, axis=0)

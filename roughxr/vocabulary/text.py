@@ -16,15 +16,17 @@ def printable(text: str, *, keep: str = "") -> str:
     r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are."""
     if text.isascii() and text.isprintable():
         return text
-    hidden = {one for one in set(text) - set(keep) if unicodedata.category(one) in _CONTROL_CATEGORIES}
-    return text.translate({ord(one): one.encode("unicode_escape").decode("ascii") for one in hidden})
+    hidden = {
+        character for character in set(text) - set(keep) if unicodedata.category(character) in _CONTROL_CATEGORIES
+    }
+    return text.translate({ord(character): character.encode("unicode_escape").decode("ascii") for character in hidden})
 
 
 def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
     """Return a question that names the nearest of some words, nothing where none is near."""
     from difflib import get_close_matches
 
-    near = get_close_matches(str(value).lower(), [str(one) for one in allowed], n=1)
+    near = get_close_matches(str(value).lower(), [str(name) for name in allowed], n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 
 

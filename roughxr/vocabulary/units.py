@@ -91,14 +91,14 @@ def carries_units(value: Any) -> bool:
     if isinstance(value, str):
         return bool(_NUMBER.match(value))
     if isinstance(value, (list, tuple)):
-        return any(carries_units(one) for one in value)
+        return any(carries_units(item) for item in value)
     return isinstance(value, xr.DataArray) or (hasattr(value, "magnitude") and hasattr(value, "units"))
 
 
 def plain(value: Any, units: str, name: str) -> Any:
     """Return ``value`` in ``units`` where it states its own, else as it is."""
     if isinstance(value, (list, tuple)) and carries_units(value):
-        return [plain(one, units, name) for one in value]
+        return [plain(item, units, name) for item in value]
     if isinstance(value, (Real, np.ndarray, list, tuple, range)):
         return value
     try:
@@ -174,10 +174,10 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
     if stated == units or variable.dtype.kind not in "fiu":
         return variable
     data = variable.data if stated is None else None  # a file's data are not read for what its attributes say
-    held = getattr(data, "units", None)
-    if not stated and held is None:
+    own_units = getattr(data, "units", None)
+    if not stated and own_units is None:
         return variable
-    stated = str(held if stated is None else stated)
+    stated = str(own_units if stated is None else stated)
     try:
         ratio = factor(stated, units)
     except ValueError:
