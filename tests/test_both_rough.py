@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.bodies import indenter as probes
 
 from .surfaces import rough, scan
 
@@ -123,23 +122,13 @@ def test_placements_vary_with_the_other_parameters(ensemble):
         pair.contact.vary(roughxr.superpose, **options)
 
 
-def test_a_turn_by_any_angle_is_one_from_x_towards_y():
-    field = scan(rough(101, smooth=8.0, seed=4), PIXEL).height.values
-    exact = probes._turned(field, np.pi / 2, 41)
-    np.testing.assert_allclose(probes._turned(field, np.pi / 2 + 1e-9, 41), exact, atol=1e-6)
-    eighths = probes._turned(field, np.pi / 4, 71)
-    np.testing.assert_allclose(probes._turned(eighths, np.pi / 4, 31), exact[5:36, 5:36], atol=0.01 * field.std())
-
-
 def test_the_same_seed_lands_alike_and_a_scan_too_small_is_refused(ensemble):
     roughness, indenters = ensemble
     again = roughness.contact.placements(sphere_radius=RADIUS, width=WIDTH, count=4, seed=5)
     xr.testing.assert_identical(again, indenters)
-    anyhow = roughxr.placements(roughness, sphere_radius=RADIUS, count=3, rotation="any", width=WIDTH)
-    assert np.ptp(anyhow.rotation.values) > 0.1 and anyhow.indenter_height.notnull().all()
-    for width, rotation in ((3 * WIDTH, "none"), (1.8 * WIDTH, "any"), (PIXEL, "none")):
+    for width in (3 * WIDTH, PIXEL):
         with pytest.raises(ValueError, match="width: expected at least 40 nm"):
-            roughxr.placements(roughness, sphere_radius=RADIUS, width=width, rotation=rotation)
+            roughxr.placements(roughness, sphere_radius=RADIUS, width=width)
 
 
 def face(radius, top, rms, n=101, seed=0):
@@ -168,10 +157,8 @@ def test_a_sphere_is_fitted_and_taken_out(radius, top):
 def test_a_probes_own_face_lands_as_its_sphere_and_its_roughness():
     ds, _ = face(2000.0, (0.0, 0.0), rms=0.5)
     found = roughxr.fit_sphere(ds)
-    whole = roughxr.placements(
-        found, sphere_radius=float(found.fitted_radius), width=101 * PIXEL, rotation="none", count=1
-    )
-    facing = ds.height.values[:, ::-1]
+    whole = roughxr.placements(found, sphere_radius=float(found.fitted_radius), width=101 * PIXEL, count=1)
+    facing = np.rot90(ds.height.values[:, ::-1], round(float(whole.rotation[0]) / (np.pi / 2)))
     off = whole.indenter_height.isel(placement=0).values - facing
     assert np.ptp(off - off.mean()) < 0.5  # but for where the fitted apex lies
 

@@ -19,9 +19,14 @@ def shown():
     return glass_pair(self_affine((128, 128), PIXEL, rms=1.8, hurst=0.5, rolloff=200, cutoff=24, seed=3))
 
 
+def half(ds):
+    """Return the fit of the Hurst exponent that the surface has."""
+    return roughxr.scans.self_affine_fit(ds, hurst=0.5)
+
+
 @pytest.fixture(scope="module")
 def finer(shown):
-    return roughxr.scans.add_fine_roughness(shown, shortest=10, seed=1, hurst=0.5)
+    return roughxr.scans.add_fine_roughness(shown, shortest=10, seed=1, spectrum=half(shown))
 
 
 def density(ds):
@@ -41,7 +46,9 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
     """The truth is a surface on fine pixels; the scan sees it smoothed, every fourth pixel."""
     truth = self_affine((768, 768), 2.5, rms=2, hurst=0.6, rolloff=200, cutoff=10, seed=5)
     coarse = roughxr.scans.smooth(truth, shortest=30).isel(x=slice(1, None, 4), y=slice(1, None, 4))
-    again = roughxr.scans.add_fine_roughness(coarse, shortest=10, seed=2, refine=4, hurst=0.6)
+    again = roughxr.scans.add_fine_roughness(
+        coarse, shortest=10, seed=2, refine=4, spectrum=roughxr.scans.self_affine_fit(coarse, hurst=0.6)
+    )
     wanted, found = density(truth), density(again)
     for low, high in ((10, 14), (14, 20), (20, 29)):
         inside = (2 * np.pi / wanted.wavevector[1:] > low) & (2 * np.pi / wanted.wavevector[1:] < high)
@@ -101,7 +108,7 @@ def test_rms_is_that_of_the_extrapolated_spectrum(shown, finer):
 
 
 def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
-    again, other = (roughxr.scans.add_fine_roughness(shown, shortest=10, seed=s, hurst=0.5) for s in (1, 2))
+    again, other = (roughxr.scans.add_fine_roughness(shown, shortest=10, seed=s, spectrum=half(shown)) for s in (1, 2))
     xr.testing.assert_identical(again, finer)
     assert np.abs(other.height - finer.height).max() > 0.1
     assert float(finer.sphere_radius) == 3000
@@ -111,7 +118,7 @@ def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
 
 def test_a_lazy_scan_gives_the_same(shown, finer):
     lazy = shown.chunk(x=50, y=64)
-    found = roughxr.scans.add_fine_roughness(lazy, shortest=10, seed=1, hurst=0.5)
+    found = roughxr.scans.add_fine_roughness(lazy, shortest=10, seed=1, spectrum=half(lazy))
     np.testing.assert_array_equal(found.height.values, finer.height.values)
     smoothed = roughxr.scans.smooth(lazy, shortest=60)
     np.testing.assert_array_equal(smoothed.height.values, roughxr.scans.smooth(shown, shortest=60).height.values)
@@ -137,13 +144,15 @@ def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
         ({"shortest": -1}, "shortest"),
         ({"shortest": 10, "seed": 1.5}, "seed"),
         ({"shortest": 3, "refine": 2}, "refine: expected pixels of at most half"),
-        ({"shortest": 10, "hurst": 1.2}, "hurst: expected a number from 0 to 1"),
-        ({"shortest": 10, "shown": 12}, "at least two pixels"),
     ],
 )
 def test_what_is_wrong_is_said(shown, options, words):
     with pytest.raises(ValueError, match=words):
         roughxr.scans.add_fine_roughness(shown, **{"seed": 1, **options})
+    with pytest.raises(ValueError, match="hurst: expected a number from 0 to 1"):
+        roughxr.scans.self_affine_fit(shown, hurst=1.2)
+    with pytest.raises(ValueError, match="at least two pixels"):
+        roughxr.scans.self_affine_fit(shown, shown=12)
 
 
 def test_nothing_to_continue_is_said():
@@ -164,8 +173,6 @@ def test_the_spectrum_of_a_larger_scan_can_be_given(shown):
     whole = roughxr.scans.self_affine_fit(shown)
     fine = roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole)
     assert fine.attrs["fine_hurst"] == float(whole.hurst_exponent)
-    with pytest.raises(ValueError, match="spectrum: cannot be combined"):
-        roughxr.scans.add_fine_roughness(part, shortest=10, seed=1, spectrum=whole, hurst=0.5)
 
 
 def test_debris_does_not_spoil_the_spectrum():
@@ -188,7 +195,8 @@ def slopes(added):
 
 
 def added_to(ds):
-    fine = roughxr.scans.add_fine_roughness(ds, shortest=17, seed=1, refine=1, shown=24)
+    spectrum = roughxr.scans.self_affine_fit(ds, shown=24)
+    fine = roughxr.scans.add_fine_roughness(ds, shortest=17, seed=1, refine=1, spectrum=spectrum)
     return (fine.height - roughxr.scans.smooth(fine, shortest=24).height).values[20:-20, 20:-20]
 
 

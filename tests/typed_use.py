@@ -21,7 +21,7 @@ def scans(path: Path) -> xr.Dataset:
         roughxr.scans.rotate90(roughxr.scans.resample(scan, size="8 nm"), turns=2), method="polynomial", order=3
     )
     scan = roughxr.scans.erode(roughxr.scans.dilate(scan, tip_radius=10), tip_radius="10 nm")
-    scan = roughxr.scans.add_fine_roughness(roughxr.scans.smooth(scan, shortest="20 nm"), shortest=5, seed=1, hurst=0.8)
+    scan = roughxr.scans.add_fine_roughness(roughxr.scans.smooth(scan, shortest="20 nm"), shortest=5, seed=1)
     described: tuple[xr.Dataset, xr.Dataset, xr.Dataset, xr.Dataset] = (
         roughxr.scans.self_affine_fit(scan, shown="30 nm"),
         roughxr.roughness(scan, spectra=False),
@@ -98,7 +98,7 @@ def measured(scan: xr.Dataset, path: Path) -> xr.Dataset:
 def both_rough(scan: xr.Dataset, probe: xr.Dataset) -> xr.Dataset:
     """Land a rough probe's face in several ways."""
     roughness: xr.Dataset = roughxr.fit_sphere(probe)
-    indenters: xr.Dataset = roughxr.placements(roughness, sphere_radius="3 um", count=4, width=500.0, rotation="any")
+    indenters: xr.Dataset = roughxr.placements(roughness, sphere_radius="3 um", count=4, width=500.0)
     return roughxr.vary(scan, roughxr.direct, indenter=indenters, delta=[1.0])
 
 

@@ -14,15 +14,11 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive, whole_number
-from ..vocabulary.verbs import verb
 
 #: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
 _LEAST_RISE = 2.0
 
-ROTATIONS = ("quarter", "any", "none")
 
-
-@verb
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     """Fit a sphere to the scan of a probe's face, and subtract it.
 
@@ -118,17 +114,17 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
 
 
-@verb
 def placements(
     roughness: xr.Dataset,
     *,
     sphere_radius: Quantity,
     count: int = 16,
     width: Quantity | None = None,
-    rotation: str = "quarter",
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return rough spheres in random placements: each with another part of a roughness at its apex, and turned.
+    """Return rough spheres in random placements, each with another part of a roughness at its apex.
+
+    Parts are turned by random quarter turns.
 
     Parameters
     ----------
@@ -141,8 +137,6 @@ def placements(
     width : number or quantity, optional
         Side of the part that faces the surface, nm; by default half of the scan's shorter side. It must be larger
         than any contact, see `assign_pair`.
-    rotation : {"quarter", "any", "none"}
-        Turn by quarter turns, which leave all heights unchanged; by any angle, interpolated by splines; or not at all.
     seed : int
         The same seed gives the same placements.
 
@@ -151,11 +145,6 @@ def placements(
     Dataset
         ``indenter_height`` (nm) along (placement, indenter_x, indenter_y), facing the surface, for `vary`; ``patch_x``
         and ``patch_y`` (nm), the centre of the part on the scan, and ``rotation`` (rad).
-
-    Raises
-    ------
-    ValueError
-        If the scan lacks pixels, they are not square, or it is smaller than the part.
 
     Examples
     --------
@@ -168,16 +157,15 @@ def placements(
     scan = schema.complete(schema.validate(roughness, "scan"))
     pixel, radius = schema.square_pixel(scan), positive(sphere_radius, "nm", "sphere_radius")
     whole_number(count, "count", least=1)
-    schema.one_of(rotation, ROTATIONS, "rotation")
     height = scan["height"].values.astype(float)[:, ::-1]  # turned over about the x axis to face the surface
-    n, margin = _part(height.shape, pixel, width, rotation)
+    n = _part(height.shape, pixel, width)
     rng = np.random.default_rng(seed)
-    first = np.stack([rng.integers(0, size - margin + 1, count) for size in height.shape], axis=1)
-    angles = _angles(rng, count, rotation)
+    first = np.stack([rng.integers(0, size - n + 1, count) for size in height.shape], axis=1)
+    turns = rng.integers(0, 4, count)  # quarter turns leave all heights unchanged
     axis = (np.arange(n) - (n - 1) / 2) * pixel
     sphere = _drop(axis[:, None] ** 2 + axis**2, radius)
-    parts = [_turned(height[a : a + margin, b : b + margin], angle, n) for (a, b), angle in zip(first, angles)]
-    middle = first + (margin - 1) / 2
+    parts = [np.rot90(height[a : a + n, b : b + n], k) for (a, b), k in zip(first, turns)]
+    middle = first + (n - 1) / 2
     out = xr.Dataset(
         {"indenter_height": (("placement", "indenter_x", "indenter_y"), np.stack(parts) - sphere)},
         {
@@ -186,41 +174,20 @@ def placements(
             "indenter_y": axis,
             "patch_x": ("placement", float(scan["x"][0]) + middle[:, 0] * pixel),
             "patch_y": ("placement", float(scan["y"][-1]) - middle[:, 1] * pixel),
-            "rotation": ("placement", angles),
+            "rotation": ("placement", turns * (np.pi / 2)),
         },
     )
-    given = {"sphere_radius": radius, "count": count, "width": width, "rotation": rotation, "seed": seed}
+    given = {"sphere_radius": radius, "count": count, "width": width, "seed": seed}
     return schema.record(schema.label(out), "placements", roughness, **given)
 
 
-def _part(shape: tuple[int, int], pixel: float, width: Any, rotation: str) -> tuple[int, int]:
-    """Return the width of a part in pixels, an odd number, and that of the piece from which it is cut."""
+def _part(shape: tuple[int, int], pixel: float, width: Any) -> int:
+    """Return the width of a part in pixels, an odd number."""
     wide = 0.5 * min(shape) * pixel if width is None else positive(width, "nm", "width")
     n = int(wide / pixel - 1) // 2 * 2 + 1
-    margin = int(np.ceil(n * np.sqrt(2))) // 2 * 2 + 1 if rotation == "any" else n
-    if n < 3 or margin > min(shape):
+    if n < 3 or n > min(shape):
         raise ValueError(
-            f"width: expected at least {4 * pixel:g} nm, and a part that fits the scan of {min(shape) * pixel:g} nm"
-            f"{' at any angle' if rotation == 'any' else ''}, found {wide:g} nm"
+            f"width: expected at least {4 * pixel:g} nm, and a part that fits the scan of {min(shape) * pixel:g} nm, "
+            f"found {wide:g} nm"
         )
-    return n, margin
-
-
-def _angles(rng: np.random.Generator, count: int, rotation: str) -> np.ndarray:
-    if rotation == "none":
-        return np.zeros(count)
-    return rng.integers(0, 4, count) * (np.pi / 2) if rotation == "quarter" else rng.uniform(0, 2 * np.pi, count)
-
-
-def _turned(part: np.ndarray, angle: float, n: int) -> np.ndarray:
-    """Return the middle n × n pixels of a part turned by an angle, x towards y."""
-    from scipy.ndimage import map_coordinates
-
-    quarters = angle / (np.pi / 2)
-    if quarters == int(quarters):
-        turned, edge = np.rot90(part, int(quarters)), (len(part) - n) // 2
-        return turned[edge : edge + n, edge : edge + n]
-    axis = np.arange(n) - (n - 1) / 2
-    x, y = np.meshgrid(axis, axis, indexing="ij")
-    middle, c, s = (len(part) - 1) / 2, np.cos(angle), np.sin(angle)
-    return map_coordinates(part, [middle + c * x + s * y, middle - s * x + c * y], order=3, mode="nearest")
+    return n

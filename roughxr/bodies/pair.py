@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, positive, single
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.text import warn
+from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
 from .liquid import HumidAir
@@ -58,7 +58,6 @@ _RANGES = {
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
-@verb
 def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> float:
     """Return the contact modulus E* of two elastic bodies, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂.
 
@@ -73,11 +72,6 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     float
         GPa.
 
-    Raises
-    ------
-    ValueError
-        If a modulus is not positive, a ratio outside (−1, 0.5], or both bodies are rigid.
-
     References
     ----------
     Johnson, Contact Mechanics, eq. 4.22; Cheng, Dunn & Brach below eq. 5.
@@ -87,15 +81,14 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     >>> round(contact_modulus(75, 0.22), 3)
     39.407
     """
-    moduli = [_modulus(value) for value in _two(young_modulus, "young_modulus")]
-    ratios = [_ratio(value) for value in _two(poisson_ratio, "poisson_ratio")]
+    moduli = [_modulus(value) for value in _two(young_modulus, "GPa", "young_modulus")]
+    ratios = [_ratio(value) for value in _two(poisson_ratio, "1", "poisson_ratio")]
     compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
     if compliance == 0:
         raise ValueError("young_modulus: expected at least one elastic body, found two rigid ones")
     return 1 / compliance
 
 
-@verb
 def gilman_surface_energy(
     young_modulus: Quantities,
     *,
@@ -122,11 +115,6 @@ def gilman_surface_energy(
     float
         γ, J/m².
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or Poisson's ratio does not lie between −1 and 0.5.
-
     References
     ----------
     Gilman (1960); Cheng, Dunn & Brach eq. 43.
@@ -143,7 +131,6 @@ def gilman_surface_energy(
     return modulus / spacing * (positive(atomic_radius, "nm", "atomic_radius") / np.pi) ** 2
 
 
-@verb
 def assign_pair(
     ds: xr.Dataset,
     *,
@@ -211,14 +198,6 @@ def assign_pair(
         indenter's map. Of a humid pair ``share_under_liquid`` is the share of the work of adhesion left to the solids
         under the liquid: by Hamaker constants across it, of the named materials or of two equal bodies with this work.
 
-    Raises
-    ------
-    ValueError
-        If a quantity is given twice, not at all or without what it belongs to, is not a positive number (w may be zero)
-        or impossible for any body, the hardness is no larger than the pull of adhesion w/ρ, or an indenter's map does
-        not have the contact centre in its middle; or if the air is saturated, the liquid does not wet or its menisci
-        are not thin.
-
     Warns
     -----
     ImplausiblePair
@@ -234,6 +213,7 @@ def assign_pair(
     >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
+    ds = schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
@@ -257,16 +237,7 @@ def assign_pair(
         out = out.assign(indenter_height=_indenter(indenter))
     given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
     given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
-    return schema.record(schema.label(out), "assign_pair", **values, **_recordable(given))
-
-
-def _recordable(given: Any) -> Any:
-    """Return what was given, by name, in a form that text can hold: numbers, words, or pairs of them."""
-    if isinstance(given, dict):
-        return {name: _recordable(value) for name, value in given.items() if value is not None}
-    if isinstance(given, (tuple, list)):
-        return [_recordable(one) for one in given]
-    return given if isinstance(given, (int, float, str)) else str(given)
+    return schema.record(schema.label(out), "assign_pair", **(given | values))
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:
@@ -284,11 +255,6 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     -------
     float
         nN nm; negative where the bodies repel.
-
-    Raises
-    ------
-    ValueError
-        If a name is unknown.
 
     Notes
     -----
@@ -408,12 +374,10 @@ def _closest_approach(constant: float, work: float) -> float:
 
 def _dry_and_wet(surface_energy: Any, given: Any, air: HumidAir | None) -> tuple[float | None, dict[str, float]]:
     """Return the work of adhesion without liquid, and the share of it under liquid where both are given."""
-    if air is None or not isinstance(given, (tuple, list)):
+    if air is None or not _is_several(given):
         return _work_of_adhesion(surface_energy, given), {}
-    if len(given) != 2:
-        raise ValueError(f"work_of_adhesion: expected one value, or a pair (dry, under the liquid), found {given!r}")
-    dry, wet = (_work_of_adhesion(surface_energy, one) for one in given)
-    return dry, {"share_under_liquid": wet / dry if wet is not None and dry else 1.0}
+    dry, under = (_work_of_adhesion(surface_energy, work) for work in _two(given, "J/m^2", "work_of_adhesion"))
+    return dry, {"share_under_liquid": under / dry if under is not None and dry else 1.0}
 
 
 def _stated(**values: float | None) -> dict[str, float]:
@@ -494,6 +458,7 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
         return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
         raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
+    indenter = schema.entered(indenter)
     indenter = indenter.copy(data=in_units(indenter.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(indenter[axis])
@@ -528,12 +493,18 @@ def _exactly_one(**given: Any) -> None:
         raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(stated) or 'none of them'}")
 
 
-def _two(value: Any, name: str) -> tuple[Any, Any]:
-    if isinstance(value, (tuple, list)):
-        if len(value) != 2:
-            raise ValueError(f"{name}: expected one value or a pair, found {len(value)}")
-        return tuple(value)
-    return value, value
+def _is_several(value: Any) -> bool:
+    return isinstance(value, (tuple, list)) or np.ndim(getattr(value, "magnitude", value)) == 1
+
+
+def _two(value: Any, units: str, name: str) -> tuple[Any, Any]:
+    """Return the values of both bodies; a text stays as it is, for messages."""
+    if not _is_several(value):
+        return value, value
+    values = tuple(value if isinstance(value, (tuple, list)) else plain(value, units, name))
+    if len(values) != 2:
+        raise ValueError(f"{name}: expected one value or a pair, found {len(values)}")
+    return values
 
 
 def _modulus(value: Any) -> float:

@@ -15,8 +15,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.units import Quantities, positive, whole_number
-from ..vocabulary.verbs import verb
+from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, window_of
 
 #: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
@@ -26,7 +25,6 @@ _SIDE_SHARE, _PIXELS_PER_WAVE = 0.5, 4.0
 _FEWEST_FITTED = 4
 
 
-@verb
 def combined_spectrum(
     scans: Sequence[xr.Dataset],
     *,
@@ -55,11 +53,6 @@ def combined_spectrum(
         ``psd`` (nm⁴) over ``wavevector`` (nm⁻¹), the mean over all modes of a bin, whichever scan has them;
         ``psd_modes``, their number; ``psd_between_std`` (nm⁴), the standard deviation from scan to scan where
         several reach a bin, and ``psd_scans``, how many do. Bins that no scan reaches are left out.
-
-    Raises
-    ------
-    ValueError
-        If there is no scan, or none reaches a usable wavelength, or heights of a line are missing.
 
     Examples
     --------
@@ -97,6 +90,7 @@ def combined_spectrum(
 
 def _least(shortest: Any, count: int) -> list[float]:
     """Return the shortest wavelength (nm) for which each scan may be used."""
+    shortest = plain(shortest, "nm", "shortest") if shortest is not None else None
     given = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
     if len(given) != count:
         raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(given)}")

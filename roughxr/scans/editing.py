@@ -9,14 +9,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.units import Quantity, is_whole, magnitude, positive
-from ..vocabulary.verbs import verb
+from ..vocabulary.units import Quantity, is_whole, magnitude, plain, positive
 
 #: Pairs of coordinates ``…_x``, ``…_y`` (nm) that are positions on the scan, and turn with it.
 _POSITIONS = ("subregion", "pass", "carrier", "apex")
 
 
-@verb
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     """Return a scan whose missing pixels are filled from those around them.
 
@@ -32,11 +30,6 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     -------
     Dataset
         The history contains the number of filled pixels. The heights of a lazy scan are loaded.
-
-    Raises
-    ------
-    ValueError
-        If the method is unknown, or no pixel is known.
 
     Examples
     --------
@@ -88,7 +81,6 @@ def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.n
     return out
 
 
-@verb
 def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Quantity] | None = None) -> xr.Dataset:
     """Return the part of a scan whose pixel centres lie within ranges of x and y.
 
@@ -103,11 +95,6 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
     -------
     Dataset
         With its old coordinates: places keep their names.
-
-    Raises
-    ------
-    ValueError
-        If fewer than two pixels remain along an axis.
 
     Examples
     --------
@@ -130,6 +117,7 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
 
 
 def _range(value: Any, axis: str) -> tuple[float, float]:
+    value = plain(value, "nm", axis)
     if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
         raise ValueError(f"{axis}: expected a pair (lowest, highest) in nm, found {value!r}")
     low, high = (float(magnitude(one, "nm", axis)) for one in value)
@@ -138,7 +126,6 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     return low, high
 
 
-@verb
 def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     """Return a scan on square pixels, interpolated linearly between the old pixel centres.
 
@@ -154,11 +141,6 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     Dataset
         From the first pixel centre on, as far as there are heights to interpolate between; lazy where the
         scan is. A pixel without both neighbours is missing.
-
-    Raises
-    ------
-    ValueError
-        If the size is not positive, or a side of the scan would hold fewer than two such pixels.
 
     Notes
     -----
@@ -190,7 +172,6 @@ def _places(old: np.ndarray, step: float, axis: str) -> np.ndarray:
     return np.minimum(old[0] + np.arange(count) * step, old[-1])
 
 
-@verb
 def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     """Return a scan turned by quarter turns anticlockwise, as seen with x to the right and y upwards.
 
@@ -205,11 +186,6 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
     -------
     Dataset
         Its lower left corner lies where the old one lay. Contact centres on the scan turn with it.
-
-    Raises
-    ------
-    ValueError
-        If ``turns`` is no whole number.
 
     Examples
     --------

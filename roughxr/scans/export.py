@@ -13,7 +13,6 @@ import xarray as xr
 from ..archive import as_characters, uninterrupted, whole
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
-from ..vocabulary.verbs import verb
 from .channel import optional
 
 #: Chunks of a native file: a 512 x 512 block of heights is 2 MiB.
@@ -132,7 +131,6 @@ def _tiff(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
 _WRITERS = {".gsf": _gsf, ".tif": _tiff, ".tiff": _tiff}
 
 
-@verb
 def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None) -> Path:
     """Write a scan, or another map along x and y, for other programs; the path's ending says in which format.
 
@@ -182,5 +180,5 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
         _surfacetopography(validate(ds, "scan"), path)
     else:
         name = name or "height"
-        _WRITERS[ending](validate(ds, "scan") if name == "height" else _map(ds, name), path, name)
+        _WRITERS[ending](validate(ds, "scan") if name == "height" else _map(schema.entered(ds), name), path, name)
     return Path(path)

@@ -19,8 +19,8 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import history, label, pixel, record, validate
+from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
-from ..vocabulary.verbs import warn
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves

@@ -14,9 +14,8 @@ import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_waves
-from ..vocabulary.schema import finite, label, pixel, record, square_pixel, validate
+from ..vocabulary.schema import entered, finite, label, pixel, record, square_pixel, validate
 from ..vocabulary.units import Quantity, positive, single, whole_number
-from ..vocabulary.verbs import verb
 from . import wavelength
 
 #: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
@@ -63,7 +62,6 @@ class Spectrum(NamedTuple):
         return self.at(np.hypot(kx, ky)) * lay_factor(kx, ky, self.lay)
 
 
-@verb
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quantity | None = None) -> xr.Dataset:
     """Fit the self-affine spectrum with a roll-off to a scan's own.
 
@@ -84,11 +82,6 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
         last as it was used; ``psd_error``, the standard error of ln C at the shortest wave, and ``hurst_error``, that
         of H for shorter waves. ``lay_strength``, 0 where the waves are alike in all directions as far as they tell, and
         ``lay_direction`` (°), along which grooves lie. NaN where the scan is flat or pixels are missing in every part.
-
-    Raises
-    ------
-    ValueError
-        If ``hurst`` does not lie from 0 to 1, or ``shown`` is shorter than two pixels.
 
     Notes
     -----
@@ -183,15 +176,12 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     return 2 * np.pi * q[there], scale * psd[there], members[there] / _WAVES_PER_SAMPLE
 
 
-@verb
 def add_fine_roughness(
     ds: xr.Dataset,
     *,
     shortest: Quantity,
     seed: int,
     refine: int | None = None,
-    hurst: float | None = None,
-    shown: Quantity | None = None,
     spectrum: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the scan on smaller pixels, with waves added that are too short for it to show.
@@ -207,24 +197,15 @@ def add_fine_roughness(
         The same seed gives the same waves at the same x, y, whatever the pixels; a smaller ``shortest`` adds waves.
     refine : int, optional
         Cells along a side of each pixel; by default so many that the shortest wave spans four.
-    hurst, shown : optional
-        See `self_affine_fit`: by default found from the scan.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, in place of the last two, for example of a larger scan; or a measured one,
+        Result of `self_affine_fit`, by default of this scan, for example of a larger one; or a measured spectrum,
         `combined_spectrum`, used as far as it goes and extrapolated by the model of its last waves.
 
     Returns
     -------
     Dataset
-        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface. Attributes,
-        except of a lazy scan (one task that holds the whole map): ``fine_shortest``, ``fine_longest`` (nm),
-        ``fine_hurst``, ``fine_rms`` (nm), ``fine_seed``.
-
-    Raises
-    ------
-    ValueError
-        If pixels are not square or missing, a number is out of its range, the pixels would be too large for the
-        shortest wave, or the scan has no spectrum to continue.
+        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface. Attributes:
+        ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``, ``fine_rms`` (nm), ``fine_seed``.
 
     See Also
     --------
@@ -246,12 +227,18 @@ def add_fine_roughness(
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
     axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
-    options = {"axes": [axes[axis].values for axis in "xy"], "side": side, "n": n, "shortest": shortest, "seed": seed}
-    options["hurst"] = None if hurst is None else hurst_exponent(hurst)
-    options["model"] = _known(spectrum, hurst, shown, scan)
-    height, made = _finer(scan["height"].values, _shown(shown, scan), **options)
+    height = finite(scan["height"].values)
+    model = known_spectrum(self_affine_fit(scan))
+    if spectrum is not None:
+        model = known_spectrum(spectrum, model.shown, model.lay)
+    if not np.isfinite(model.plateau):
+        raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
+    added = nested_waves(axes["x"].values, axes["y"].values, model.of, model.shown, shortest, seed)
+    height = band_limited(height, n) + added
+    made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
+    made = {f"fine_{name}": value for name, value in made.items()}
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
-    arguments = {"shortest": shortest, "seed": seed, "refine": n, "hurst": hurst, "shown": shown}
+    arguments = {"shortest": shortest, "seed": seed, "refine": n}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
 
 
@@ -260,21 +247,9 @@ def _finer_axis(axis: xr.DataArray, side: float, n: int) -> xr.Variable:
     return xr.Variable(axis.name, corner + side / n * (np.arange(axis.size * n) + 0.5), axis.attrs)
 
 
-def _known(spectrum: xr.Dataset | None, hurst: Any, shown: Any, scan: xr.Dataset) -> Spectrum | None:
-    """Return the model of a fitted or measured spectrum, or None where it is to be found."""
-    if spectrum is None:
-        return None
-    measured = "psd" in spectrum
-    if hurst is not None or (shown is not None and not measured):
-        raise ValueError("spectrum: cannot be combined with hurst or shown; leave these out")
-    if not measured:
-        return known_spectrum(spectrum)
-    own = known_spectrum(self_affine_fit(scan, shown=shown))
-    return known_spectrum(spectrum, own.shown, own.lay)
-
-
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
     """Return the model of `self_affine_fit`, or a measured spectrum with the model below the shortest wave shown."""
+    fit = entered(fit)
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
         known: Any = [float(fit[name]) for name in _NAMES]
@@ -286,23 +261,6 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -
     return model._replace(shown=shown, lay=lay, measured=(np.log(q), np.log(psd)))
 
 
-def _finer(height, shown, *, axes, side, n, shortest, seed, hurst, model) -> tuple[np.ndarray, dict[str, float]]:
-    """Return heights on n × n cells in place of each pixel, with fine waves, and what was added."""
-    if not np.isfinite(height).all():
-        raise ValueError("height: expected finite heights, found missing pixels; fill them first (ds.contact.fill())")
-    if model is None:
-        spectra = [wavelength.spectrum(height[part]) for part in wavelength.parts(height.shape)]
-        model = model_of(spectra, (side, side), hurst, shown)
-    if not np.isfinite(model.plateau):
-        raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
-    fine = band_limited(height, n)
-    x, y = axes
-    added = nested_waves(x, y, model.of, model.shown, shortest, seed)
-    made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
-    return fine + added, {f"fine_{name}": value for name, value in made.items()}
-
-
-@verb
 def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     """Return the scan without waves shorter than a cut-off.
 
@@ -318,11 +276,6 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     Dataset
         On the same pixels. Beyond its edges the scan is continued by its mirror image; applied twice, nothing more
         changes.
-
-    Raises
-    ------
-    ValueError
-        If the cut-off is no positive length, or longer than twice the scan.
 
     See Also
     --------

@@ -10,16 +10,15 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import legendre
 
-from ..vocabulary.schema import history, label, record, refuse_unused, validate
+from ..vocabulary.schema import entered, history, label, record, refuse_unused, validate
+from ..vocabulary.text import warn
 from ..vocabulary.units import whole_number
-from ..vocabulary.verbs import verb, warn
 from .plausibility import ImplausibleScan, faults
 
 _ORDERS = {"plane": 1, "quadratic": 2}
 _LINES = ("median", "median_difference")
 
 
-@verb
 def level(
     ds: xr.Dataset, *, method: str = "plane", order: int | None = None, exclude: xr.DataArray | None = None
 ) -> xr.Dataset:
@@ -42,11 +41,6 @@ def level(
     -------
     Dataset
         The same scan with new heights: of zero mean (polynomials) or zero median (lines) over the background.
-
-    Raises
-    ------
-    ValueError
-        If the options do not fit, or too few heights are left to fit.
 
     Examples
     --------
@@ -89,7 +83,7 @@ def _degree(method: str, order: int | None) -> int:
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
     """Return where heights are excluded."""
-    mask = exclude if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
+    mask = entered(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
         raise ValueError(
             f"exclude: expected bool over {dict(height.sizes)}, found {mask.dtype} over {dict(mask.sizes)}"

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ..vocabulary.text import warn
 from ..vocabulary.units import factor
-from ..vocabulary.verbs import warn
 from .channel import Channel, UnreadableScan, direction_in
 
 NPY = b"\x93NUMPY"

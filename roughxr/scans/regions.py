@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Places, is_whole, magnitude
-from ..vocabulary.verbs import verb
+from ..vocabulary.units import Places, carries_units, is_whole, magnitude
 
 __all__ = ["centres", "extent"]
 
@@ -28,7 +27,6 @@ class Window(NamedTuple):
     origin: tuple[float, float]
 
 
-@verb
 def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     """Return the contact centres as coordinates along ``subregion``.
 
@@ -46,19 +44,17 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     Dataset
         Coordinates ``subregion`` (number), ``subregion_x`` and ``subregion_y`` (nm).
 
-    Raises
-    ------
-    ValueError
-        If the grid is finer than the pixels, or a centre lies outside the scan.
-
     Examples
     --------
     >>> import roughxr
     >>> centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
     64
     """
+    ds = schema.entered(ds)
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
+    if isinstance(subregions, xr.Dataset):
+        subregions = schema.entered(subregions)
     if isinstance(subregions, xr.Dataset) and subregions["subregion_x"].size == 0:
         raise ValueError("subregions: expected at least one contact centre, found none")
     edges = extent(ds)
@@ -82,7 +78,6 @@ def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 
-@verb
 def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     """Return the outer edges of a scan, half a pixel beyond its outermost pixel centres.
 
@@ -102,6 +97,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     >>> extent(self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1))
     (0.0, 80.0, 0.0, 40.0)
     """
+    ds = schema.entered(ds)
     if "x" not in ds.dims:
         missing = [name for name in EDGES if name not in ds.coords]
         if missing:
@@ -140,7 +136,7 @@ def _positions(subregions: Any, edges: tuple, sizes: tuple[int, int]) -> tuple[n
         raise ValueError(
             f"subregions: expected a grid such as (8, 8), or two arrays of centres in nm, found {subregions!r}"
         ) from None
-    if np.ndim(first) == 0 and np.ndim(second) == 0:
+    if np.ndim(first) == np.ndim(second) == 0 and not carries_units([first, second]):
         return _grid((first, second), edges, sizes)
     x, y = (np.atleast_1d(magnitude(v, "nm", "subregions")) for v in (first, second))
     if x.shape != y.shape or x.ndim != 1 or x.size == 0:

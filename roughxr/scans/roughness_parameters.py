@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.verbs import verb
 from .levelling import level
 from .spectra import autocorrelation, power_spectrum
 
@@ -21,7 +20,6 @@ from .spectra import autocorrelation, power_spectrum
 _REFERENCES = {"plane": 1, "mean": 0}
 
 
-@verb
 def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False) -> xr.Dataset:
     """Return how rough a scan is.
 
@@ -42,11 +40,6 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
         unit 1 (about the reference), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0); ``psd`` over
         ``wavevector`` and ``acf`` over ``lag``. Size and pixel are coordinates, origin and levelling history
         attributes. Lazy where the scan is.
-
-    Raises
-    ------
-    ValueError
-        If the reference is unknown.
 
     Notes
     -----

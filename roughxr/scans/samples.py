@@ -28,11 +28,6 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     Dataset
         ``height`` (x, y), nm.
 
-    Raises
-    ------
-    ValueError
-        If there is no sample of that name.
-
     Examples
     --------
     >>> scan = open_sample("glass")

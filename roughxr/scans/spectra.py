@@ -18,13 +18,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, validate
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.text import warn
 
 #: Share of missing pixels above which there is no spectrum.
 MOST_MISSING = 0.01
 
 
-@verb
 def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     """Return the power spectrum of a scan's heights as they stand, averaged over rings of wavevectors.
 
@@ -70,7 +69,6 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     return out
 
 
-@verb
 def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     """Return the autocorrelation of a scan's heights as they stand, averaged over rings of lags.
 

@@ -53,11 +53,6 @@ def self_affine(
     Dataset
         A scan: ``height`` (x, y), nm, and its making in the attributes.
 
-    Raises
-    ------
-    ValueError
-        If a number is out of its range, or the cutoff leaves no wavelength.
-
     References
     ----------
     Persson et al., On the nature of surface roughness, J. Phys.: Condens. Matter 17 (2005) R1, for the spectrum;

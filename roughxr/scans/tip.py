@@ -15,10 +15,8 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
-from ..vocabulary.verbs import verb
 
 
-@verb
 def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the image that a parabolic tip takes of a surface.
 
@@ -34,11 +32,6 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Dataset
         The scan with the heights (nm) that the tip would draw, nowhere lower than the surface.
 
-    Raises
-    ------
-    ValueError
-        If the radius is not positive, or heights are missing.
-
     Examples
     --------
     >>> x = np.arange(-20.0, 21.0)
@@ -51,7 +44,6 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     return _swept(ds, tip_radius, "dilate")
 
 
-@verb
 def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Return the highest surface that a parabolic tip could have taken an image of.
 
@@ -67,11 +59,6 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Dataset
         The scan with the tip removed, nowhere higher than the image (nm). It is the surface itself wherever the
         tip touched it; noise sharper than the tip becomes sharper still.
-
-    Raises
-    ------
-    ValueError
-        If the radius is not positive, or heights are missing.
 
     Examples
     --------
@@ -107,7 +94,6 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
     return grey_dilation(height, structure=parabola.reshape(shape), mode="constant", cval=-np.inf)
 
 
-@verb
 def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     """Flag the asperities of an image that are sharper than the tip that took it.
 
@@ -125,11 +111,6 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
         image radius below 2R), ``beyond_tip`` (image radius below R, which no tip of this radius can draw: noise,
         or a sharper tip), and ``curvature_recovered`` (nm⁻¹): the summit's larger principal curvature, 1/(ρ − R)
         of the image's radius ρ; NaN beyond the tip.
-
-    Raises
-    ------
-    ValueError
-        If ``catalogue`` is no catalogue, or the radius is not positive.
 
     Examples
     --------
