@@ -5,7 +5,6 @@ import threading
 import numpy as np
 
 import roughxr
-from roughxr.asperity import catalogue
 from roughxr.scans.cache import MOST_RESULTS, cached
 
 from .surfaces import glass_pair, rough, scan
@@ -31,19 +30,6 @@ def test_equal_heights_are_read_once_and_others_anew():
     assert len(calls) == 4 + MOST_RESULTS + 1
     largest(first, 5)  # the oldest was given up
     assert len(calls) == 4 + MOST_RESULTS + 2
-
-
-def test_one_search_serves_every_verb_that_asks(monkeypatch):
-    searched, join = [], catalogue.join_tiles
-    monkeypatch.setattr(catalogue, "join_tiles", lambda *arguments: searched.append(1) or join(*arguments))
-    surface = glass_pair(scan(rough(48, seed=77)))
-    surface.contact.pull_off_map(subregions=(2, 2))
-    surface.assign_coords(work_of_adhesion=0.1).contact.superpose(delta=[1.0])
-    roughxr.reference.tabor(surface), surface.contact.rolling(directions=2), surface.contact.asperities()
-    assert len(searched) == 1
-    surface.contact.asperities(vertex="pixel")
-    surface.assign(height=surface.height + 1.0).contact.asperities()
-    assert len(searched) == 3
 
 
 def test_what_one_changes_in_place_no_other_sees():
