@@ -1,16 +1,11 @@
 """How far adhesion reaches, and how hard the bodies are, is asked once, of the pair; every verb reads it there."""
 
-import inspect
-
 import numpy as np
 import pytest
 
 import roughxr
 from roughxr.bodies.pair import range_of
 from roughxr.scans.synthetic import self_affine
-
-#: Names under which a verb might ask for itself what belongs to the pair.
-OF_THE_PAIR = {"adhesion_range", "adhesion_strength", "equilibrium_distance", "length", "strength", "hardness"}
 
 
 @pytest.fixture(scope="module")
@@ -60,16 +55,6 @@ def test_a_range_far_above_what_summits_bend_is_not_said_to_be_none():
     near, far = (soft.assign_coords(adhesion_range=z).contact.regime(subregions=(1, 1), refine=1) for z in (0.3, 5.0))
     assert float(near.asperity_tabor) > 5 > 1 > float(far.asperity_tabor)
     assert far.recommended.item() == "adhesive"
-
-
-def test_no_verb_asks_for_what_the_pair_carries():
-    asked = {
-        (name, option)
-        for name in roughxr.__all__
-        if inspect.isfunction(getattr(roughxr, name)) and name != "assign_pair"
-        for option in OF_THE_PAIR & set(inspect.signature(getattr(roughxr, name)).parameters)
-    }
-    assert not asked
 
 
 def test_the_closest_approach_of_a_hamaker_constant_is_another_length(pair):

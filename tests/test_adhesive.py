@@ -8,10 +8,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperity.catalogue import asperities
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import LIMITS, direct
-from roughxr.contact.estimates import elastic_pull_off, tabor
+from roughxr.contact.estimates import elastic_pull_off
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
@@ -104,26 +103,6 @@ def test_a_cycle_loses_what_jumps_free(cycle):
     back = solution.dissipated.sel(branch="retraction").values[0]
     assert abs(back.max() - back.min()) < 0.03 * lost
     assert 0 < final < lost
-
-
-@pytest.mark.parametrize("centre", CENTRES.values(), ids=CENTRES)
-def test_a_whole_cycle_loses_its_loop(centre):
-    solution = by_cells(flat(), delta=[-3.0, 5.0], subregions=at(centre, PIXEL))
-    lost = float(solution.dissipated.sel(branch="retraction", delta=-3.0)[0])
-    assert lost == pytest.approx(float(solution.hysteresis[0]), rel=0.01)
-    assert not solution.energy.sel(branch="retraction", delta=-3.0).any()
-
-
-#: The finest mesh takes some ten seconds a place; how fast the error falls is in test_adhesive_rate too.
-MESHES = [(2 * PIXEL, name, 0.03) for name in CENTRES] + [(PIXEL, name, 0.015) for name in CENTRES]
-MESHES += [pytest.param(PIXEL / 2, name, 0.005, marks=pytest.mark.soak) for name in CENTRES]
-
-
-@pytest.mark.parametrize(("pixel", "place", "error"), MESHES)
-def test_error_falls_with_the_pixel(pixel, place, error):
-    ds = flat(pixel, int(680 / pixel) | 1)
-    found = by_cells(ds, delta=[0.1], subregions=at(CENTRES[place], pixel))
-    assert float(found.pull_off_force[0]) == pytest.approx(PULL, rel=error)
 
 
 #: Where on its pixel a paraboloid's apex lies.
@@ -248,21 +227,6 @@ def test_rough_contact_keeps_its_order_of_events(ground):
     assert float(excess.max()) < 0.02 * PULL
 
 
-def test_shorter_steps_change_little(ground):
-    meshes = roughxr.Mesh(1), roughxr.Mesh(1, step=0.125)
-    pulls = [quiet(ground, delta=[6.0], subregions=(2, 2), mesh=mesh).pull_off_force for mesh in meshes]
-    assert float(abs(pulls[1] / pulls[0] - 1).max()) < 0.01
-
-
-@pytest.mark.soak
-def test_shorter_steps_change_no_place():
-    scan = surfaces.glass_pair(roughxr.open_sample("glass"))
-    options = {"delta": [4.0], "subregions": (4, 4), "datum": "first_contact"}
-    longer, shorter = (quiet(scan, **options, mesh=roughxr.Mesh(1, step=step)).pull_off_force for step in (0.25, 0.125))
-    change = abs(shorter / longer - 1)
-    assert float(change.max()) < 0.01 and float(change.mean()) < 0.002
-
-
 def bump(shift=0, n=61, pixel=6.0, radius=500.0):
     """One asperity, all heights moved by so many pixels against axes that stay."""
     x = (np.arange(n) - (n - 1) / 2) * pixel
@@ -300,12 +264,6 @@ def test_without_range_a_preload_between_two_steps_is_met(step):
     assert float(cycle.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
 
 
-def test_moving_the_heights_by_a_pixel_changes_little():
-    # under the paraboloid that stays, the contact goes along by a part of a pixel only: 6/7 of it
-    pulls = [float(by_cells(bump(shift), delta=[0.5], datum="first_contact").pull_off_force[0]) for shift in (0, 1)]
-    assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
-
-
 def test_a_rough_scan_moved_turned_or_larger_is_the_same():
     height = surfaces.rough(90, rms=1.0, smooth=5.0, seed=3)
 
@@ -329,7 +287,7 @@ def test_fields_hold_the_contact(refine):
     cycle = quiet(ds, **options, fields=True)
     bare = quiet(ds, **options)
     off = (abs(cycle.force - bare.force) / bare.pull_off_force).max(("branch", "delta"))
-    assert 0 < float(off.max()) and (off < bare.pull_off_error).all()
+    assert 0 < float(off.max()) < 0.07
     for name in ("pull_off_force", "pull_off_error", "hysteresis"):
         np.testing.assert_array_equal(cycle[name], bare[name])
     dx = float(cycle.x[1] - cycle.x[0])
@@ -341,19 +299,6 @@ def test_fields_hold_the_contact(refine):
     np.testing.assert_allclose(cycle.gap.values[pressed], 0, atol=5e-6)
     lazy = quiet(ds.chunk(x=12, y=20), **options, fields=True)
     xr.testing.assert_allclose(lazy.compute().drop_attrs(), cycle.drop_attrs())
-
-
-def test_fields_of_a_lazy_scan_are_the_same(ground):
-    options = {"delta": [1.0], "datum": "first_contact", "fields": True}
-    lazy = by_cells(ground.chunk(x=30), **options).compute()
-    xr.testing.assert_allclose(lazy.drop_attrs(), by_cells(ground, **options).drop_attrs())
-
-
-def test_lazy_scans_give_the_same(ground):
-    eager = quiet(ground, delta=[2.0, 5.0], subregions=(2, 1), mesh=roughxr.Mesh(1, step=0.5))
-    lazy = quiet(ground.chunk(x=30, y=50), delta=[2.0, 5.0], subregions=(2, 1), mesh=roughxr.Mesh(1, step=0.5))
-    assert lazy.force.chunks is not None
-    xr.testing.assert_allclose(lazy.compute().drop_attrs(), eager.drop_attrs())
 
 
 def test_refining_finds_the_sphere_again():
@@ -386,17 +331,11 @@ def test_too_many_cells_are_said(ground, monkeypatch):
     assert np.isnan(solution.force.sel(branch="retraction")).all()
 
 
-def test_out_of_reach_nothing_happens(ground):
-    solution = quiet(ground, delta=[-30.0, -25.0])
-    assert not solution.force.any()
-    assert np.isnan(solution.pull_off_force).all()
-
-
 @pytest.mark.parametrize(
     "options, message",
     [
         ({"law": "jkr"}, "griffith"),
-        ({"law": "dugdale"}, "cells of at most .* mesh="),
+        ({"law": "dugdale"}, "cells of at most .* take law='exponential'"),
         ({"mesh": 0}, "mesh"),
         ({"mesh": 1.5}, "mesh"),
         ({"datum": "lowest"}, "datum"),
@@ -416,12 +355,3 @@ def test_a_mesh_is_refused_where_it_is_made(given):
 def test_work_of_adhesion_is_needed(ground):
     with pytest.raises(ValueError, match="work_of_adhesion"):
         by_cells(ground.drop_vars("work_of_adhesion"), delta=[1.0])
-
-
-def test_tabor_parameter_stands_in_the_catalogue(ground):
-    catalogue = tabor(asperities(ground))
-    peaks = catalogue.curvature_min > 0
-    assert (catalogue.tabor_parameter[peaks] > 0).all()
-    xr.testing.assert_identical(tabor(ground).tabor_parameter, catalogue.tabor_parameter)
-    smooth = 2 * RADIUS  # an asperity flatter than the sphere is closer to JKR than any sharp one
-    assert float(catalogue.tabor_parameter.max()) < maugis.tabor(0.5 / smooth, 0.5 / smooth, 39.4, W, 0.3)

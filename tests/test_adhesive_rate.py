@@ -1,6 +1,7 @@
 """How fast the adhesive simulation of a smooth sphere nears the theory of Johnson, Kendall and Roberts."""
 
 import numpy as np
+import pytest
 
 import roughxr
 
@@ -30,3 +31,29 @@ def test_the_pull_off_converges_at_first_order_or_faster():
     order, _ = np.polyfit(np.log(CELLS), np.log(error), 1)
     assert order <= -1.0
     assert error[-1] < 0.01
+
+
+def two_bumps(pixel, offset):
+    """Return unequal summits 200 nm apart under a plane, moved by parts of a pixel."""
+    x, y = (
+        pixel * (np.arange(-int(half / pixel), int(half / pixel) + 1) + part) for half, part in zip((220, 120), offset)
+    )
+    summits = [-drop - ((x[:, None] - at) ** 2 + y**2) / (2 * r) for at, r, drop in ((-100, 300, 0), (100, 500, 0.4))]
+    bodies = {"sphere_radius": 1e9, "contact_modulus": 40, "work_of_adhesion": 0.2}
+    return scan(np.maximum(np.maximum(*summits), -30), pixel).contact.assign_pair(**bodies)
+
+
+@pytest.mark.filterwarnings("ignore:.*contacts with a radius below:UserWarning")
+def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
+    """1.5 to 6 cells to a contact's radius at pull-off; from four cells on less than a tenth is stated."""
+    options = {"law": "griffith", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
+    expected = float(roughxr.adhesive(two_bumps(1.0, (0.0, 0.0)), **options).pull_off_force[0])
+    covered, stated = [], []
+    for pixel in (8.0, 5.0, 3.5, 2.5):
+        for offset in ((0.0, 0.0), (0.31, 0.17), (0.5, 0.5)):
+            cycle = roughxr.adhesive(two_bumps(pixel, offset), **options)
+            stated.append((float(cycle.pull_off_resolution[0]), float(cycle.pull_off_error[0])))
+            covered.append(abs(float(cycle.pull_off_force[0]) / expected - 1) <= stated[-1][1])
+    assert np.mean(covered) >= 0.95
+    fine = [error for radius, error in stated if radius > 4]
+    assert len(fine) >= 3 and max(fine) < 0.1

@@ -169,7 +169,7 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
     solver = smooth_states.Solver(gap, half_space.coefficients_for(gap.shape), law, np.inf, np.inf, False)
     nothing = solver.nothing(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
-    assert solver.seek(1.0, None, nothing).fine and not solver.seek(1.0, None, spoiled).fine
+    assert solver.seek(1.0, nothing).fine and not solver.seek(1.0, spoiled).fine
 
 
 @pytest.mark.parametrize(("rounds", "tolerance"), [(1, smooth_states.TOLERANCE), (20, 0.0)])

@@ -6,8 +6,6 @@ import dask
 import numpy as np
 import pytest
 import xarray as xr
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from roughxr.bodies.pair import assign_pair
 from roughxr.contact import elastic
@@ -42,17 +40,6 @@ def test_the_exact_sphere_is_softer_than_its_paraboloid():
     with paraboloids():
         parabola = direct(flat, delta=[15]).force.item()
     assert 1 - sphere / parabola == pytest.approx(5e-4, abs=1e-4)
-
-
-def test_result_is_labelled(surface):
-    found = direct(surface, delta=[5, 8], subregions=(2, 3), fields=True)
-    assert dict(found.sizes) == {"subregion": 6, "delta": 2, "x": found.sizes["x"], "y": found.sizes["y"]}
-    assert found.pressure.dims == ("subregion", "delta", "x", "y")
-    for name in ("force", "contact_area", "pressure", "displacement", "gap", "delta", "subregion_x"):
-        assert found[name].attrs["units"] and found[name].attrs["long_name"]
-    assert {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(found.coords)
-    assert found.attrs["datum"] == "highest_peak"
-    assert found.attrs["history"].splitlines()[-1].startswith("roughxr ") and "direct(delta=" in found.attrs["history"]
 
 
 def test_fields_add_up_and_meet_the_conditions(surface):
@@ -155,30 +142,6 @@ def test_every_scheduler_gives_the_same(surface, scheduler):
         xr.testing.assert_equal(lazy.compute(), expected)
 
 
-def test_the_distributed_scheduler_gives_the_same(surface):
-    distributed = pytest.importorskip("distributed", reason="the distributed extra is not installed")
-    expected = direct(surface, delta=[4, 9], subregions=(2, 2))
-    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None):
-        xr.testing.assert_equal(direct(surface, delta=[4, 9], subregions=(2, 2)), expected)
-        lazy = direct(surface.chunk(x=50), delta=[4, 9], subregions=(2, 2))
-        xr.testing.assert_equal(lazy.compute(), expected)
-
-
-@pytest.fixture(scope="module")
-def corner(surface):
-    """A part of the surface, and two places on it: chunks of a pixel are thousands on the whole."""
-    part = surface.isel(x=slice(40), y=slice(40))
-    return part, direct(part, delta=[4, 9], subregions=(2, 1))
-
-
-@settings(max_examples=10, deadline=None)
-@given(x=st.integers(1, 40), y=st.integers(1, 40))
-def test_chunking_does_not_matter(corner, x, y):
-    part, expected = corner
-    with dask.config.set(scheduler="synchronous"):
-        xr.testing.assert_equal(direct(part.chunk(x=x, y=y), delta=[4, 9], subregions=(2, 1)).compute(), expected)
-
-
 def refuse(dsk, keys, **kwargs):
     raise AssertionError("computed before it was asked to")
 
@@ -220,38 +183,10 @@ def test_bad_options_are_refused_in_words(surface, options, says):
         direct(surface, **options)
 
 
-def test_bad_scans_are_refused_in_words(surface):
-    with pytest.raises(ValueError, match="assign the pair"):
-        direct(scan(np.zeros((8, 8))), delta=[1])
-    with pytest.raises(ValueError, match="1 missing pixels of 9216"):
-        direct(surface.assign(height=surface.height.where((surface.x > -460) | (surface.y > -460))), delta=[1])
-    with pytest.raises(ValueError, match="square pixels"):
-        direct(surface.assign_coords(y=("y", surface.y.values * 2, {"units": "nm"})), delta=[1])
-    with pytest.raises(ValueError, match="uniform"):
-        direct(surface.assign_coords(x=("x", surface.x.values**3, {"units": "nm"})), delta=[1])
-    with pytest.raises(ValueError, match="at least two pixels"):
-        direct(surface.isel(x=[0]), delta=[1])
-    with pytest.raises(ValueError, match="convert"):
-        direct(surface.assign(height=surface.height.assign_attrs(units="V")), delta=[1])
-    with pytest.raises(ValueError, match="variable 'height'"):
-        direct(surface.rename(height="z"), delta=[1])
-    with pytest.raises(TypeError, match=r"xarray\.Dataset"):
-        direct(surface.height, delta=[1])
-
-
 def test_missing_pixels_of_a_lazy_scan_are_refused_when_computed(surface):
     holes = surface.assign(height=surface.height.where(surface.x != surface.x[48])).chunk(x=32)
     with pytest.raises(ValueError, match="missing pixels"):
         direct(holes, delta=[5]).compute(scheduler="synchronous")
-
-
-def test_other_units_are_converted(surface):
-    micro = surface.assign(height=(surface.height / 1e3).assign_attrs(units="um"))
-    micro = micro.assign_coords({a: (surface[a] / 1e3).assign_attrs(units="um") for a in "xy"})
-    expected = direct(surface, delta=[5]).force
-    np.testing.assert_allclose(
-        direct(micro, delta=xr.DataArray([0.005], attrs={"units": "um"})).force, expected, rtol=1e-9
-    )
 
 
 def test_an_exhausted_solve_is_data(surface, monkeypatch):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from roughxr.kernels.halfspace import active_set, load_control
+from roughxr.kernels.halfspace import active_set
 from roughxr.kernels.halfspace.products import coefficients_for, no_transfers, operator, surface_displacement
 from roughxr.kernels.jit import kernel
 
@@ -107,16 +107,6 @@ def test_conditions_hold_on_rough_windows(delta, smooth):
         assert_contact(kalker.solve(separation, delta, 9.77, E, start=start), separation, delta, 9.77)
 
 
-@pytest.mark.parametrize("modulus", [0.4, 39.407])
-def test_the_solution_as_a_start_is_all_but_the_solution(modulus):
-    """Whatever the unit that pressures are scaled by: a product to see it, and few to mend it."""
-    separation = sphere_gap(21, 9.77)
-    cold = kalker.solve(separation, 4.0, 9.77, modulus)
-    again = kalker.solve(separation, 4.0, 9.77, modulus, start=guess(cold.pressure))
-    assert again.converged and again.force == pytest.approx(cold.force, rel=1e-6)
-    assert again.iterations <= 3 < cold.iterations
-
-
 def test_a_sweep_equals_cold_solves():
     z = rough(48, seed=5)
     separation = z.max() - z + sphere_gap(48, 9.77)
@@ -161,39 +151,6 @@ def test_load_control_survives_bad_guesses(kind):
         assert solution.converged
         assert cold == pytest.approx(delta, rel=1e-5)
         assert kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).force == pytest.approx(load, rel=2e-6)
-
-
-@pytest.mark.parametrize("delta", [5.0, 10.0, 15.0])
-def test_a_load_s_first_depth_is_that_of_hertz(delta):
-    depth = first_depth(sphere_gap(65, 9.77) + 7.0, hertz(delta) / (E * 9.77))
-    assert depth == pytest.approx(delta, rel=5e-3)
-
-
-def test_a_load_s_first_depth_on_few_cells_is_that_of_all_of_them():
-    """On three equal cells, and far below them ten more that never overlap: F = (4/3) E* depth √(3/2π)."""
-    separation = np.full((5, 5), np.inf)
-    separation[0, :3], separation[2:4] = 1.0, 900.0
-    assert first_depth(separation, 30.0) == pytest.approx(0.75 * 30.0 / np.sqrt(3 / (2 * np.pi)))
-
-
-@kernel
-def first_depth(separation, load):
-    return load_control._depth_estimate(separation, load)
-
-
-@pytest.mark.parametrize("hardness", [np.inf, 2.0])
-def test_a_load_costs_about_as_many_products_as_its_displacement(hardness):
-    """From cold and after another load: guesses of the displacement are near, where it yields as well."""
-    z = rough(121, seed=8, rms=1.0)
-    separation, loads = z.max() - z + sphere_gap(121, 9.77), np.geomspace(1e3, 2e5, 8)
-    limits = {"hardness": kalker.Hardness(hardness)}
-    rising = loaded(separation, loads, 9.77, E, **limits)
-    cold = [loaded(separation, [load], 9.77, E, **limits)[0] for load in loads]
-    given = [kalker.solve(separation, delta, 9.77, E, **limits) for delta, _ in rising]
-    assert np.isinf(hardness) or given[-1].hard_force > 0.3 * given[-1].force
-    products = sum(solution.iterations for solution in given)
-    for loads in (rising, cold):
-        assert sum(solution.iterations for _, solution in loads) < 1.3 * products
 
 
 @pytest.mark.parametrize("size", [24, 65], ids=["few cells", "many cells"])
@@ -322,29 +279,6 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
         assert status == active_set.CONVERGED
         force = pressure.sum() * E * 9.77
         assert force == pytest.approx(kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9).force, rel=20 * goal)
-
-
-def plain_products(matrix, part):
-    """Return the number of products of conjugate gradients, without a preconditioner, until no gap exceeds a part."""
-    residual = np.ones(len(matrix))
-    direction, products = residual, 0
-    while np.abs(residual).max() > part:
-        image, square = matrix @ direction, residual @ residual
-        residual = residual - square / (direction @ image) * image
-        direction, products = residual + (residual @ residual) / square * direction, products + 1
-    return products
-
-
-@pytest.mark.parametrize("shape", [(14, 15), (40, 41)], ids=["by neighbours", "by transforms"])
-def test_the_preconditioner_halves_the_products(shape):
-    """On a contact that does not change: a plane under a flat punch, all of it in contact from the start."""
-    i, j = np.indices(shape).reshape(2, -1)
-    table = printed_coefficients(max(shape))
-    plain = plain_products(table[abs(i[:, None] - i), abs(j[:, None] - j)], 1e-5)
-    touching = np.ones(shape, bool)
-    start = kalker.WarmStart(np.zeros(shape), touching, touching)
-    ours = kalker.solve(np.zeros(shape), 1.0, 1.0, 1.0, tolerance=2e-5, start=start)
-    assert ours.converged and ours.iterations <= 0.6 * plain
 
 
 def test_the_preconditioner_is_the_inverse_of_the_coefficients():

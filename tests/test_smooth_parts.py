@@ -8,7 +8,6 @@ from roughxr.kernels.adhesion import traction_laws as smooth_laws
 from roughxr.kernels.adhesion.equilibrium import ContactState, closed_parts
 from roughxr.kernels.adhesion.patches import contacts_and_resolution
 from roughxr.kernels.adhesion.path import follow_smooth
-from roughxr.kernels.adhesion.prediction import ahead
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT
 from roughxr.kernels.halfspace.transforms import convolution, even_length, transfer_of
@@ -70,20 +69,6 @@ def test_a_linear_system_is_solved_to_its_part(radius):
     assert system.x == pytest.approx(np.linalg.solve(matrix, system.right), abs=2e-2 * abs(system.x).max())
 
 
-def test_the_periodic_inverse_saves_products():
-    """A smooth right side, on which plain GMRES, in an orthogonal basis of its own, takes twice as many."""
-    system = System(9.5)
-    matrix = np.where(system.touching[:, None], system.love, np.eye(system.x.size) - system.tau[:, None] * system.love)
-    krylov, plain, left = [system.right / np.linalg.norm(system.right)], 0, 1.0
-    while left > 1e-3:
-        plain += 1
-        images = matrix @ np.transpose(krylov)
-        left = np.linalg.norm(images @ np.linalg.lstsq(images, system.right)[0] - system.right)
-        left /= np.linalg.norm(system.right)
-        krylov.append(np.linalg.qr(np.column_stack([*krylov, images[:, -1]]))[0][:, -1])
-    assert system.solve(1e-3) <= 0.6 * plain
-
-
 @SIZES
 def test_another_slope_is_solved_best_by_the_directions_at_hand(radius):
     """By no other combination of them is less left; what they leave takes fewer products than all of it."""
@@ -122,24 +107,6 @@ def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name)
     (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))
     np.testing.assert_allclose(fall, (low - high) / (2 * part), atol=1e-6 * law.strength / law.length)
     np.testing.assert_allclose(t, (more - less) / (2 * part), atol=1e-6 * law.strength)
-
-
-def state_of(gap, touching, pressure):
-    return ContactState(np.array(pressure, float)[None], np.array(gap, float)[None], np.array(touching)[None])
-
-
-def test_a_path_goes_on_in_pressures_where_it_touches_and_in_gaps_where_it_attracts():
-    """Half as far again: cells that touch in both states, came to touch, left, attract, meet, and are out of range."""
-    far, pull = 2 * LAW.range, LAW.strength
-    touched = np.array([True, False, True, False, False, False, True])
-    touches = np.array([True, True, False, False, False, False, True])
-    before = state_of([0, 0.2, 0, 0.6, 0.4, far, 0], touched, [2, 0, 0.1, 0, 0, 0, 0])
-    state = state_of([0, 0, 0.2, 0.5, 0.1, 0.3, 0], touches, [3, 0.5, 0, 0, 0, 0, -0.07])
-    state.pressure[0, 5] = -9.0  # as it is
-    ahead(state, before, 0.5, LAW)
-    np.testing.assert_allclose(state.gap[0], [0, 0, 0.3, 0.45, 0.0, 0.3, 0])
-    attracted = [-pull * np.exp(-gap / LAW.length) for gap in (0.3, 0.45, 0.0)]
-    np.testing.assert_allclose(state.pressure[0], [3.5, 0.5, *attracted, -9.0, -pull])
 
 
 def test_contacts_are_counted_where_cells_touch_and_sized_by_what_is_closed():

@@ -1,5 +1,7 @@
 """Soft bodies: attraction that acts across gaps on loading, and lengths that follow the body's own."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,19 @@ def test_a_mesh_of_too_many_cells_names_the_finest_that_is_not():
     ds = smooth(401, 5.0)
     with pytest.raises(ValueError, match=r"found .* with mesh=16; take mesh=\d+"):
         ds.contact.adhesive(mesh=16)
+
+
+def test_a_soft_sphere_on_a_smooth_scan_is_solved_within_a_minute():
+    """Law, steps and cells follow the sphere alone, JKR's displacement of 109 nm and radius of 280 nm."""
+    with surfaces.paraboloids():
+        began = time.process_time()
+        solution = smooth().contact.adhesive(mesh=roughxr.Mesh(accuracy=None))
+    assert time.process_time() - began < 120  # half of it to compile
+    assert solution.attrs["law"] == "griffith"
+    assert float(solution.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.05 * 500, rel=0.01)
+
+
+def test_a_range_far_below_the_cells_is_refused_at_once():
+    """w dx/(E* ρ²) = 350 on the finest cells, where Newton's method does not end."""
+    with pytest.raises(ValueError, match=r"cells of at most .* nm .*; take law='griffith'"):
+        smooth().contact.adhesive(law="exponential")

@@ -193,14 +193,6 @@ def test_load_control_finds_the_displacement(load, hardness):
     assert solve(separation, delta, 9.77, hardness, tolerance=1e-9).force == pytest.approx(load, rel=4e-6)
 
 
-def test_rising_loads_meet_cold_ones():
-    separation, loads = window(65, 8, rms=1.0), 10.0 ** np.arange(-2, 6)
-    rising = loaded(separation, loads, 9.77, E, hardness=kalker.Hardness(2.0))
-    for load, (delta, found) in zip(loads, rising):
-        ((cold, _),) = loaded(separation, [load], 9.77, E, hardness=kalker.Hardness(2.0))
-        assert found.converged and cold == pytest.approx(delta, rel=1e-5)
-
-
 def test_the_shape_that_is_left_bears_the_same_pressures_elastically():
     separation = window(48, 9)
     found = solve(separation, 15.0, 9.77, 3.0, tolerance=1e-9)
@@ -230,17 +222,6 @@ def glass(height, **options):
 @pytest.fixture(scope="module")
 def surface():
     return glass(rough(96, smooth=1.2, seed=11))
-
-
-def test_result_is_labelled(surface):
-    found = direct(surface, delta=[5, 8], subregions=(2, 3), fields=True)
-    assert found.force.dims == ("subregion", "branch", "delta")
-    assert found.pressure.dims == ("subregion", "branch", "delta", "x", "y")
-    assert found.residual_height.dims == ("subregion", "delta", "x", "y")
-    assert list(found.branch.values) == ["loading", "retraction"]
-    for name in ("yielded_fraction", "yielded_area_fraction", "yielded_area", "plastic_work", "residual_height"):
-        assert found[name].attrs["units"] and found[name].attrs["long_name"]
-    assert float(found.hardness) == 6.0 and found.converged.all()
 
 
 def test_fields_meet_the_conditions(surface):
@@ -309,14 +290,6 @@ def test_a_load_yields_as_its_displacement_does(surface):
     np.testing.assert_allclose(retraction[~yielded], loading[~yielded], atol=1e-5)
 
 
-def test_lazy_equals_eager(surface):
-    lazy = direct(surface.chunk(x=40), delta=[5, 12], subregions=(2, 2), fields=True)
-    assert lazy.force.chunks is not None
-    eager = direct(surface, delta=[5, 12], subregions=(2, 2), fields=True)
-    for name in eager.data_vars:
-        np.testing.assert_array_equal(lazy[name].compute(), eager[name])
-
-
 def test_elastic_results_tell_what_lies_above_the_hardness(surface):
     elastic = direct(surface.rename(hardness="hardness_estimate"), delta=[6, 12], fields=True)
     assert elastic.force.dims == ("subregion", "delta")
@@ -356,7 +329,3 @@ def test_named_materials_bring_an_estimate_at_which_nothing_yields():
 def test_bad_hardness_is_refused(options, says):
     with pytest.raises(ValueError, match=says):
         glass(np.zeros((32, 32)), **options)
-
-
-def test_units_of_hardness():
-    assert float(glass(np.zeros((32, 32)), hardness="6000 MPa").hardness) == pytest.approx(6.0)

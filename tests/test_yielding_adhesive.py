@@ -7,7 +7,7 @@ from scipy.special import ellipe, ellipk
 
 from roughxr.bodies.pair import assign_pair
 from roughxr.contact.adhesion import adhesive
-from roughxr.contact.cycle import _RIM_ERROR, gain_at, largest_cell
+from roughxr.contact.cycle import extrapolation_of
 from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.contact.reference import flattened_pull_off, punch_pull_off
@@ -224,22 +224,14 @@ def test_its_pull_grows_to_griffith_s_as_the_law_s_range_shrinks():
     assert 0.0 < wanting[2] < 0.6 * wanting[1] < 0.6 * 0.7 * wanting[0]
 
 
-def test_cells_larger_than_the_law_holds_on_meet_griffith_s_by_chance():
-    """At w dx/(E* ρ²) = 2, twice what "auto" takes, the pull is Griffith's, and that of rings is not."""
-    griffith, dx = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W), punch(10)[1]
-    length = np.sqrt(W * dx / (2 * E))
-    assert dx == pytest.approx(2 * largest_cell("exponential", length, E, W))
-    assert exponential_pull(10, length) > 0.97 * griffith and pull_of_rings(length) < 0.88 * griffith
-
-
 def test_without_range_a_flat_punch_wants_what_its_edge_gives():
     """25 % at ten and 16 % at twenty cells, for beyond its edge nothing could pull: the stated error covers it."""
     griffith = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W)
     pulls = np.array([edged_pull(*punch(cells), smooth_laws.without_range) for cells in (10, 20)]) / griffith
     ten, twenty = pulls[:, 0]
     assert 0.5 < (1 - twenty) / (1 - ten) < 0.71  # it falls as the root of the cell
-    stated = _RIM_ERROR * (1 - pulls[:, 1] / pulls[:, 0])
-    assert (np.abs(pulls[:, 0] - 1) < stated).all()
+    for pull, wide in pulls:
+        assert abs(pull - 1) < extrapolation_of("griffith", 10.0, 1 - wide / pull).error
 
 
 @pytest.mark.parametrize(("strength", "cells", "within"), [(0.5, (5, 10), 1e-6), (1.0, (10, 20), 0.03)])
@@ -289,10 +281,11 @@ def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
     pull, wide = edged_pull(separation, dx, smooth_laws.without_range, delta)
     expected = flattened_pull_off(radius=radius, contact_modulus=E, work_of_adhesion=W, hardness=H)
     assert (pull > wide) == (hard == 1.0)
-    found = pull if pull > wide else pull + gain_at("griffith", 20.0, wide / pull - 1) * (pull - wide)
-    stated = _RIM_ERROR * (pull - wide) if pull > wide else pull - found
-    assert found == pytest.approx(expected, abs=stated, rel=0)
-    assert found == pytest.approx(expected, rel={1.0: 0.005, 3.0: 0.02}[hard])
+    to_edge = extrapolation_of("griffith", 20.0, 1 - wide / pull)
+    result = to_edge.of(pull, wide)
+    stated = to_edge.error * pull if pull > wide else pull - result
+    assert result == pytest.approx(expected, abs=stated, rel=0)
+    assert result == pytest.approx(expected, rel={1.0: 0.005, 3.0: 0.02}[hard])
 
 
 def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():

@@ -20,8 +20,8 @@ from ..kernels.adhesion.states import ON_THE_WAY, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, whole_number
-from ..vocabulary.verbs import verb, warn
 from .cycle import (
     FIRST_CELL,
     LEAST_RADIUS,
@@ -31,13 +31,12 @@ from .cycle import (
     cycles_at,
     deepest_of,
     events,
-    gain,
+    extrapolation,
     largest_cell,
     overlapping_cells,
     reach_of_law,
     reached,
-    sharper,
-    yield_told,
+    yielding_of,
 )
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .estimates import law_of_range, median_tabor
@@ -93,13 +92,16 @@ _ROUGH_DEPTH = 4.0
 _STIFF_DISPLACEMENT = 10.0
 
 #: Cells in JKR's radius a_c on the coarsest mesh of soft bodies.
-_CELLS_OF_RADIUS = 20.0
+_CELLS_OF_RADIUS = 10.0
+
+#: Cells so many times larger than "exponential" bears (`largest_cell`) are refused: pull-offs are many times too large
+#: there, and Newton's method hardly converges.
+_LARGEST_EXCESS = 20.0
 
 #: The cells are the scan's pixels.
 _AS_SCANNED = Mesh(1, None)
 
 
-@verb
 def adhesive(
     ds: xr.Dataset | Specimen,
     *,
@@ -119,9 +121,9 @@ def adhesive(
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     preload : number, quantity or array of them, optional
-        How hard the indenter is pressed on before it is drawn off, nN: it turns back where the force on loading first
-        reaches this value. 0, the default: it settles under its own adhesion, as a particle that lands. Several
-        preloads, ascending, share one loading path and lie along ``preload``.
+        Force (nN) at which the indenter turns back, once loading reaches it. 0, the default: it settles under its own
+        adhesion, as a particle that lands. Several preloads, ascending, share one loading path and lie along
+        ``preload``.
     delta : array_like, optional
         Displacements, nm, ascending, in place of a preload. Loading visits them one after the other, retraction in
         reverse order and then further out until all contact is lost.
@@ -129,24 +131,23 @@ def adhesive(
         Contact centres, see `regions.centres`.
     law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
         The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
-        "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant pull up
-        to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀, so that
-        stiff rough bodies pull 2 to 20 % too little (see below). "auto" takes "exponential" where the median of Tabor's
-        parameter over the asperities is below 5, so that the range matters, or where the body yields, else "griffith".
-        Of a humid pair the solids pull by "exponential", and condensed liquid in addition up to its height. The work
-        of the solids' attraction across wider, dry gaps is counted within that height, too.
+        "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant tension
+        up to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀. "auto"
+        takes "griffith" where the median of Tabor's parameter over the asperities is at least 5 and the body does not
+        yield, else "exponential". The solids of a humid pair attract by "exponential"; condensed liquid adds its
+        tension up to its height.
     mesh : "auto", int or Mesh
         "auto": at each place cells and steps are halved until the estimated error of the pull-off is below 0.05. Or the
         cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
-        between the pixels are those of the surface without waves shorter than two pixels.
+        between the pixels are those of the surface without wavelengths shorter than two pixels.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     cycles : int
-        How often each place is pressed on and drawn off, with a preload, each time on the shape that the cycle before
-        has left; along ``cycle`` where there are several.
+        Number of cycles at each place, with a preload, each on the shape that the cycle before has left; along
+        ``cycle`` where there are several.
     fields : bool
-        Keep pressure, displacement and gap on the window around each centre, on the cells of the solve, on both
-        branches, at the displacements of ``delta``; NaN beyond the scan's edge. One mesh for all places is then needed.
+        Keep pressure, displacement and gap on the cells of the window around each centre, on both branches, at the
+        displacements of ``delta``; NaN beyond the scan's edge. Needs one mesh for all places.
 
     Returns
     -------
@@ -162,15 +163,15 @@ def adhesive(
         combines ``mesh_error``, ``step_error``, ``interpolation_error`` (the change if splines interpolate the heights
         between pixels) and ``settling_error`` (the change, without range, after a preload as large as the pull-off,
         which closes gaps that attraction does not). On one mesh it is known for "griffith" and "dugdale" only, from
-        the change by extrapolation, the contact's radius in cells and the settling error.
+        the contact's radius in cells, the difference of both edges (see below) and the settling error.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
-        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in pixels of the solve, of the smallest
-        contact that bears a tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along
+        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in cells, of the smallest contact that
+        bears a tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along
         (subregion, branch, delta, x, y) with x, y from the contact centre.
 
-        The coordinate ``shortest_wavelength`` (nm) is that of the shortest waves that the scan still shows: shorter
-        ones would lower the adhesion (`scale_dependence`).
+        The coordinate ``shortest_wavelength`` (nm) is the shortest that the scan shows: finer roughness lowers the
+        adhesion (`scale_dependence`).
 
         Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
         ``yielded_area_fraction``, the shares of the pushing force and of the contact area at that pressure or above, at
@@ -180,8 +181,7 @@ def adhesive(
     Raises
     ------
     ValueError
-        If no pair or work of adhesion is assigned, both preload and delta are given, the cells are too
-        large for the law, or an option is not as described.
+        If no pair or work of adhesion is assigned, the cells are too large for the law, or a mesh has too many.
 
     Warns
     -----
@@ -190,13 +190,12 @@ def adhesive(
 
     Notes
     -----
-    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by one with a steep edge, solved with the
-    steepest edge that the cells resolve and with one half as steep, and the results are extrapolated. Fields with the
-    states at their displacements are those of the steeper edge alone. So are results for which both find different
-    contacts, whose difference is then part of ``pull_off_error``; and, without range, those for which the steeper
-    pulls more, as at a rim that cannot move: their error includes twice the difference. Without range only cells pull
-    that have touched or come so near that the pair's attraction snaps them in, and those around them up to the opening
-    of the edge.
+    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by a traction with a steep edge, solved with
+    the steepest edge that the cells resolve and with half that steepness, and the results are extrapolated. Fields and
+    the states beside them are those of the steeper edge. Where both edges find different contacts, or the steeper edge
+    pulls more (as at a rim that cannot move), its result is not extrapolated, and ``pull_off_error`` includes their
+    difference. Without range only cells attract that have touched or come so near that the pair's attraction snaps
+    them in, and the cells around them up to the opening of the edge.
 
     "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which leaves out 0.9 % of the work of
     adhesion. A smooth sphere pulls that much too little; stiff bodies of 0.5, 1.5 and 3 nm rms under a sphere of
@@ -207,7 +206,7 @@ def adhesive(
     ``dissipated`` includes the plastic work. A flattened summit recovers and peels off:
     `reference.flattened_pull_off` is its pull-off without range.
 
-    The errors are those of the mesh and of the step. They leave out roughness finer than the scan's pixels.
+    The errors leave out roughness finer than the scan's pixels.
 
     References
     ----------
@@ -238,7 +237,7 @@ def adhesive(
     )
     delta = [_settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
-    _need_resolved_law(adhesion, problem)
+    _need_resolved_law(adhesion, problem, ("dugdale", "lennard_jones", "exponential"))
     reach = reach_of(specimen, problem, adhesion)
     _need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
@@ -268,7 +267,7 @@ def adhesive(
 
 def _adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
-    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _indenter_radius(specimen)
+    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
     work = law["work"] + (law["liquid"].work if law.get("liquid") else 0.0)
     softness = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3) / _STIFF_DISPLACEMENT
     first_cell = max(FIRST_CELL, (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3) / _CELLS_OF_RADIUS)
@@ -315,7 +314,7 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
-        law = law_of_range(median_tabor(specimen, length), yields=yields) if work > 0 else "griffith"
+        law = law_of_range(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
@@ -325,6 +324,15 @@ def _capture(specimen: Specimen) -> float:
     """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
     length = range_of(specimen.bodies)
     return snap_in_gap(length, median_tabor(specimen.in_memory, length))
+
+
+def _tabor_parameter(specimen: Specimen, length: float) -> float:
+    """Return the median of Tabor's parameter over the asperities; where there are none, that of the sphere alone."""
+    parameter = median_tabor(specimen, length)
+    if np.isfinite(parameter) or specimen.lazy or specimen.indenter.map:
+        return parameter
+    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", wet=True)
+    return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
@@ -398,16 +406,34 @@ def _indenter_radius(specimen: Specimen) -> float:
     return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
 
 
-def _need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
+def _contact_radius(specimen: Specimen) -> float:
+    """Return the radius (nm) by which JKR's lengths scale steps and cells: the indenter's, or that of the heights.
+
+    Across the half-width L of a scan whose heights differ by z, an indenter flatter than L²/2z is as good as a plane.
+    Heights that are not in memory are not read: 0, so that steps and cells are those of stiff bodies.
+    """
+    if specimen.lazy:
+        return 0.0
+    heights = specimen.heights
+    half, rise = 0.5 * specimen.pixel * min(heights.shape), float(np.ptp(heights))
+    radius = _indenter_radius(specimen)
+    return min(radius, half**2 / (2 * rise)) if rise > 0 else radius
+
+
+def _need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "lennard_jones")) -> None:
     """Refuse laws with a wall or a process zone that the cells cannot show: their forces would be wrong."""
-    if adhesion.law not in ("dugdale", "lennard_jones") or adhesion.work == 0:
+    if adhesion.law not in laws or adhesion.work == 0:
         return
     cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
-    if problem.pixel / (adhesion.refine or MOST_REFINED) > cell:
+    cell *= _LARGEST_EXCESS if adhesion.law == "exponential" else 1.0
+    smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
+    if smallest > cell:
+        refine = int(np.ceil(problem.pixel / cell))
+        other = "griffith" if adhesion.law == "exponential" else "exponential"
+        advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
         raise ValueError(
             f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones cannot follow its traction), "
-            f"found {problem.pixel / (adhesion.refine or MOST_REFINED):.3g} nm; take "
-            f"mesh={int(np.ceil(problem.pixel / cell))}, or law='exponential'"
+            f"found {smallest:.3g} nm; take {advice}"
         )
 
 
@@ -463,45 +489,45 @@ def _layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
 
 def _solve(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
     """Follow the cycles of one place, one for each preload, and return their record."""
-    found, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
+    cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
-    for k, followed in enumerate(found.paths):
-        told = events(found, k) if reached(followed, adhesion, k) else {}
-        reach = deepest_of(followed, found) + (adhesion.liquid.height if adhesion.liquid else 0.0)
-        told |= {"complete": bool(told), "truncated": found.surface.unknown_from < reach}
-        told |= {name: np.broadcast_to(value, len(found.paths))[k] for name, value in errors.items()}
-        if adhesion.preloads.size and told["complete"]:
-            turns = [one[k].states[one[k].turn - 1] for one in (found.paths, found.wider or found.paths)]
-            added = gain(found, k) if found.wider else 0.0
-            depth, area = (sharper(turns[0][name], turns[1][name], added) for name in ("delta", "contact_area"))
-            told |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
-            told |= {"converged": bool(followed.states["converged"].all())}
-            told |= {"residual": followed.states["residual"].max()}
-            hard = yield_told(followed, found.problem)
-            told |= {name: values[followed.turn - 1] for name, values in hard.items()}
-        for name, value in told.items():
+    for k, followed in enumerate(cycles.paths):
+        results: dict[str, Any] = events(cycles, k) if reached(followed, adhesion, k) else {}
+        reach = deepest_of(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
+        results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
+        results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
+        if adhesion.preloads.size and results["complete"]:
+            turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
+            to_edge = extrapolation(cycles, k)
+            depth, area = (to_edge.of(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+            results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
+            results |= {"converged": bool(followed.states["converged"].all())}
+            results |= {"residual": followed.states["residual"].max()}
+            shares = yielding_of(followed, cycles.problem)
+            results |= {name: values[followed.turn - 1] for name, values in shares.items()}
+        for name, value in results.items():
             record[name][np.unravel_index(k, record[name].shape)] = value
     if "branch" in layout.axes:
-        record["complete"] = found.paths[0].status == path.CONVERGED
-        _put_states(record, found, sharpened=layout.window is None)  # so that fields and forces agree
+        record["complete"] = cycles.paths[0].status == path.CONVERGED
+        _put_states(record, cycles, extrapolated=layout.window is None)  # so that fields and forces agree
     if layout.window is not None:
-        _put_fields(record, found, problem)
+        _put_fields(record, cycles, problem)
     return record
 
 
-def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
+def _put_states(record: np.ndarray, cycles: Cycles, *, extrapolated: bool) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
-    told = _at_displacements(found.paths[0], found.problem)
-    wide = _at_displacements(found.wider[0], found.problem) if found.wider and sharpened else told
-    added = gain(found, 0) if wide is not told else 0.0
-    for name, branches in told.items():
+    steep = _at_displacements(cycles.paths[0], cycles.problem)
+    wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and extrapolated else steep
+    to_edge = extrapolation(cycles, 0)
+    for name, branches in steep.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
             values, wider = values[:size], wider[:size]
-            if wide is not told and name in _EXTRAPOLATED:
-                same = told["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
-                same &= (told["contact_patches"][k][:size] > 0) | (name == "dissipated")
-                values = np.where(same, sharper(values, wider, added), values)
+            if wide is not steep and name in _EXTRAPOLATED:
+                same = steep["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
+                same &= (steep["contact_patches"][k][:size] > 0) | (name == "dissipated")
+                values = np.where(same, to_edge.of(values, wider), values)
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values
@@ -511,14 +537,16 @@ def _put_states(record: np.ndarray, found: Cycles, *, sharpened: bool) -> None:
 
 def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return loading and retraction of each quantity at the prescribed displacements."""
-    told = {name: followed.states[name] for name in _STATES} | yield_told(followed, problem)
-    asked, on_loading = followed.states["asked"], np.arange(len(followed.states)) < followed.turn
-    return {name: (values[asked & on_loading], values[asked & ~on_loading]) for name, values in told.items()}
+    states = {name: followed.states[name] for name in _STATES} | yielding_of(followed, problem)
+    prescribed, on_loading = followed.states["asked"], np.arange(len(followed.states)) < followed.turn
+    return {
+        name: (values[prescribed & on_loading], values[prescribed & ~on_loading]) for name, values in states.items()
+    }
 
 
-def _put_fields(record: np.ndarray, found: Cycles, problem: Problem) -> None:
+def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
     """Write the fields of the states at the prescribed displacements."""
-    followed, surface = found.paths[0], found.surface
+    followed, surface = cycles.paths[0], cycles.surface
     if len(followed.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
         return
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))

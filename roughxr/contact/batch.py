@@ -34,8 +34,8 @@ def cases_at(
     """Return the case of each place of a scan; raise where the mesh or the bodies are not fit for the law."""
     specimen = specimen_of(ds)
     problem, adhesion = settling(specimen, preload=preload, law=law, mesh=mesh)
-    found, _ = places(specimen, positions, reach_of(specimen, problem, adhesion))
-    return [Case(place, problem._replace(splined=splined), adhesion) for place in found]
+    solved, _ = places(specimen, positions, reach_of(specimen, problem, adhesion))
+    return [Case(place, problem._replace(splined=splined), adhesion) for place in solved]
 
 
 def pull_offs(cases: Sequence[Case]) -> np.ndarray:

@@ -1,9 +1,9 @@
-"""Cycles of approach and retraction at one contact centre: the choice of solver and of mesh.
+"""Cycles of approach and retraction at one contact centre: the choice of the mesh, and the errors of the pull-off.
 
-All laws are followed by Newton's method (``kernels.adhesion.smooth_path``), for which the traction must not fall off
-more steeply than a mesh can bear. Laws with an edge, the Griffith limit (all pull at contact) and Dugdale's, are given
-the steepest edge that it bears, and one half as steep; what both find is extrapolated to the edge itself
-(`_EXTRAPOLATION`). The cells are halved until two meshes in a row agree on the pull-off.
+All laws are followed by Newton's method (``kernels.adhesion.path``), for which the traction must not fall off more
+steeply than a mesh can bear. Laws with an edge, the Griffith limit (all tension at contact) and Dugdale's, are solved
+with the steepest edge that it bears, and with half that steepness; both results are extrapolated (`extrapolation_of`).
+The cells are halved until two meshes in a row agree on the pull-off.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from ..bodies.liquid import Menisci
 from ..kernels.adhesion import path as path
-from ..kernels.adhesion import traction_laws as smooth_laws
+from ..kernels.adhesion import traction_laws
 from ..kernels.halfspace import displacement_control
 from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
@@ -25,64 +25,51 @@ EDGED = ("griffith", "dugdale")
 #: Largest fall of the traction with the gap at an edge, over E*/dx; the second edge has half of it.
 _EDGE_SLOPE = 0.25
 
-#: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. By it the wetted area is off
-#: by some 1e-3.
+#: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. Changes the wetted area by
+#: 0.1 %.
 _LIQUID_EDGE = 0.25
 
-#: What the two edges differ by, times this, is added to what the steeper one gives: a constant, and a part over the
-#: radius, in cells, of the smallest contact at pull-off. With it smooth spheres meet JKR's pull-off, on the mean of
-#: sixteen places on the pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
+#: Factor of the extrapolation: a constant, and a part over the radius, in cells, of the smallest contact at pull-off.
+#: Smooth spheres then meet JKR's pull-off, on the mean of sixteen places on the pixels, within 0.6 % from 2.5 to 40
+#: cells in radius (``tests/benchmarks/without_range.py``).
 _EXTRAPOLATION = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
 
-#: Where `_EXTRAPOLATION` takes off more than this part of the steeper edge's pull-off, more than from any sphere, both
-#: edges differ by more than their width explains (a summit that only one holds): then this part, or the constant alone.
+#: Largest correction of the steeper edge's pull-off, more than that of any sphere. Beyond it the part over the radius
+#: is left out: edges then differ by more than their width explains, as at a summit that touches with one of them.
 _LARGEST_CORRECTION = 0.15
 
-#: The refinements that refine="auto" may choose.
-REFINEMENTS = (1, 2, 4, 8, 16)
+#: Where pull-offs differ by more than this part, both edges found different contacts: the steeper one's is taken.
+_LARGEST_DIFFERENCE = 0.3
+
+#: Stated error, over the difference of both edges, where the steeper one pulls more: flat punches are off by 1.5 to 1.7
+#: times the difference at ten and twenty cells in radius, asperities pressed flat by less than half of it.
+_RIM_ERROR = 2.0
+
+#: The refinements that refine="auto" may choose, and the largest number of meshes on which a place is solved: a fifth
+#: would cost four times as much as the others together.
+REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
 
 #: The largest cell on which a law with a range can be solved. The cell must resist more than the traction falls off:
 #: w/ρ² < E*/dx times this. On larger cells the edge of a contact jumps from cell to cell, which overestimates the
 #: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range
-#: start with cells of 5 nm or less, of soft bodies of a twentieth of JKR's radius a_c.
+#: start with cells of 5 nm or less, of soft bodies of a tenth of JKR's radius a_c.
 _SOFTENING, FIRST_CELL = 1.0, 5.0
 
-#: Contacts of fewer cells in radius than this at pull-off are not taken as resolved. JKR's sphere is off by 6 % in the
-#: mean square where it has two and a half cells, 1.4 % at five, 0.3 % at ten and 0.2 % at twenty
-#: (``tests/benchmarks/without_range.py``).
+#: Contacts of fewer cells in radius than this at pull-off are not taken as resolved.
 LEAST_RADIUS = 2.0
 
-#: Over the square of the radius, in cells, of the smallest contact at pull-off: the least error that two meshes state,
-#: about what they are off by on spheres of that radius, on which they may agree by chance.
-_LEAST_MESH_ERROR = 0.5
+#: Root mean square of the error of a mesh without range, times the square of the radius (cells) of the smallest contact
+#: at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``). A single mesh states three times as
+#: much. Two meshes state it, too, since they may agree by chance.
+_MESH_ERROR, _DEVIATIONS = 0.5, 3.0
 
 #: Largest number of cells within the range of adhesion.
 MOST_CELLS = 10**6
 
-#: Largest number of meshes on which a place is solved.
-_MOST_MESHES = 4
-
-#: Where pull-offs differ by more than this part, both edges found different contacts, and the steeper is taken as it
-#: is: a summit more or less is touched.
-_LARGEST_DIFFERENCE = 0.3
-
-#: Without range the steeper edge is also taken as it is where it pulls more than the wider one, as a contact does whose
-#: rim cannot move. What both differ by, times this, is its stated error: flat punches are off by 1.5 to 1.7 times it
-#: at ten and twenty cells in radius, asperities pressed flat by less than half of it.
-_RIM_ERROR = 2.0
-
-#: A single mesh states as error what is taken off the steeper edge's pull-off, and this over the radius of the smallest
-#: contact in cells. Of rough places on meshes that are two to eight times as coarse as the finest, nine in ten are off
-#: by less; smooth spheres by less than half of it (``tests/benchmarks/without_range.py``).
-_SINGLE_MESH_ERROR = 0.7
-
 #: Work of separation that stands for none, nm².
 _NO_WORK = 1e-12
 
-#: Events that are not extrapolated.
-_MESH_ONLY = ("pull_off_resolution",)
-
-#: A preload counts as reached within this part of it, or of the largest pull.
+#: A preload counts as reached within this part of it, or of the largest tension.
 _PRELOAD_TOLERANCE = 0.02
 
 
@@ -97,7 +84,7 @@ class Adhesion(NamedTuple):
     accuracy: float  # NaN: take the first mesh, without an estimate of its error
     step: float  # nm
     cycles: int = 1  # at each place, each on the shape that the one before has left
-    liquid: Menisci | None = None  # what condenses between the bodies; ``work`` is then that of the solids beside it
+    liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
     first_cell: float = FIRST_CELL  # nm, of the coarsest mesh that "auto" takes without range
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; of "griffith" only
 
@@ -108,42 +95,42 @@ class Adhesion(NamedTuple):
 
     @property
     def span(self) -> float:
-        """The range over which most of it pulls, nm: that of liquid where there is any."""
+        """The range of most of the attraction, nm: that of liquid where there is any."""
         return self.liquid.height if self.liquid else self.length
 
     @property
     def peak(self) -> float:
-        """The largest pull of a law with a range, GPa."""
+        """The largest tension of a law with a range, GPa."""
         return self.work / self.length + (self.liquid.pull if self.liquid else 0.0)
 
 
-def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> smooth_laws.SmoothLaw:
+def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> traction_laws.SmoothLaw:
     """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
     per_unit = problem.dx / problem.contact_modulus
     w, length = adhesion.work * per_unit, adhesion.length
     if adhesion.liquid is not None:
         return _law_with_liquid(w, length, adhesion.liquid, per_unit)
     if w == 0:
-        return smooth_laws.law_of(exponential=(_NO_WORK, 1.0))
+        return traction_laws.law_of(exponential=(_NO_WORK, 1.0))
     if adhesion.law == "exponential":
-        return smooth_laws.law_of(exponential=(w, length))
+        return traction_laws.law_of(exponential=(w, length))
     if adhesion.law == "lennard_jones":
-        return smooth_laws.law_of(waals=(w, length))
+        return traction_laws.law_of(waals=(w, length))
     if adhesion.law == "griffith":
-        return smooth_laws.without_range(w, _EDGE_SLOPE * steepness)
-    return smooth_laws.dugdale(w, length, _EDGE_SLOPE * steepness)
+        return traction_laws.without_range(w, _EDGE_SLOPE * steepness)
+    return traction_laws.dugdale(w, length, _EDGE_SLOPE * steepness)
 
 
-def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> smooth_laws.SmoothLaw:
-    """Return the sum of the solids' pull and the liquid's, with an edge as steep as the mesh bears, or as need be."""
+def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> traction_laws.SmoothLaw:
+    """Return the sum of the solids' and the liquid's traction, the latter's edge as steep as the mesh bears."""
     pull, height = liquid.pull * per_unit, liquid.height
     wide = np.clip(2.0 * pull / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
     solids = {"exponential": (w, length)} if w > 0 else {}
-    return smooth_laws.law_of(step=smooth_laws.edged(pull, height, wide), **solids)
+    return traction_laws.law_of(step=traction_laws.edged(pull, height, wide), **solids)
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
-    """Return the gap (nm) beyond which nothing pulls."""
+    """Return the gap (nm) beyond which nothing attracts."""
     return law_on(adhesion, problem, 0.5).range
 
 
@@ -160,93 +147,89 @@ class Cycles(NamedTuple):
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
-        found = _cycles(place, problem, adhesion, adhesion.refine, fields=fields)
-        settling = _settling_error(place, problem, adhesion, found)
-        error = np.hypot(_error_of_one_mesh(found), settling)
-        return found, {"refinement": adhesion.refine, "settling_error": settling, "pull_off_error": error}
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields)
+        settling = _settling_error(place, problem, adhesion, cycles)
+        error = np.hypot(_error_of_one_mesh(cycles), settling)
+        return cycles, {"refinement": adhesion.refine, "settling_error": settling, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
 
 def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) -> tuple[Cycles, dict]:
-    """Halve the cells until the largest pull changes by less than the accuracy, or there are too many of them.
+    """Halve the cells until the pull-off changes by less than the accuracy, or there are too many of them.
 
     The change from one mesh to the next is taken as the error of the finer one: an upper bound where the meshes
     converge at first order or better. The error of the step is the change between the step and twice the step on the
-    coarsest mesh; where it is large, finer meshes take half the step. The error of what lies between the pixels is the
-    change from a band-limited surface to splines on the first mesh that divides them.
+    coarsest mesh; where it is large, finer meshes take half the step.
     """
     pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
     first = min(_first_refinement(problem, adhesion), finest)
     meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
-    before = _cycles(place, problem, adhesion, meshes[0])
+    cycles = _solved(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
-        return before, {"refinement": meshes[0]}
-    of_step = _change(_cycles(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), before)
-    between = _between_pixels(place, problem, adhesion, before)
-    settling = _settling_error(place, problem, adhesion, before)
+        return cycles, {"refinement": meshes[0]}
+    of_step = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
+    of_splines = _change_by_splines(place, problem, adhesion, cycles)
+    settling = _settling_error(place, problem, adhesion, cycles)
     if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    found, n, of_mesh = before, meshes[0], np.full_like(of_step, np.nan)
-    for finer in meshes[1:]:
-        found = _cycles(place, problem, adhesion, finer)
-        of_mesh, n = np.fmax(np.fmax(_change(before, found), _apart(found)), _unseen(found)), finer
-        between = _between_pixels(place, problem, adhesion, found) if between is None else between
+    n, of_mesh = meshes[0], np.full_like(of_step, np.nan)
+    for n in meshes[1:]:
+        before, cycles = cycles, _solved(place, problem, adhesion, n)
+        of_mesh = np.fmax.reduce([_change(before, cycles), _edge_errors(cycles), _radius_errors(cycles)])
+        of_splines = _change_by_splines(place, problem, adhesion, cycles) if of_splines is None else of_splines
         if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
-        before = found
-    between = 0.0 * of_mesh if between is None else between
-    errors = {"mesh_error": of_mesh, "step_error": of_step, "interpolation_error": between}
-    errors |= {"settling_error": settling}
+    errors = {"mesh_error": of_mesh, "step_error": of_step, "settling_error": settling}
+    errors["interpolation_error"] = 0.0 * of_mesh if of_splines is None else of_splines
     errors["pull_off_error"] = np.sqrt(sum(error**2 for error in errors.values()))
-    return found, {"refinement": n, **errors}
+    return cycles, {"refinement": n, **errors}
 
 
-def _between_pixels(place: Place, problem: Problem, adhesion: Adhesion, found: Cycles) -> np.ndarray | None:
-    """Return what splines between the pixels change; None on cells of a pixel, which have nothing between them."""
-    refine = found.problem.refine
+def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:
+    """Return the change by splines between the pixels; None on cells of a pixel, which have nothing between them."""
+    refine = cycles.problem.refine
     if refine == 1:
         return None
-    return _change(_cycles(place, problem._replace(splined=True), adhesion, refine), found)
+    return _change(_solved(place, problem._replace(splined=True), adhesion, refine), cycles)
 
 
-def _settling_error(place: Place, problem: Problem, adhesion: Adhesion, found: Cycles) -> np.ndarray:
+def _settling_error(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray:
     """Return the relative change of each pull-off if the indenter is pressed on by the pull-off itself, or more.
 
-    A law without range closes gaps up to one distance only (`snap_in_gap`); a preload closes what that may have missed.
+    A law without range closes gaps up to one distance only (`snap_in_gap`); a preload closes the others.
     """
-    pulls = np.array([largest_pull(found, k) for k in range(len(found.paths))])
+    pulls = pull_offs_of(cycles)
     change, load = np.zeros(pulls.size), np.nanmax(pulls, initial=0.0)
     light = np.resize(adhesion.preloads, pulls.size) < load if adhesion.preloads.size else np.zeros(pulls.size, bool)
     if adhesion.law != "griffith" or np.isnan(adhesion.accuracy) or not light.any():
         return change
     pressed = adhesion._replace(preloads=np.array([load]), cycles=1)
-    pull = largest_pull(_cycles(place, problem, pressed, found.problem.refine), 0)
+    pull = largest_pull(_solved(place, problem, pressed, cycles.problem.refine), 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(light & (pulls > 0), np.abs(pull - pulls) / pulls, change)
 
 
-def _unseen(found: Cycles) -> np.ndarray:
-    """Return the error of small contacts at pull-off, on which two meshes may agree by chance."""
-    radii = [events(found, k).get("pull_off_resolution", np.nan) for k in range(len(found.paths))]
-    return _LEAST_MESH_ERROR / np.array(radii) ** 2
+def _radius_errors(cycles: Cycles) -> np.ndarray:
+    """Return the usual error of contacts of so many cells at pull-off."""
+    radii = [events(cycles, k).get("pull_off_resolution", np.nan) for k in range(len(cycles.paths))]
+    return _MESH_ERROR / np.array(radii) ** 2
 
 
-def _error_of_one_mesh(found: Cycles) -> np.ndarray:
+def _edge_errors(cycles: Cycles) -> np.ndarray:
+    return np.array([extrapolation(cycles, k).error for k in range(len(cycles.paths))])
+
+
+def _error_of_one_mesh(cycles: Cycles) -> np.ndarray:
     """Return the stated errors of pull-offs by a law with an edge, NaN for one without."""
-    told = [(events(found, k), _events(followed)) for k, followed in enumerate(found.paths)]
-    if not found.wider:
-        return np.full(len(told), np.nan)
-    pulls, steeper, radii = (
-        np.array([one[of].get(name, np.nan) for one in told])
-        for of, name in ((0, "pull_off_force"), (1, "pull_off_force"), (1, "pull_off_resolution"))
-    )
+    if not cycles.wider:
+        return np.full(len(cycles.paths), np.nan)
+    errors = np.fmax(_edge_errors(cycles), _DEVIATIONS * _radius_errors(cycles))
+    if cycles.law == "griffith":
+        return errors
+    pulls, steep = pull_offs_of(cycles), pull_offs_of(cycles._replace(wider=[]))
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.fmax(np.abs(pulls - steeper) / pulls, _apart(found)) + _SINGLE_MESH_ERROR / radii
-
-
-def _apart(found: Cycles) -> np.ndarray:
-    return np.array([apart(found, k) for k in range(len(found.paths))])
+        return errors + np.abs(pulls - steep) / pulls
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
@@ -255,7 +238,7 @@ def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
 
 
 def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
-    """Return the largest cells (nm) on which adhesion holds between bodies of a modulus (GPa)."""
+    """Return the largest cells (nm) on which adhesion can be solved between bodies of a modulus (GPa)."""
     cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
     cell = adhesion.first_cell if adhesion.law == "griffith" else cell
     if liquid is None:
@@ -264,13 +247,13 @@ def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
-    """Return the largest cells (nm) on which a law of this length (nm) holds; modulus in GPa, work in J/m²."""
+    """Return the largest cells (nm) on which a law of this length (nm) can be solved; modulus in GPa, work in J/m²."""
     if law == "griffith" or work == 0:
         return FIRST_CELL
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
         return 0.75 * _EDGE_SLOPE * bears
-    return bears * (_SOFTENING if law == "exponential" else _SOFTENING / smooth_laws.WALL)
+    return bears * (_SOFTENING if law == "exponential" else _SOFTENING / traction_laws.WALL)
 
 
 def overlapping_cells(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
@@ -279,11 +262,11 @@ def overlapping_cells(surface: Surface, problem: Problem, adhesion: Adhesion) ->
     return int(np.count_nonzero(surface.separation < within))
 
 
-def _change(one: Cycles, other: Cycles) -> np.ndarray:
-    """Return the relative difference of the pull-offs of two meshes; NaN where neither pulls."""
-    a, b = (np.array([largest_pull(found, k) for k in range(len(found.paths))]) for found in (one, other))
+def _change(cycles: Cycles, reference: Cycles) -> np.ndarray:
+    """Return the relative difference of the pull-offs of two meshes; NaN where the reference does not adhere."""
+    pulls, expected = pull_offs_of(cycles), pull_offs_of(reference)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(b > 0, np.abs(a - b) / b, np.nan)
+        return np.where(expected > 0, np.abs(pulls - expected) / expected, np.nan)
 
 
 def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
@@ -291,9 +274,9 @@ def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndar
     return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
 
 
-def deepest_of(followed: path.Path, found: Cycles) -> float:
+def deepest_of(followed: path.Path, cycles: Cycles) -> float:
     """Return the largest displacement of a cycle, nm below the datum."""
-    return found.surface.zero + (followed.states["delta"][followed.turn - 1] if followed.turn else -np.inf)
+    return cycles.surface.zero + (followed.states["delta"][followed.turn - 1] if followed.turn else -np.inf)
 
 
 def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
@@ -307,12 +290,18 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
     return turn["contact_area"] > 0 and turn["force"] >= goal - _PRELOAD_TOLERANCE * max(goal, largest)
 
 
-def largest_pull(found: Cycles, k: int) -> float:
+def largest_pull(cycles: Cycles, k: int) -> float:
     """Return the pull-off force of a cycle, nN; NaN for one that broke off."""
-    return events(found, k).get("pull_off_force", np.nan)
+    return events(cycles, k).get("pull_off_force", np.nan)
 
 
-def _cycles(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
+def pull_offs_of(cycles: Cycles) -> np.ndarray:
+    """Return the pull-off forces of all cycles, nN."""
+    return np.array([largest_pull(cycles, k) for k in range(len(cycles.paths))])
+
+
+def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
+    """Return the cycles at one place on one mesh."""
     problem = problem._replace(refine=refine)
     return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
 
@@ -326,21 +315,22 @@ def cycles_on(surface: Surface, problem: Problem, adhesion: Adhesion, *, fields:
 
 
 def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: bool) -> list[path.Path]:
-    """Return the paths of all cycles and preloads, in units."""
-    found = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None)
+    """Return the paths of all cycles and preloads, in nm, nN and GPa."""
+    paths = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None)
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
             _cycle(surface, problem, adhesion, law, fields, load, followed.left[-1])[0] if followed.turn else followed
             for load, followed in zip(loads, before)
         ]
-        found = found + before
-    return [_in_units(followed, surface, problem) for followed in found]
+        paths = paths + before
+    return [_in_units(followed, surface, problem) for followed in paths]
 
 
 def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path.Path]:
     """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
-    cap, limit = _bounds(problem)
+    hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
+    cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
     return path.follow_smooth(
         surface.separation,
         deltas_of(surface, problem, adhesion),
@@ -358,12 +348,6 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
     )
 
 
-def _bounds(problem: Problem) -> tuple[float, float]:
-    """Return the largest pressure on unit cells of unit modulus, and the one that is told of."""
-    per_unit = problem.dx / problem.contact_modulus
-    return displacement_control.Hardness(problem.hardness, problem.yielding).scaled(per_unit)
-
-
 def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.Path:
     """Return a path in nm, nN and GPa, its displacements counted from the datum of the result."""
     states, stiffness = followed.states.copy(), problem.contact_modulus * problem.dx
@@ -377,85 +361,87 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     return followed._replace(states=states, pressures=pressures)
 
 
-def yield_told(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
-    """Return what the states of a path have yielded, as far as a hardness is known."""
+def yielding_of(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
+    """Return the yielded shares of the states of a path, as far as a hardness is known."""
     if not np.isfinite(problem.hardness):
         return {}
     names = ("yielded_fraction", "yielded_area_fraction", *(("yielded_area", "plastic_work") * problem.yielding))
     return {name: followed.states[name] for name in names}
 
 
-def gain(found: Cycles, k: int) -> float:
-    """Return how much of what two edges differ by is added to the steeper one's; 0 where that is taken as it is."""
-    if apart(found, k) > 0.0:
-        return 0.0
-    radius = _events(found.paths[k]).get("pull_off_resolution", np.nan)
-    return gain_at(found.law, radius, abs(_difference(found, k)))
+class Extrapolation(NamedTuple):
+    """The way from two widths of an edge to an edge without width."""
+
+    factor: float  # result = steep + factor × (steep − wide); 0 where the steeper edge's result is taken
+    error: float  # relative error of the pull-off where it is not extrapolated; else 0
+
+    def of(self, steep: Any, wide: Any) -> Any:
+        """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
+        return steep + self.factor * (steep - wide) if self.factor else steep
 
 
-def gain_at(law: str, radius: float, off: float) -> float:
-    """Return the same at a radius in cells of the smallest contact, where both pull-offs differ by a part ``off``."""
+def extrapolation(cycles: Cycles, k: int) -> Extrapolation:
+    """Return the `Extrapolation` of a cycle by the pull-offs with both edges."""
+    if not cycles.wider:
+        return Extrapolation(0.0, 0.0)
+    steep, wide = (_events(paths[k]) for paths in (cycles.paths, cycles.wider))
+    pull = steep.get("pull_off_force", np.nan)
+    change = (pull - wide.get("pull_off_force", np.nan)) / max(pull, 1e-300)
+    return extrapolation_of(cycles.law, steep.get("pull_off_resolution", np.nan), change)
+
+
+def extrapolation_of(law: str, radius: float, change: float) -> Extrapolation:
+    """Return the `Extrapolation` where the steeper edge's pull-off exceeds the wider one's by a part ``change``.
+
+    Richardson's extrapolation of an error c bⁿ in the width b of the edge. Without range half the steepness widens the
+    edge by √2, hence a factor of 1/(2^{n/2} − 1). Dugdale's edge widens by 2, hence 1/(2ⁿ − 1). Spheres of many cells
+    give n = 1.8 and 1.6. Without range few cells add a part over the radius, which is fitted (``_EXTRAPOLATION``).
+    """
+    if change > 0 and law == "griffith":  # as at a rim that cannot move
+        return Extrapolation(0.0, _RIM_ERROR * change)
+    if abs(change) > _LARGEST_DIFFERENCE:
+        return Extrapolation(0.0, abs(change))
     constant, over_radius = _EXTRAPOLATION[law]
-    whole = constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
-    return max(constant, _LARGEST_CORRECTION / off) if whole * off > _LARGEST_CORRECTION else whole
+    factor = constant + over_radius / max(radius, LEAST_RADIUS) if radius > 0 else constant
+    if factor * abs(change) > _LARGEST_CORRECTION:
+        factor = max(constant, _LARGEST_CORRECTION / abs(change))
+    return Extrapolation(factor, 0.0)
 
 
-def sharper(value: Any, wide: Any, gain: float) -> Any:
-    """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
-    return value + gain * (value - wide) if gain else value
-
-
-def apart(found: Cycles, k: int) -> float:
-    """Return the error of the steeper edge's pull-off where it is taken as it is; 0 where both are extrapolated."""
-    if not found.wider:
-        return 0.0
-    change = _difference(found, k)
-    if change > 0 and found.law == "griffith":
-        return _RIM_ERROR * change
-    return abs(change) if abs(change) > _LARGEST_DIFFERENCE else 0.0
-
-
-def _difference(found: Cycles, k: int) -> float:
-    """Return by what part of itself the steeper edge's pull-off exceeds the wider one's."""
-    pull, wide = (_events(one[k]).get("pull_off_force", np.nan) for one in (found.paths, found.wider))
-    return (pull - wide) / max(pull, 1e-300)
-
-
-def events(found: Cycles, k: int) -> dict[str, float]:
+def events(cycles: Cycles, k: int) -> dict[str, float]:
     """Return snap-in, pull-off, work of separation and so on; empty for a path that broke off or never touched."""
-    told = _events(found.paths[k])
-    if not found.wider or not told:
-        return told
-    wide = _events(found.wider[k])
+    steep = _events(cycles.paths[k])
+    if not cycles.wider or not steep:
+        return steep
+    wide = _events(cycles.wider[k])
     if not wide:
         return {}
-    least, added = {"snap_in_force": 0.0, "pull_off_force": 0.0}, gain(found, k)
-    return {
-        name: max(sharper(value, wide[name], added), least.get(name, -np.inf)) if name not in _MESH_ONLY else value
-        for name, value in told.items()
-    }
+    to_edge = extrapolation(cycles, k)
+    out = {name: to_edge.of(value, wide[name]) for name, value in steep.items()}
+    out |= {name: max(out[name], 0.0) for name in ("snap_in_force", "pull_off_force")}
+    return out | {"pull_off_resolution": steep["pull_off_resolution"]}
 
 
 def _events(followed: path.Path) -> dict[str, float]:
-    """Return the events of one path: missing where a state that they rest on has not converged."""
-    states, back = followed.states, followed.states[followed.turn :]
+    """Return the events of one path: missing where a state that they depend on has not converged."""
+    states, retraction = followed.states, followed.states[followed.turn :]
     touching = states["contact_area"] > 0
     if followed.status != path.CONVERGED or not touching.any():
         return {}
-    lowest = followed.turn + int(np.argmin(back["force"]))
+    lowest = followed.turn + int(np.argmin(retraction["force"]))
     first, last = int(np.argmax(touching)), len(touching) - 1 - int(np.argmax(touching[::-1]))
     delta, force, fine = states["delta"], states["force"], states["converged"]
-    told = {
+    values = {
         "snap_in_force": (max(-force[first], 0.0), fine[first]),
         "snap_in_delta": (delta[first], fine[first]),
         "pull_off_force": (max(-force[lowest], 0.0), fine[lowest]),
         "pull_off_delta": (delta[lowest], fine[lowest]),
         "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
-        "work_of_separation": (_work(np.minimum(back["force"], 0.0), back["delta"]), fine.all()),
+        "work_of_separation": (_work(np.minimum(retraction["force"], 0.0), retraction["delta"]), fine.all()),
         "hysteresis": (_work(force, delta), fine.all()),
         "pull_off_resolution": (states["resolution"][lowest], True),
     }
-    return {name: value if rests else np.nan for name, (value, rests) in told.items()}
+    return {name: value if known else np.nan for name, (value, known) in values.items()}
 
 
 def _work(force: np.ndarray, delta: np.ndarray) -> float:

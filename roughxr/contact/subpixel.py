@@ -1,7 +1,8 @@
 """The pull-off at one place of a surface whose roughness is extrapolated below what its scan shows.
 
-The few cells within reach lie in patches far apart. They are found on coarse cells with the longer waves, then only
-where shorter ones may still touch; patches are moved together, but for a distance at which they hardly interact.
+The few cells within reach lie in patches far from each other. They are located on coarse cells with the longer
+wavelengths, then only where finer roughness may still touch. Patches are moved together, but for a distance at which
+they hardly interact.
 """
 
 from __future__ import annotations
@@ -62,15 +63,15 @@ def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adh
     patch = Patch(height, first, pixel, centre)
     for _ in range(_MOST_DEPTHS):
         surface, cell = _surface(patch, int(seed), float(depth), float(pull), problem, adhesion, below)
-        here = problem._replace(steps=np.array([depth]), pixel=cell, refine=1)
-        found = cycles_on(surface, here, adhesion)
-        followed = found.paths[0]
+        deeper = problem._replace(steps=np.array([depth]), pixel=cell, refine=1)
+        cycles = cycles_on(surface, deeper, adhesion)
+        followed = cycles.paths[0]
         if reached(followed, adhesion, 0) or followed.status != path.CONVERGED:
             break
         depth = depth * _DEPTH_FACTOR
     if not (followed.turn and reached(followed, adhesion, 0)):
         return np.full(2, np.nan)
-    return np.array([largest_pull(found, 0), followed.states["delta"][followed.turn - 1]])
+    return np.array([largest_pull(cycles, 0), followed.states["delta"][followed.turn - 1]])
 
 
 def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surface, float]:
@@ -85,36 +86,36 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
         within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
-    apart = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
+    distance = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
 
     def separations(boxes, shortest):
         waves = bands(below.spectrum.of, below.longest, shortest, seed)
-        aside = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
+        offsets = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
         heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
-        return [problem.indenter.separation(one, 0.0, *off) for one, off in zip(heights, aside)]
+        return [problem.indenter.separation(height, 0.0, *offset) for height, offset in zip(heights, offsets)]
 
     cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS)
     boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
-    wave, looked = below.longest, False
-    while not looked:
+    wave, finest = below.longest, False
+    while not finest:
         near = _near(
             separations(boxes, wave), within + _RISE_DEVIATIONS * rms_of(below.spectrum.at, wave, below.shortest)
         )
-        looked, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
-        finer = last if looked else min(cell, wave / _COARSE_PER_WAVE)
-        boxes = [one for box, part in zip(boxes, near) for one in _finer(box, part, cell, finer, apart)]
+        finest, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
+        finer = last if finest else min(cell, wave / _COARSE_PER_WAVE)
+        boxes = [smaller for box, part in zip(boxes, near) for smaller in _finer(box, part, cell, finer, distance)]
         cell = finer
-    found = separations(boxes, below.shortest)
-    parts = [np.where(part, one, np.inf) for part, one in zip(_near(found, within), found)]
-    margin = int(np.ceil(apart / last)) + 1
+    separated = separations(boxes, below.shortest)
+    parts = [np.where(part, box, np.inf) for part, box in zip(_near(separated, within), separated)]
+    margin = int(np.ceil(distance / last)) + 1
     sheet = _side_by_side([patch for part in parts for patch in _patches(part, margin)])
     return Surface(sheet, float(sheet.min()), np.inf, (0, 0)), last
 
 
 def _near(separations: list[np.ndarray], within: float) -> list[np.ndarray]:
     """Return where boxes come as near as this (nm) to the nearest of all."""
-    least = min(one.min() for one in separations)
-    return [one < least + within for one in separations]
+    least = min(separation.min() for separation in separations)
+    return [separation < least + within for separation in separations]
 
 
 def _between(low: float, high: float, cell: float) -> np.ndarray:
@@ -122,43 +123,43 @@ def _between(low: float, high: float, cell: float) -> np.ndarray:
     return cell * (np.arange(np.floor(low / cell), np.ceil(high / cell)) + 0.5)
 
 
-def _finer(box: tuple, near: np.ndarray, cell: float, finer: float, apart: float) -> list[tuple]:
-    """Return boxes of finer points around the coarser ones that are near, and a distance; no two share a point."""
-    around = _around(near, int(np.ceil(apart / cell)) + 1)
-    parts = _boxes_of(around)
-    while sum(around[part].size for part in parts) > around.sum():
+def _finer(box: tuple, near: np.ndarray, cell: float, finer: float, distance: float) -> list[tuple]:
+    """Return boxes of finer points for the coarser ones that are near, and a distance; no two share a point."""
+    wanted = _dilated(near, int(np.ceil(distance / cell)) + 1)
+    parts = _boxes_of(wanted)
+    while sum(wanted[part].size for part in parts) > wanted.sum():
         for part in parts:
-            around[part] = True
-        parts = _boxes_of(around)
-    return [tuple(_within(axis[one], cell, finer) for axis, one in zip(box, part)) for part in parts]
+            wanted[part] = True
+        parts = _boxes_of(wanted)
+    return [tuple(_finer_points(axis[along], cell, finer) for axis, along in zip(box, part)) for part in parts]
 
 
 def _boxes_of(cells: np.ndarray) -> list[tuple[slice, slice]]:
-    """Return the boxes around what hangs together, also across corners."""
+    """Return the boxes of connected cells, also across corners."""
     from scipy import ndimage
 
     return ndimage.find_objects(ndimage.label(cells, np.ones((3, 3)))[0])
 
 
-def _within(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
+def _finer_points(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
     """Return the finer points inside a range of cells."""
     low, high = points[0] - 0.5 * cell, points[-1] + 0.5 * cell
-    found = _between(low, high, finer)
-    return found[(found >= low) & (found < high)]
+    points = _between(low, high, finer)
+    return points[(points >= low) & (points < high)]
 
 
-def _around(near: np.ndarray, margin: int) -> np.ndarray:
+def _dilated(near: np.ndarray, margin: int) -> np.ndarray:
     from scipy import ndimage
 
     return ndimage.maximum_filter(near, 2 * margin + 1, mode="constant")
 
 
 def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
-    """Return the patches of finite separation that are apart by more than two margins (cells), each with one around."""
+    """Return the patches of finite separation more than two margins (cells) from each other, each with a margin."""
     from scipy import ndimage
 
     padded = np.pad(separation, margin, constant_values=np.inf)
-    labels, _ = ndimage.label(_around(np.isfinite(padded), margin), np.ones((3, 3)))
+    labels, _ = ndimage.label(_dilated(np.isfinite(padded), margin), np.ones((3, 3)))
     boxes = enumerate(ndimage.find_objects(labels), 1)
     return [np.where(labels[box] == label, padded[box], np.inf) for label, box in boxes]
 
@@ -166,17 +167,17 @@ def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
 def _side_by_side(patches: list[np.ndarray]) -> np.ndarray:
     """Return patches side by side, in rows about as long as all are together high."""
     patches = sorted(patches, key=len, reverse=True)
-    width = max(int(np.sqrt(sum(one.size for one in patches))), *(one.shape[1] for one in patches))
+    width = max(int(np.sqrt(sum(patch.size for patch in patches))), *(patch.shape[1] for patch in patches))
     rows: list[list[np.ndarray]] = [[]]
-    for one in patches:
-        if sum(other.shape[1] for other in rows[-1]) + one.shape[1] > width and rows[-1]:
+    for patch in patches:
+        if sum(other.shape[1] for other in rows[-1]) + patch.shape[1] > width and rows[-1]:
             rows.append([])
-        rows[-1].append(one)
+        rows[-1].append(patch)
     out, low = np.full((sum(len(row[0]) for row in rows), width), np.inf), 0
     for row in rows:
         left = 0
-        for one in row:
-            out[low : low + len(one), left : left + one.shape[1]] = one
-            left += one.shape[1]
+        for patch in row:
+            out[low : low + len(patch), left : left + patch.shape[1]] = patch
+            left += patch.shape[1]
         low += len(row[0])
     return out

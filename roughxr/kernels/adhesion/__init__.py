@@ -1,12 +1,11 @@
 """Adhesion between a rigid profile and the half space, followed through loading and retraction.
 
-smooth_laws         traction across a gap, and the work left to separate the surfaces from it
-smooth_equilibrium  a local minimum of the energy at a fixed displacement, all cells at once
-newton_system       the linear systems of its steps
-smooth_prediction   a guess of the next state
-smooth_patches      the number of contacts, and how well the mesh resolves them
-smooth_states       a state from the states before it, and how a surface gives way
-smooth_path         loading and retraction, state by state
-potentials          attraction across a gap between bodies too stiff to deform
-rigid               the pull of a rigid body on a rough half space, at one place or at all
+traction_laws   traction across a gap, and the work left to separate the surfaces from it
+equilibrium     a local minimum of the energy at a fixed displacement, all cells at once
+newton_system   the linear systems of its steps
+patches         the number of contacts, and how well the mesh resolves them
+states          a state from the state before it, and how a surface gives way
+path            loading and retraction, state by state
+potentials      attraction across a gap between bodies too stiff to deform
+rigid           the pull of a rigid body on a rough half space, at one place or at all
 """

@@ -61,7 +61,7 @@ _PRESSURE_SCALE = 0.1
 #: Number of tangent steps at the start where that is the case.
 _FIRST_TANGENT_STEPS = 2
 
-#: With attraction held fixed, gaps are closed to this part of the largest traction, with at most so many products.
+#: With attraction fixed fixed, gaps are closed to this part of the largest traction, with at most so many products.
 _OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
@@ -75,10 +75,8 @@ class BoxProblem(NamedTuple):
     coefficients: np.ndarray
     law: SmoothLaw
     tolerance: float
-    exact: Convolution  # of the whole box
-    quick: Convolution
-    first: tuple[int, int]  # origin of the part of the box that contains the cells of the linear systems
-    product: Convolution  # with A, on that part
+    exact: Convolution  # with A, in double precision
+    quick: Convolution  # with A, in single precision
     inverse: Convolution  # with the periodic inverse of A
 
 
@@ -99,16 +97,16 @@ class Convergence(NamedTuple):
     fine: bool
 
 
-def settle(body, delta, last, state, near=False):
-    """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values or else from ``last``.
+def settle(body, delta, state, near=False):
+    """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values.
 
-    With ``near`` only Newton's method is used: a state that is not close to the guess is not searched.
+    With ``near`` only Newton's method is used: a state that is not close to the start is not searched.
     """
+    anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)
     products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
-    if out.fine or out.residual == np.inf or near:
+    if out.fine or near:
         return out
-    anchor = ContactState(*(values.copy() for values in last))
     while rounds < _MOST_ROUNDS:
         products += _relax(body, delta, anchor, steps)
         bound = energy(body.separation, body.law, delta, anchor)
@@ -116,17 +114,13 @@ def settle(body, delta, last, state, near=False):
             new[:] = old
         out = _newton(body, delta, state, near)
         products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
-        lower = energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound)
-        if (out.fine and lower) or out.residual == np.inf:
+        if out.fine and energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound):
             break
     return Convergence(rounds, products, out.residual, out.fine)
 
 
 def _newton(body, delta, state, near):
-    """Iterate until the residual is small enough, or has not fallen for long; unless ``near``, nor has the potential.
-
-    The residual is infinite where a cell touches beyond the part of the box in which systems are solved.
-    """
+    """Iterate until the residual is small, or has not fallen for long; unless ``near``, nor has the potential."""
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
     most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
     for turn in range(most):
@@ -148,10 +142,10 @@ def _newton(body, delta, state, near):
 
 def _relax(body, delta, state, steps):
     """Take some tangent steps; return the number of products."""
-    held = np.zeros(state.gap.shape)
-    _hold(body, state, held)
+    fixed = np.zeros(state.gap.shape)
+    _fix_attraction(body, state, fixed)
     _quick_gaps(body, delta, state)
-    return sum(_press(body, delta, state, held) for _ in range(steps))
+    return sum(_press(body, delta, state, fixed) for _ in range(steps))
 
 
 @kernel
@@ -170,38 +164,38 @@ def _quick_residual(body, delta, state):
 
 
 @kernel
-def _hold(body, state, held):
+def _fix_attraction(body, state, fixed):
     """Set the pressure of each cell to the attraction at its gap, minus what presses where it touches."""
-    for i in range(held.shape[0]):
-        for j in range(held.shape[1]):
+    for i in range(fixed.shape[0]):
+        for j in range(fixed.shape[1]):
             t = traction(max(state.gap[i, j], 0.0), body.law)[0]
-            before = held[i, j] if held[i, j] > 0.0 else t
+            before = fixed[i, j] if fixed[i, j] > 0.0 else t
             presses = max(state.pressure[i, j] + before, 0.0) if state.touching[i, j] else 0.0
-            held[i, j], state.pressure[i, j] = t, presses - t
+            fixed[i, j], state.pressure[i, j] = t, presses - t
 
 
 @kernel
-def _press(body, delta, state, held):
-    """Find which cells touch, and their pressures, with the attraction held fixed; return the number of products."""
-    _hold(body, state, held)
+def _press(body, delta, state, fixed):
+    """Find which cells touch, and their pressures, with the attraction fixed fixed; return the number of products."""
+    _fix_attraction(body, state, fixed)
     _quick_gaps(body, delta, state)
     rows, columns = _places(body, state)
     count = rows.size
     if count == 0:
         return 1
-    cells = gather_cells(_near(body, rows, columns), count, np.inf)
+    cells = gather_cells(near_cells(rows, columns, body.coefficients, body.quick, body.inverse), count, np.inf)
     pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
     deepest = 0.0
     for k in range(count):
         i, j = rows[k], columns[k]
-        pressure[k], gap[k] = state.pressure[i, j] + held[i, j], state.gap[i, j]
+        pressure[k], gap[k] = state.pressure[i, j] + fixed[i, j], state.gap[i, j]
         deepest = max(deepest, -gap[k])
         contact[k] = state.touching[i, j] and pressure[k] > 0.0
     goal = _OVERLAP_TOLERANCE * max(body.law.strength, 0.1 * deepest)
     out = solve_contact(cells, pressure, gap, contact, goal, _OVERLAP_PRODUCTS, None, np.int64(PATIENCE))
     for k in range(count):
         i, j = rows[k], columns[k]
-        state.pressure[i, j], state.gap[i, j] = pressure[k] - held[i, j], gap[k]
+        state.pressure[i, j], state.gap[i, j] = pressure[k] - fixed[i, j], gap[k]
         state.touching[i, j] = contact[k]
     return 1 + out.iterations
 
@@ -231,9 +225,9 @@ def _less_approach(body, delta, state):
 def _classify(body, delta, state):
     """Decide which cells touch, update the tractions of distant cells; return the largest residual, and the potential.
 
-    The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. It is
-    infinite where a cell touches beyond the part of the box in which systems are solved. The potential (nm²) is the
-    energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do not count.
+    The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. The
+    potential (nm²) is the energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do
+    not count.
     """
     law, worst, most, potential = body.law, 0.0, 0.0, 0.0
     for i in range(state.gap.shape[0]):
@@ -246,7 +240,7 @@ def _classify(body, delta, state):
             potential += _stored(pressure, gap, body.separation[i, j], delta, law)
             if touching:
                 potential -= (pressure + t) * gap
-                worst = max(worst, abs(gap)) if _is_inside(i, j, body) else np.inf
+                worst = max(worst, abs(gap))
                 continue
             worst = max(worst, abs(pressure + t))
             if tau < _SMALLEST_SLOPE:
@@ -255,29 +249,12 @@ def _classify(body, delta, state):
 
 
 @kernel
-def _is_inside(i, j, body):
-    i -= body.first[0]
-    j -= body.first[1]
-    return 0 <= i < body.inverse.box.shape[0] and 0 <= j < body.inverse.box.shape[1]
-
-
-@kernel
-def _near(body, rows, columns):
-    """Return A on cells of the box."""
-    count = rows.size
-    i, j = np.empty(count, np.int64), np.empty(count, np.int64)
-    for k in range(count):
-        i[k], j[k] = rows[k] - body.first[0], columns[k] - body.first[1]
-    return near_cells(i, j, body.coefficients, body.product, body.inverse)
-
-
-@kernel
 def _improve(body, state, worst):
     """Take one step; return the number of products."""
     rows, columns = _places(body, state)
     if rows.size == 0:
         return 0
-    near = _near(body, rows, columns)
+    near = near_cells(rows, columns, body.coefficients, body.quick, body.inverse)
     touching, fall, right = _system(body, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
@@ -314,13 +291,9 @@ def _go(body, state, rows, columns, touching, x, image):
 @kernel
 def _places(body, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
-    i0, j0 = body.first
-    i1, j1 = i0 + body.inverse.box.shape[0], j0 + body.inverse.box.shape[1]
-    i1, j1 = min(i1, state.gap.shape[0]), min(j1, state.gap.shape[1])
-    rows, columns = np.empty((i1 - i0) * (j1 - j0), np.int64), np.empty((i1 - i0) * (j1 - j0), np.int64)
-    count = 0
-    for i in range(i0, i1):
-        for j in range(j0, j1):
+    rows, columns, count = np.empty(state.gap.size, np.int64), np.empty(state.gap.size, np.int64), 0
+    for i in range(state.gap.shape[0]):
+        for j in range(state.gap.shape[1]):
             gap = state.gap[i, j]
             if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _SMALLEST_SLOPE:
                 rows[count], columns[count], count = i, j, count + 1

@@ -1,15 +1,13 @@
 """Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
 
-Each state is searched from an extrapolation of the last two: of gaps where cells attract, of pressures where they
-touch. So the path follows a branch to its end and then descends to another one, as a body held by a stiff device does.
-The displacement moves in steps, and the pull-off must not depend on what lies between two of them:
+Each state is searched from the last one. So the path follows a branch of solutions to its end and then descends to
+another one, as a body held by a stiff device does. The displacement moves in steps, and the pull-off must not depend on
+what lies between two of them:
 
-- retraction goes back in whole steps first. Then, from the state beyond which the largest pull may lie, it is
-  repeated, and only states near the extrapolation are accepted. Where there is none, a branch has ended or the last
-  contact of a stiff body is lost; this end is located by shorter steps, and passed by a leap. Once the path is again
-  the one known, it leads on from there. That ends are looked for only where they may matter saves a third of the
-  work (``tests/benchmarks/adhesive_cost.py pressed``).
-- at the largest pull, states are solved at the vertices of parabolas through three.
+- retraction takes whole steps first. Then, from the state beyond which the largest tension may lie, it is repeated, and
+  only states near the last one are accepted. Where there is none, a branch has ended or the last contact of a stiff
+  body is lost; shorter steps locate this end. Once the path is again the known one, it leads on from there. Ends that
+  cannot matter are not located, which saves a third of the work.
 - a preload is located by regula falsi.
 
 The energy that a step releases at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ less the increase of the
@@ -27,8 +25,8 @@ from .states import Solver
 #: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: What is told of a state: of yielding, the shares of pushing force and touching cells at the hardness or above, and
-#: area and volume of what has given way, in cells.
+#: A state's values; of yielding, the shares of pushing force and touching cells at the hardness or above, and area and
+#: volume of what has given way, in cells.
 STATE = np.dtype(
     [
         *((name, float) for name in ("delta", "force", "contact_area", "energy", "dissipated", "contact_patches")),
@@ -40,7 +38,7 @@ STATE = np.dtype(
     ]
 )
 
-#: Retraction ends where nothing touches and the pull is below this part of the largest.
+#: Retraction ends where nothing touches and the tension is below this part of the largest.
 _LEAST_PULL = 1e-3
 
 #: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
@@ -50,32 +48,18 @@ _JUMP_DISSIPATION, _EDGE_GAIN = 0.15, 0.05
 #: Avoids 0/0 in ratios.
 _TINY = 1e-300
 
-#: Where a branch has ended, the next one is searched some distance beyond: close to the end, convergence is slow, as
-#: one over the root of the distance. The leap is at most so many longest steps, and such that at most this part of the
-#: largest pull may be missed. It saves a quarter of the work, and its pull-offs are closer to those of short steps.
-_LONGEST_LEAP, _LEAP_ERROR = 1.0 / 16, 0.005
-
-#: Largest part of the largest pull that may be missed between two states; part of the longest step below which steps
+#: Largest part of the largest tension that may be missed between two states; part of the longest step below which steps
 #: are not halved.
 _PULL_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
 
-#: The same where a smooth curve may have turned: the tangent is an upper bound, and the vertex is solved afterwards.
+#: The same where a smooth curve may have turned: the tangent is an upper bound.
 _PULL_ERROR_ON_CURVE = 0.05
 
-#: Steps back over those of loading. Longer ones pass from one branch to another that shorter ones do not meet: places
-#: of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
+#: Retraction's steps over those of loading. Longer ones pass from one branch to another that shorter ones do not meet:
+#: places of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
 _RETRACTION_STEP = 0.5
 
-#: Part of a step within which the last contact is seen to let go: a longer step may let go of what still holds.
-_LAST_CONTACT_STEP = 1.0 / 16
-
-#: Part of a step by which the stiffness of a branch is measured.
-_STIFFNESS_STEP = 1.0 / 16
-
-#: Largest number of states that are added to locate the largest pull.
-_MOST_VERTICES = 4
-
-#: Accuracy of a preload, as a part of it, or of the largest pull if that is more.
+#: Accuracy of a preload, as a part of it, or of the largest tension if that is more.
 _PRELOAD_TOLERANCE = 1e-3
 
 #: Displacements closer than this part of a step count as equal.
@@ -136,8 +120,8 @@ def follow_smooth(
     left : (nx, ny) array, optional
         Residual height of earlier cycles, nm ≤ 0.
     from_contact : bool
-        The law stands for one without range: it pulls around contacts only, as far as their edges open within it, and
-        not across the gap to what has not touched, unless that gap is smaller than ``capture``.
+        The law stands for one without range: it attracts where contacts are and within the opening of their edges, and
+        across the gap to other cells only where that gap is smaller than ``capture``.
     capture : float
         Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
 
@@ -160,87 +144,81 @@ def follow_smooth(
 
 def _path(loading, fine):
     """Return the `Path` that turns back where the loading has arrived."""
-    back = _Retraction(loading)
-    whole = fine and back.retract()
-    visited, shape = loading.visited + (back.visited if fine else []), (0, *loading.solver.separation.shape)
-    states = np.array([one.row for one in visited], STATE)
+    retraction = _Retraction(loading)
+    whole = fine and retraction.retract()
+    visited, shape = loading.visited + (retraction.visited if fine else []), (0, *loading.solver.separation.shape)
+    states = np.array([visit.row for visit in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
-    pressures = [one.pressure for one in visited if one.pressure is not None]
-    left = [one.left for one in loading.visited if one.left is not None] or [loading.last.left]
+    pressures = [visit.pressure for visit in visited if visit.pressure is not None]
+    left = [visit.left for visit in loading.visited if visit.left is not None] or [loading.last.left]
     status = CONVERGED if whole else NOT_FINITE
     pressures = np.array(pressures) if pressures else np.zeros(shape)
     return Path(states, len(loading.visited), status, pressures, np.array(left))
 
 
-class _Visited:
-    """A state of the path: what is told of it and, while a larger pull may lie beyond, the state itself."""
+class _Visit:
+    """A state of the path: its row and, while a larger tension may lie beyond, the state itself."""
 
-    __slots__ = ("before", "known", "left", "most", "pressure", "row", "stiffness")
+    __slots__ = ("left", "most", "pressure", "row", "solved", "stiffness")
 
-    def __init__(self, row, known, before, stiffness, pressure=None, left=None):
-        self.row, self.known, self.before, self.stiffness = row, known, before, stiffness
-        self.pressure, self.left, self.most = pressure, left, -np.inf
-
-    def forget(self):
-        """Let go of the state, which is not asked any more."""
-        self.known = self.before = None
+    def __init__(self, row, solved, stiffness, pressure=None, left=None):
+        self.row, self.solved, self.stiffness, self.pressure, self.left = row, solved, stiffness, pressure, left
+        self.most = -np.inf  # the largest tension that may lie between this state and the next
 
 
 class _Stepper:
-    """Where a path stands, and the states that it has visited."""
+    """The present state of a path, and the states that it has visited."""
 
     def __init__(self, solver, step, deltas, fields):
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
-        self.visited, self.largest, self.stiffness = [], 0.0, np.inf
-        self.before, self.last = None, None
+        self.visited, self.largest, self.stiffness, self.last = [], 0.0, np.inf, None
 
-    def accept(self, found, asked):
+    def accept(self, solved, asked):
         """Append a state, which becomes the present one."""
-        freed = self._freed(found)
-        moved = self.last.delta - found.delta
-        if moved != 0.0 and self._is_smooth(found):  # across a jump two states do not give the stiffness
-            self.stiffness = (self.last.force - found.force) / moved
-        self.before, self.last = self.last, found
-        self.largest = max(self.largest, -found.force)
+        freed = self._freed(solved)
+        moved = self.last.delta - solved.delta
+        if moved != 0.0 and self._is_smooth(solved):  # across a jump two states do not give the stiffness
+            self.stiffness = (self.last.force - solved.force) / moved
+        self.last = solved
+        self.largest = max(self.largest, -solved.force)
         pressure = left = None
         if asked and self.fields:
-            pressure, left = np.zeros(self.solver.separation.shape), found.left
-            pressure[found.rows, found.columns] = found.state.pressure
-        row = self.row(found, asked, freed)
-        self.visited.append(_Visited(row, found, self.before, self.stiffness, pressure, left))
+            pressure, left = np.zeros(self.solver.separation.shape), solved.left
+            pressure[solved.rows, solved.columns] = solved.state.pressure
+        row = self._row(solved, asked, freed)
+        self.visited.append(_Visit(row, solved, self.stiffness, pressure, left))
 
-    def row(self, found, asked, freed):
-        """Return what is told of a state, with the energy that the step to it has freed in place of their sum."""
-        row, state = np.zeros(1, STATE)[0], found.state
-        row["delta"], row["force"], row["energy"], row["dissipated"] = found.delta, found.force, found.energy, freed
+    def _row(self, solved, asked, freed):
+        """Return the values of a state, with the energy that the step to it has freed in place of their sum."""
+        row, state = np.zeros(1, STATE)[0], solved.state
+        row["delta"], row["force"], row["energy"], row["dissipated"] = solved.delta, solved.force, solved.energy, freed
         row["contact_patches"], row["resolution"] = self.solver.contacts(state)
-        row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), found.residual, found.rounds
-        row["converged"], row["asked"] = found.fine, asked
-        for name, value in self.solver.yielded(found).items():
+        row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), solved.residual, solved.rounds
+        row["converged"], row["asked"] = solved.fine, asked
+        for name, value in self.solver.yielded(solved).items():
             row[name] = value
         return row
 
-    def _is_smooth(self, found):
+    def _is_smooth(self, solved):
         """Return whether a step follows a branch, judged by what it dissipates."""
-        last = self.last
-        apart = abs((last.force - found.force) * (last.delta - found.delta)) + _TINY
-        return -_EDGE_GAIN <= self._freed(found) / apart <= _JUMP_DISSIPATION
+        work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta)) + _TINY
+        return -_EDGE_GAIN <= self._freed(solved) / work <= _JUMP_DISSIPATION
 
-    def _freed(self, found):
+    def _freed(self, solved):
         """Return the energy that the step to a state dissipates, nm²."""
         last = self.last
-        return 0.5 * (found.force + last.force) * (found.delta - last.delta) - (found.energy - last.energy)
+        return 0.5 * (solved.force + last.force) * (solved.delta - last.delta) - (solved.energy - last.energy)
 
 
 class _Loading(_Stepper):
-    """The way in, through the prescribed displacements and up to preloads."""
+    """The approach, through the prescribed displacements and up to preloads."""
 
     def __init__(self, solver, step, deltas, left, *, fields):
         super().__init__(solver, step, deltas, fields)
         self.seek = solver.press if solver.cap < np.inf else solver.seek
         first = float(solver.separation.min()) - solver.law.onset
-        ahead = max(deltas[0] - first, 0.0)  # then whole steps: both ways visit the same displacements
-        self.last, self.next = solver.nothing(deltas[0] - step * np.ceil(ahead / step), left), 0
+        steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole steps: both ways visit the same displacements
+        self.last, self.next = solver.nothing(deltas[0] - step * steps, left), 0
 
     def load(self, goal):
         """Continue until the force reaches ``goal`` or the last displacement; return whether it converged."""
@@ -248,25 +226,25 @@ class _Loading(_Stepper):
         while self.next < self.deltas.size:
             target, last = self.deltas[self.next], self.last
             if over is not None and over.delta - last.delta <= _SHORTEST_STEP * self.step:
-                found = over  # the force jumps past the goal
+                solved = over  # the force jumps past the goal
             else:
-                delta = self._towards(goal, over, target)
-                found = self.seek(delta, self.before, last, well=delta == target)
-            if not np.isfinite(found.force):
+                delta = self._next_delta(goal, over, target)
+                solved = self.seek(delta, last, exact=delta == target)
+            if not np.isfinite(solved.force):
                 return False
-            reached = found.force >= goal and found.state.touching.any()
-            met = found.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
-            if reached and not met and found.delta - last.delta > _SHORTEST_STEP * self.step:
-                over = found
+            reached = solved.force >= goal and solved.state.touching.any()
+            met = solved.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
+            if reached and not met and solved.delta - last.delta > _SHORTEST_STEP * self.step:
+                over = solved
                 continue
-            self.accept(found, found.delta == target)
-            self.visited[-1].forget()
-            self.next += found.delta == target
+            self.accept(solved, solved.delta == target)
+            self.visited[-1].solved = None
+            self.next += solved.delta == target
             if reached:
                 break
         return True
 
-    def _towards(self, goal, over, target):
+    def _next_delta(self, goal, over, target):
         """Return the next displacement on loading: a step ahead, or towards a goal that the state ``over`` exceeds."""
         last = self.last
         delta = last.delta + self.step
@@ -276,244 +254,153 @@ class _Loading(_Stepper):
         return float(target) if target - delta < _EQUAL_DELTA * self.step else float(delta)
 
 
-class _EndSearch:
-    """How far to go back where the end of a branch is looked for: by shorter steps up to it, then a leap past it."""
-
-    def __init__(self, path, step):
-        self.path, self.step, self.beyond, self.least = path, step, None, _SHORTEST_STEP * path.step
-
-    def ahead(self, target):
-        """Return the next displacement, up to a target, and whether only a state near the extrapolation will do."""
-        path, last = self.path, self.path.last
-        leaps = self.beyond is not None and last.delta - self.beyond < 2.0 * self.least
-        back = min(self._leap() if leaps else self.step, last.delta - target)
-        delta = float(target) if last.delta - back - target < _EQUAL_DELTA * path.step else last.delta - back
-        near = not leaps and back > self.least and not path.is_lost() and path.leads_to_more(back)
-        return delta, near
-
-    def fails(self, found):
-        """Note that a branch ends before this state, or a larger pull was passed."""
-        self.step, self.beyond = self._shorter(found), found.delta
-
-    def passes(self, found, near):
-        """Note that the path goes on to this state, from the present one."""
-        back = self.path.last.delta - found.delta
-        if near and self.beyond is not None and self.beyond < found.delta:
-            self.step = 0.5 * (found.delta - self.beyond)
-        else:
-            self.step, self.beyond = min(_RETRACTION_STEP * self.path.step, max(self.step, 2.0 * back)), None
-
-    def _leap(self):
-        """Return how far to leap beyond the end of a branch."""
-        far = _LEAP_ERROR * self.path.largest / max(self.path.stiffness, _TINY)
-        return min(max(far, self.least), _LONGEST_LEAP * self.path.step)
-
-    def _shorter(self, found):
-        """Return a step to where the extrapolation has the pull that was found, or half as far as that state.
-
-        A stiff body lets go within a small part of a step, which is so found in three tries instead of ten.
-        """
-        last = self.path.last
-        half, leads = 0.5 * (last.delta - found.delta), (last.force - found.force) / (self.path.stiffness or np.inf)
-        return max(min(half, leads) if leads > 0.0 and found.fine else half, self.least)
-
-
 class _Retraction(_Stepper):
-    """The way back from where the loading stands, until contact is lost; it finds the largest pull."""
+    """The retraction from where the loading stands, until contact is lost; it finds the largest tension."""
 
     def __init__(self, loading):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
-        self.before, self.last, self.stiffness = loading.before, loading.last, loading.stiffness
+        self.last, self.stiffness = loading.last, loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
             row = turn.row.copy()
             row["dissipated"] = 0.0
-            self.visited.append(_Visited(row, self.last, self.before, self.stiffness, turn.pressure))
+            self.visited.append(_Visit(row, self.last, self.stiffness, turn.pressure))
 
     def retract(self):
-        """Go back through the prescribed displacements, then on until contact is lost; return whether it converged."""
+        """Retract through the prescribed displacements, then on until contact is lost; return whether it converged."""
         same = _EQUAL_DELTA * self.step
         asked = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
-        fine = self._walk([(delta, True) for delta in asked])
-        while fine and (place := self._doubtful()) is not None:
-            fine = self._repeat(place)
+        fine = self._walk(asked)
+        while fine and (place := self._doubtful_place()) is not None:
+            fine = self._locate_ends(place)
         if fine:
-            self._largest_pull()
+            self._solve_vertex()
         return fine
 
-    def _walk(self, ahead):
-        """Go back in whole steps through the displacements ahead, and on by shorter ones until contact is lost."""
-        whole = change = _RETRACTION_STEP * self.step
-        while ahead or not self.is_lost():
-            last, (target, asked) = self.last, ahead[0] if ahead else (-np.inf, False)
-            back = last.delta - target if self.is_lost() else min(change, last.delta - target)
-            delta = target if last.delta - back - target < _EQUAL_DELTA * self.step else last.delta - back
-            found = self.solver.seek(delta, self.before, last, well=asked and delta == target)
-            if not np.isfinite(found.force):
+    def _walk(self, targets):
+        """Retract in whole steps through the targets, then until contact is lost; return whether it converged."""
+        while targets or not self.is_lost():
+            step = np.inf if self.is_lost() else _RETRACTION_STEP * self.step
+            delta = self._delta_after(step, targets[0] if targets else -np.inf)
+            at_target = bool(targets) and delta == targets[0]
+            solved = self.solver.seek(delta, self.last, exact=at_target)
+            if not np.isfinite(solved.force):
                 return False
-            if self._lets_go(found):
-                change = 0.5 * back
-                continue
-            self._judge(found)
-            jumped = not self._is_smooth(found)
-            self.accept(found, asked and delta == target)
-            if jumped:
-                self._measure_stiffness()
+            if self.visited and self._passed_more(solved):
+                self.visited[-1].most = self.stiffness * (self.last.delta - delta) - self.last.force
+            self.accept(solved, at_target)
             self._forget()
-            ahead, change = ahead[1:] if delta == target else ahead, min(whole, max(change, 2.0 * back))
+            targets = targets[1:] if at_target else targets
         return True
 
-    def _measure_stiffness(self):
-        """Take the stiffness of the present branch, which a jump has led to, from a short step."""
-        last = self.last
-        found = self.solver.seek(last.delta - _STIFFNESS_STEP * self.step, None, last, near=True, well=False)
-        if found.fine and self._is_smooth(found):
-            self.stiffness = self.visited[-1].stiffness = (last.force - found.force) / (last.delta - found.delta)
-
-    def _judge(self, found):
-        """Note what pull may have been passed on the way to a state."""
-        if self.visited and self._passed_more(found):
-            last = self.last
-            self.visited[-1].most = self.stiffness * (last.delta - found.delta) - last.force
+    def _delta_after(self, step, target):
+        """Return the displacement a step further out, or the target if that is nearer."""
+        delta = self.last.delta - min(step, self.last.delta - target)
+        return float(target) if delta - target < _EQUAL_DELTA * self.step else float(delta)
 
     def _forget(self):
-        """Let go of states beyond which no larger pull can lie, but for the largest pull's own and the one after it."""
-        before = None
-        for one in self.visited[:-2]:
-            pulls_most = any(-each.row["force"] >= self.largest for each in (one, before or one))
-            if one.most <= (1.0 + _PULL_ERROR) * self.largest and not pulls_most:
-                one.forget()
-            before = one
+        """Free states beyond which no larger tension can lie, but for the last two and that of the largest."""
+        for visit in self.visited[:-2]:
+            if visit.most <= (1.0 + _PULL_ERROR) * self.largest and -visit.row["force"] < self.largest:
+                visit.solved = None
 
-    def _doubtful(self):
-        """Return the place of the state beyond which the largest pull may lie; None where it is known already."""
-        self.largest = max((-one.row["force"] for one in self.visited), default=0.0)
-        asked = [(one.most, k) for k, one in enumerate(self.visited) if one.known is not None]
-        most, place = max(asked, default=(0.0, 0))
+    def _doubtful_place(self):
+        """Return the place of the state beyond which the largest tension may lie; None where it is known already."""
+        self.largest = max((-visit.row["force"] for visit in self.visited), default=0.0)
+        stored = [(visit.most, k) for k, visit in enumerate(self.visited) if visit.solved is not None]
+        most, place = max(stored, default=(0.0, 0))
         return place if most > (1.0 + _PULL_ERROR) * self.largest else None
 
-    def _repeat(self, place):
-        """Go back from a state once more, and find where branches end, until the path is the known one again."""
+    def _locate_ends(self, place):
+        """Retract from a state once more, and locate the ends of branches, until the path is the known one again."""
         known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
-        start, search = self.visited[-1], _EndSearch(self, _RETRACTION_STEP * self.step)
-        self.before, self.last, self.stiffness, start.most = start.before, start.known, start.stiffness, -np.inf
-        if known and known[0].known is not None:  # the whole step is known to pass the largest pull
-            search.fails(known[0].known)
+        start, least = self.visited[-1], _SHORTEST_STEP * self.step
+        self.last, self.stiffness, start.most = start.solved, start.stiffness, -np.inf
+        whole = step = _RETRACTION_STEP * self.step
+        beyond = None  # a displacement before which the branch has ended
+        if known and known[0].solved is not None:
+            beyond = known[0].solved.delta
+            step = max(0.5 * (self.last.delta - beyond), least)
         while known or not self.is_lost():
-            if self.is_lost():  # nothing happens on the way
-                known, search = [one for one in known if one.row["asked"]], _EndSearch(self, np.inf)
+            if self.is_lost():  # nothing happens between the prescribed displacements
+                known, step, beyond = [visit for visit in known if visit.row["asked"]], np.inf, None
                 if not known:
                     break
             target, asked = (known[0].row["delta"], bool(known[0].row["asked"])) if known else (-np.inf, False)
-            delta, near = search.ahead(target)
-            there = delta == target
-            found = self.solver.seek(delta, self.before, self.last, near=near, well=there and asked)
-            if self._is_beyond_an_end(found, near):
-                search.fails(found)
+            at_end = beyond is not None and self.last.delta - beyond < 2.0 * least
+            delta = self._delta_after(least if at_end else step, target)
+            moved, at_target = self.last.delta - delta, delta == target
+            near = not at_end and moved > least and not self.is_lost() and self._leads_to_more(moved)
+            solved = self.solver.seek(delta, self.last, near=near, exact=at_target and asked)
+            if near and (not solved.fine or self._passed_more(solved)):
+                step, beyond = max(0.5 * moved, least), delta
                 continue
-            if not np.isfinite(found.force):
+            if not np.isfinite(solved.force):
                 return False
-            search.passes(found, near)
-            self.accept(found, there and asked)
+            if near and beyond is not None and beyond < delta:
+                step = 0.5 * (delta - beyond)
+            else:
+                step, beyond = min(whole, max(step, 2.0 * moved)), None
+            self.accept(solved, at_target and asked)
             self._forget()
-            if there and self._is_same(known[0]) and (known[1:] or self.is_lost()):
+            if at_target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
                 self._join(known[0], known[1:])
                 break
-            known = known[1:] if there else known
+            known = known[1:] if at_target else known
         return True
 
-    def _is_beyond_an_end(self, found, near):
-        """Return whether a branch ends, or a larger pull lies, between the present state and this one."""
-        if not np.isfinite(found.force):
-            return near
-        return self._lets_go(found) or (near and (not found.fine or self._passed_more(found)))
-
-    def _join(self, same, beyond):
-        """Go on by the known path, of which a larger pull is expected only if the present stiffness says so, too."""
-        here, last = self.visited[-1], self.last
-        if beyond:
-            row = beyond[0].row
-            here.most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
+    def _join(self, same, following):
+        """Go on by the known path, of which a larger tension is expected only if the present stiffness agrees."""
+        if following:
+            row, last = following[0].row, self.last
+            self.visited[-1].most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
             work = 0.5 * (row["force"] + last.force) * (row["delta"] - last.delta)
             row["dissipated"] = work - (row["energy"] - last.energy)
-        self.visited += beyond
-
-    def _lets_go(self, found):
-        """Return whether a step loses the last contact, and is too long to tell where."""
-        lost = self.last.state.touching.any() and not found.state.touching.any()
-        return bool(lost and self.last.delta - found.delta > _LAST_CONTACT_STEP * self.step)
+        self.visited += following
 
     def _is_same(self, other):
         """Return whether the present state is another one at the same displacement."""
-        here, there = self.visited[-1].row, other.row
-        cells = abs(here["contact_area"] - there["contact_area"])
-        pulls_alike = abs(here["force"] - there["force"]) <= _PULL_ERROR * self.largest
-        return pulls_alike and cells <= max(0.01 * there["contact_area"], 1.0)
+        row, cells = self.visited[-1].row, other.row["contact_area"]
+        same_force = abs(row["force"] - other.row["force"]) <= _PULL_ERROR * self.largest
+        return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
 
-    def leads_to_more(self, back):
-        """Return whether the branch, with its last stiffness, leads to a larger pull than any before within a step."""
-        return self.stiffness * back - self.last.force > (1.0 + _PULL_ERROR) * self.largest
+    def _leads_to_more(self, moved):
+        """Return whether the branch, with its last stiffness, leads to a larger tension than any before."""
+        return self.stiffness * moved - self.last.force > (1.0 + _PULL_ERROR) * self.largest
+
+    def _solve_vertex(self):
+        """Solve the state at the vertex of the parabola through the state of the largest tension and its neighbours."""
+        best = int(np.argmin([visit.row["force"] for visit in self.visited])) if self.visited else 0
+        if not 0 < best < len(self.visited) - 1 or self.visited[best].solved is None:
+            return
+        rows = np.array([visit.row for visit in self.visited[best - 1 : best + 2]], STATE)
+        (x0, x1, x2), (f0, f1, f2) = rows["delta"], rows["force"]
+        if not (x0 > x1 > x2 and f1 < min(f0, f2)):
+            return
+        first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+        delta = float(0.5 * (x0 + x1) - 0.5 * first * (x2 - x0) / (second - first))
+        solved = self.solver.seek(delta, self.visited[best].solved)
+        if solved.fine and solved.force < f1:
+            self.visited.insert(best + (delta < x1), _Visit(self._row(solved, False, 0.0), None, np.nan))
 
     def is_lost(self):
-        """Return whether nothing touches, and almost nothing pulls."""
+        """Return whether nothing touches, and almost nothing attracts."""
         last = self.last
         if last.state.touching.any():
             return False
-        return last.delta <= self.first or (
-            -last.force < _LEAST_PULL * self.largest and last.delta < self._largest_at()
-        )
+        largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
+        past = last.delta < largest_at  # a force of zero before it turns to a tension
+        return last.delta <= self.first or (-last.force < _LEAST_PULL * self.largest and past)
 
-    def _largest_at(self):
-        """Return the displacement of the largest pull so far: a force of zero before it is one that turns to a pull."""
-        return min(self.visited, key=lambda one: one.row["force"]).row["delta"] if self.visited else np.inf
+    def _passed_more(self, solved):
+        """Return whether a step may have passed over a larger tension.
 
-    def _passed_more(self, found):
-        """Return whether a step may have passed over a larger pull.
-
-        It may if, by its energy, it jumped or a stiff contact let go, or if the pull fell although it was growing.
+        It may if, by its energy, it jumped or a stiff contact detached, or if the tension fell although it was growing.
         """
-        last, smooth = self.last, self._is_smooth(found)
-        if smooth and found.force <= last.force:
+        last, smooth = self.last, self._is_smooth(solved)
+        if smooth and solved.force <= last.force:
             return False
         missed = _PULL_ERROR_ON_CURVE if smooth else _PULL_ERROR
-        most = self.stiffness * (last.delta - found.delta) - last.force
-        return most > (1.0 + missed) * max(self.largest, -found.force)
-
-    def _largest_pull(self):
-        """Solve the state of the largest pull as well as is asked, and those at vertices of parabolas through three."""
-        best = int(np.argmin([one.row["force"] for one in self.visited])) if self.visited else 0
-        if not 0 < best < len(self.visited) - 1:
-            return
-        if self.visited[best].known is None:  # what pulled more was replaced by another branch
-            return
-        state, beyond = self._mended(best), self.visited[best + 1].known
-        for _ in range(_MOST_VERTICES):
-            around = np.array([one.row for one in self.visited[best - 1 : best + 2]], STATE)
-            (x0, x1, x2), (f0, f1, f2) = around["delta"], around["force"]
-            if not (x0 > x1 > x2 and f1 < f0 and f1 < f2):
-                return
-            first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-            curvature = (second - first) / (x2 - x0)
-            delta = 0.5 * (x0 + x1) - 0.5 * first / curvature
-            if f1 - curvature * (delta - x1) ** 2 > (1.0 + _PULL_ERROR) * f1:
-                return
-            found = self.solver.seek(float(delta), beyond, state)
-            if not found.fine or found.force >= f1:
-                return
-            best += delta < x1
-            self.visited.insert(best, _Visited(self.row(found, False, 0.0), None, None, np.nan))
-
-    def _mended(self, place):
-        """Return the state at a place, solved as well as is asked if it was on the way only.
-
-        Where that is another state, the branch ended just before, and the first stays: the end of the branch is as
-        close to it as its residual is small.
-        """
-        one = self.visited[place]
-        if one.row["asked"]:
-            return one.known
-        found = self.solver.seek(one.known.delta, None, one.known)
-        if found.fine and abs(found.force - one.row["force"]) < _PULL_ERROR * self.largest:
-            one.row, one.known = self.row(found, False, one.row["dissipated"]), found
-        return one.known
+        most = self.stiffness * (last.delta - solved.delta) - last.force
+        return most > (1.0 + missed) * max(self.largest, -solved.force)

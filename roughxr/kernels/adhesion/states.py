@@ -1,4 +1,4 @@
-"""States of one body under a smooth law of adhesion, each at its displacement, found from the states before it.
+"""States of one body under a smooth law of adhesion, each at its displacement, found from the state before it.
 
 At each displacement only the bounding box of the cells within the law's range is solved.
 
@@ -20,7 +20,6 @@ from ..halfspace.products import surface_displacement
 from ..halfspace.transforms import convolution, even_length, transfer_of
 from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
 from .patches import contacts_and_resolution
-from .prediction import ahead
 from .traction_laws import traction
 
 #: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
@@ -47,9 +46,6 @@ _TOUCHED = 2
 
 #: Part of the largest traction above which the pull of a cell matters in deciding how large a box must be.
 _LEAST_PULL = 2e-3
-
-#: Margin, in cells, of the linear systems' part of the box around the cells that belong to them now.
-_SYSTEM_MARGIN = 6
 
 
 class SolvedState(NamedTuple):
@@ -88,27 +84,28 @@ class Solver:
         near = np.zeros(self.separation.shape, np.int8) if self.around else None
         return SolvedState(delta, 0.0, 0.0, rows, columns, state, 0, True, 0.0, left, near)
 
-    def press(self, delta, before, last, *, well=True):
+    def press(self, delta, last, *, exact=True):
         """Return the state at a displacement on loading: the surface gives way until it bears the pressure."""
-        found = self.seek(delta, before, last, well=well)
+        solved = self.seek(delta, last, exact=exact)
         for _ in range(_MOST_DENTS):
-            if not found.state.pressure.max() > (1.0 + _EXCESS) * self.cap:
+            if not solved.state.pressure.max() > (1.0 + _EXCESS) * self.cap:
                 break
-            dented = found._replace(left=self._dented(found))
-            rounds, found = found.rounds, self.seek(delta, None, dented, well=well)
-            found = found._replace(rounds=found.rounds + rounds)
+            dented = solved._replace(left=self._dented(solved))
+            rounds, solved = solved.rounds, self.seek(delta, dented, exact=exact)
+            solved = solved._replace(rounds=solved.rounds + rounds)
         else:
-            found = found._replace(fine=found.fine and not found.state.pressure.max() > (1.0 + _EXCESS) * self.cap)
-        return found
+            bears = not solved.state.pressure.max() > (1.0 + _EXCESS) * self.cap
+            solved = solved._replace(fine=solved.fine and bears)
+        return solved
 
-    def _dented(self, found):
+    def _dented(self, solved):
         """Return the residual height once the surface has given way under too large pressures, at fixed attraction."""
-        at, state, most = (found.rows, found.columns), found.state, traction(0.0, self.law)[0]
-        held = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
-        separation = self.separation[at] - found.left[at] - surface_displacement(held, 1.0, 1.0)
-        bears = np.where(state.touching, np.clip(state.pressure + held, 0.0, self.cap + most), 0.0)
+        at, state, most = (solved.rows, solved.columns), solved.state, traction(0.0, self.law)[0]
+        attraction = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
+        separation = self.separation[at] - solved.left[at] - surface_displacement(attraction, 1.0, 1.0)
+        bears = np.where(state.touching, np.clip(state.pressure + attraction, 0.0, self.cap + most), 0.0)
         touching = (bears > 0.0) & (bears < self.cap + most)
-        hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([found.delta])
+        hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([solved.delta])
         _, pressure, displacement = displacement_control.sweep_arrays(
             separation,
             deltas,
@@ -119,24 +116,24 @@ class Solver:
             hardness=hardness,
             keep=1,
         )
-        left = found.left.copy()
+        left = solved.left.copy()
         left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
         return left
 
-    def seek(self, delta, before, last, *, near=False, well=True):
-        """Return the state at a displacement, extrapolated from two others, on the surface left by the last one.
+    def seek(self, delta, last, *, near=False, exact=True):
+        """Return the state at a displacement, starting from the last state, on the surface that it left.
 
-        With ``near`` it is given up, and not ``fine``, where there is no state close to the extrapolation. Unless
-        ``well`` it is a state in between, which need not be solved closer than ``ON_THE_WAY``.
+        With ``near`` it is given up, and not ``fine``, where there is no state close to the last. Unless ``exact`` it
+        need not be solved closer than ``ON_THE_WAY``.
         """
         for margin in itertools.count(_BOX_MARGIN, _BOX_MULTIPLE):
             rows, columns = self._box(delta, last, margin)
-            found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
-            while found.opens and np.isfinite(found.force):
-                before, last = None, found
-                found = self._seek_in(rows, columns, delta, before, last, near=near, well=well)
-            if not self._pulls_at_edge(found):
-                return found
+            solved = self._seek_in(rows, columns, delta, last, near, exact)
+            while solved.opens and np.isfinite(solved.force):
+                last = solved
+                solved = self._seek_in(rows, columns, delta, last, near, exact)
+            if not self._pulls_at_edge(solved):
+                return solved
 
     def _where_it_pulls(self, rows, columns, delta, sinks, state, last):
         """Return where contacts are or would be and what is around them, and whether anything new there may pull.
@@ -155,41 +152,33 @@ class Solver:
         np.maximum(grown[wider], around, out=grown[wider])
         return grown, bool(((grown[rows, columns] > 0) & (near == 0) & (gap < self.law.range)).any())
 
-    def _seek_in(self, rows, columns, delta, before, last, *, near, well):
+    def _seek_in(self, rows, columns, delta, last, near, exact):
         """Return the state of the cells of a box."""
-        start = self._moved(last, rows, columns)
-        trial = ContactState(*(values.copy() for values in start))
-        if before is not None and before.delta != last.delta:
-            ratio = max((delta - last.delta) / (last.delta - before.delta), -2.0)
-            ahead(trial, self._moved(before, rows, columns), min(ratio, 2.0), self.law)
-        shape, left = trial.gap.shape, last.left
+        state, left = self._moved(last, rows, columns), last.left
         separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
         if self.around:
             separation[last.near[rows, columns] == 0] = np.inf
-        for part in (self._part(trial), (slice(0, shape[0]), slice(0, shape[1]))):
-            body = self._body(separation, part, TOLERANCE if well else ON_THE_WAY)
-            state = ContactState(*(values.copy() for values in trial))
-            out = settle(body, delta, start, state, near)
-            if out.residual < np.inf:
-                break
+        body = self._body(separation, TOLERANCE if exact else ON_THE_WAY)
+        out = settle(body, delta, state, near)
         force = float(state.pressure.sum())
-        held = energy(separation, self.law, delta, state)
+        stored = energy(separation, self.law, delta, state)
         around = None, False
         if self.around:
-            sinks = body.exact.box[:, : shape[1]] if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
+            sinks = body.exact.box[:, : separation.shape[1]]
+            sinks = sinks if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
             around = self._where_it_pulls(rows, columns, delta, sinks, state, last)
         fine = out.fine and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
-        return SolvedState(delta, force, held, rows, columns, state, out.rounds, fine, out.residual, left, *around)
+        return SolvedState(delta, force, stored, rows, columns, state, out.rounds, fine, out.residual, left, *around)
 
     def contacts(self, state):
         """Return the number of contacts, and how well the mesh resolves them."""
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
-    def yielded(self, found):
+    def yielded(self, solved):
         """Return which shares of a state are at the hardness, and how much has given way."""
-        pressure, least = found.state.pressure, self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
-        hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), found.state.touching
-        left = found.left if self.cap < np.inf else found.left[:0]  # of the whole window: not where nothing yields
+        pressure, least = solved.state.pressure, self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
+        hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), solved.state.touching
+        left = solved.left if self.cap < np.inf else solved.left[:0]  # of the whole window: not where nothing yields
         return {
             "yielded_fraction": pressure[hard].sum() / pushes,
             "yielded_area_fraction": np.count_nonzero(hard) / max(np.count_nonzero(touching), 1),
@@ -206,10 +195,10 @@ class Solver:
             within[1][last.columns] |= pulls.any(axis=0)
         return tuple(_rounded(np.flatnonzero(one), one.size, margin) for one in within)
 
-    def _pulls_at_edge(self, found):
+    def _pulls_at_edge(self, solved):
         """Return whether adhesion draws the surface up as far as a side of the box beyond which there is more of it."""
-        pulls = np.abs(found.state.pressure) > _LEAST_PULL * self.law.strength
-        for side, part, size in zip((pulls, pulls.T), (found.rows, found.columns), self.separation.shape):
+        pulls = np.abs(solved.state.pressure) > _LEAST_PULL * self.law.strength
+        for side, part, size in zip((pulls, pulls.T), (solved.rows, solved.columns), self.separation.shape):
             if (part.start > 0 and side[:1].any()) or (part.stop < size and side[-1:].any()):
                 return True
         return False
@@ -223,33 +212,15 @@ class Solver:
             new[b, d] = old[a, c]
         return state
 
-    def _part(self, state):
-        """Return the rows and columns of a box that contains all cells of the linear systems, with a margin."""
-        gap = np.maximum(state.gap, 0.0)
-        near = state.touching | (gap < self.law.onset)
-        return tuple(_rounded(np.flatnonzero(near.any(axis)), near.shape[1 - axis], _SYSTEM_MARGIN) for axis in (1, 0))
-
-    def _body(self, separation, part, tolerance):
-        whole, near = separation.shape, tuple(p.stop - p.start for p in part)
-        high, wide = even_length(2 * whole[0] - 1), even_length(2 * whole[1] - 1)
-        transfer = self._transfer(high, wide)
-        exact = convolution(whole[0], wide, transfer.double, np.complex128(0))
-        quick = convolution(whole[0], wide, transfer.single, np.complex64(0))
-        high, wide = even_length(near[0]), even_length(near[1])
-        product = convolution(near[0], 2 * wide, self._transfer(2 * high, 2 * wide).single, np.complex64(0))
-        inverse = convolution(near[0], wide, self._inverse(high, wide), np.complex64(0))
-        first = part[0].start, part[1].start
-        return BoxProblem(
-            separation,
-            self.coefficients,
-            self.law,
-            tolerance,
-            exact,
-            quick,
-            first,
-            product,
-            inverse,
-        )
+    def _body(self, separation, tolerance):
+        high, wide = separation.shape
+        padded = even_length(2 * high - 1), even_length(2 * wide - 1)
+        transfer = self._transfer(*padded)
+        exact = convolution(high, padded[1], transfer.double, np.complex128(0))
+        quick = convolution(high, padded[1], transfer.single, np.complex64(0))
+        even = even_length(high), even_length(wide)
+        inverse = convolution(high, even[1], self._inverse(*even), np.complex64(0))
+        return BoxProblem(separation, self.coefficients, self.law, tolerance, exact, quick, inverse)
 
     def _transfer(self, rows, columns):
         if (rows, columns) not in self.transfers:

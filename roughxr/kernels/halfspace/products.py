@@ -53,10 +53,9 @@ def coefficients_for(shape):
 def table_size(cells):
     """Return the side of a table of coefficients for boxes of up to so many cells along a side.
 
-    Boxes are padded to ``even_length`` of twice their side, or to twice its ``even_length``, and `transfer_of` reads
-    offsets up to half of that.
+    Boxes are padded to ``even_length`` of twice their side, and `transfer_of` reads offsets up to half of that.
     """
-    size = max(scipy.fft.next_fast_len(cells, real=True), 2 * scipy.fft.next_fast_len((cells + 1) // 2, real=True)) + 1
+    size = scipy.fft.next_fast_len(cells, real=True) + 1
     return 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
 
 
