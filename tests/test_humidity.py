@@ -178,22 +178,6 @@ def test_far_off_no_exact_meniscus_can_stand():
     assert float(found.force[0]) < float(found.force[1]) <= 0 == float(found.force[2])
 
 
-def test_drawn_off_fast_a_bridge_keeps_its_volume():
-    """2πRγ(1 − z/√(z² + h²)) per unit of cos θ₁ + cos θ₂, and twice the work of a slow one."""
-    pair = wet(flat(100.0), 0.9, 100.0)
-    height = 2 * float(pair.kelvin_radius)
-    rise = height * np.array([3.0, 1.0, 0.3, 0.0])
-    start = 4 * np.pi * 100 * GAMMA
-    with paraboloids():
-        found = {rate: pair.contact.rigid(delta=-rise, law="exponential", rate=rate) for rate in ("slow", "fast")}
-    np.testing.assert_allclose(-found["fast"].force[0], start * (1 - rise / np.hypot(rise, height)), rtol=1e-3)
-    assert float(found["fast"].pull_off_force[0]) == float(found["slow"].pull_off_force[0])
-    works = [float(found[rate].work_of_separation[0]) / (start * height / 2) for rate in found]
-    assert works == pytest.approx([1.0, 2.0], rel=2e-3)
-    with pytest.raises(ValueError, match="rate"):
-        pair.contact.rigid(rate="fast", limit="elastic")
-
-
 def test_the_slow_work_is_the_area_under_the_force():
     pair = wet(scan(rough(64, rms=0.5)), 0.8, materials="glass", contact_modulus=None)
     delta = np.linspace(-40, 0, 2001)

@@ -179,32 +179,6 @@ def test_an_indenter_given_as_a_map_of_the_sphere_pulls_as_the_sphere():
     assert float(by_map.pull_off_force[0]) == pytest.approx(float(by_sphere.pull_off_force[0]), rel=2e-2)
 
 
-def test_soft_summits_flatten_and_hold_more_hard_ones_hold_as_rigid(rough):
-    hard, rigid = rough.assign_coords(hardness=1e7).contact.rigid(limit="hardness"), rough.contact.rigid()
-    np.testing.assert_allclose(hard.pull_off_force, rigid.pull_off_force, rtol=1e-3)
-    yielding = [rough.assign_coords(hardness=H) for H in (1.5, 3.0, 30.0)]
-    pulls = [float(one.contact.rigid(limit="hardness").pull_off_force[0]) for one in yielding]
-    assert pulls[0] > pulls[1] > pulls[2] >= float(rigid.pull_off_force[0])
-
-
-def test_flattened_summits_bear_the_pull_at_the_hardness(rough):
-    found = rough.assign_coords(hardness=2.0).contact.rigid(limit="hardness", fields=True)
-    depth = float(found.pull_off_delta[0] - (found.touch_delta[0] - 0.165))
-    gap = found.gap.isel(subregion=0, delta=0) + float(found.delta[0]) - float(found.pull_off_delta[0])
-    overlap = np.sort(0.165 - gap.values[np.isfinite(gap.values)])[::-1]
-    excess = np.sort(overlap.max() - overlap)
-    area = np.interp(depth, excess, 9.77**2 * np.arange(excess.size))
-    assert 2.0 * area == pytest.approx(float(found.pull_off_force[0]), rel=1e-4)
-
-
-def test_elastic_limit_of_a_smooth_sphere_is_derjaguins():
-    """DMT: whatever flattens, the pull-off of a stiff sphere stays near 2πwR; the rigid limit is reached exactly."""
-    flat = scan(np.zeros((81, 81)), 4.0)
-    for modulus, tolerance in ((1e5, 0.002), (400.0, 0.03)):
-        found = pair(flat, contact_modulus=modulus).contact.rigid(limit="elastic", delta=[-1.0])
-        assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * 0.1 * RADIUS, rel=tolerance)
-
-
 def test_fields_are_tractions_whose_sum_is_the_force():
     ground = pair(self_affine((64, 64), 9.77, rms=2, hurst=0.6, rolloff=300, cutoff=25, seed=4), sphere_radius=300.0)
     found = ground.contact.rigid(delta=[-2.0, -1.0], law="exponential", fields=True)
@@ -253,21 +227,13 @@ def test_hamaker_constant_and_work_of_adhesion_go_together():
     ("options", "words"),
     [
         ({"law": "jkr"}, "law: expected one of"),
-        ({"limit": "cutoff"}, "limit: expected one of"),
-        ({"limit": "hardness"}, "hardness: limit='hardness' needs it"),
-        ({"law": "lennard_jones", "limit": "elastic"}, "has its own repulsion"),
         ({"subregions": "all"}, "every pixel"),
-        ({"subregions": "every pixel", "limit": "elastic"}, "limit='cut_off'"),
+        ({"subregions": "every pixel", "fields": True}, "no fields"),
     ],
 )
 def test_what_is_wrong_is_said(rough, options, words):
     with pytest.raises(ValueError, match=words):
         rough.contact.rigid(**options)
-
-
-def test_a_hardness_below_the_pull_keeps_nothing_apart(rough):
-    with pytest.raises(ValueError, match="more than the law's largest traction"):
-        rough.assign_coords(hardness=0.5).contact.rigid(limit="hardness")
 
 
 def test_no_work_of_adhesion_is_said(rough):
@@ -280,14 +246,6 @@ def test_smaller_cells_converge_and_coarse_ones_warn(rough):
         rough.contact.rigid(delta=[-1.0])
     pulls = [float(rough.contact.rigid(delta=[-1.0], refine=n).pull_off_force[0]) for n in (8, 16, 24)]
     assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
-
-
-def test_rigid_meets_the_stiff_limit_of_its_own_elastic_approach(rough):
-    stiff = rough.contact.assign_pair(sphere_radius=RADIUS, contact_modulus=1e4, work_of_adhesion=0.1)
-    pulls = [
-        float(stiff.contact.rigid(delta=[-1.0], limit=limit).pull_off_force[0]) for limit in ("cut_off", "elastic")
-    ]
-    assert pulls[1] == pytest.approx(pulls[0], rel=0.01)
 
 
 def test_the_adhesive_simulation_of_stiff_bodies_is_rigid():

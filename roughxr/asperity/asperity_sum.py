@@ -19,10 +19,9 @@ from ..kernels.asperity.laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
 from .catalogue import asperities
-from .expectation import refuse_crowded
 
 #: The laws with adhesion, and all laws.
-ADHESIVE = ("jkr", "maugis", "menisci")
+ADHESIVE = ("jkr", "maugis")
 LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
@@ -39,7 +38,7 @@ class SumOptions(NamedTuple):
     """How asperities adhere, and what is pressed against them."""
 
     law: str  # name of the kernel's law
-    adhesion_range: float  # nm: z₀, the height of menisci, or NaN for a law without range
+    adhesion_range: float  # nm: z₀, or NaN for a law without range
     composite: bool
     profile: int
     first_contact: bool
@@ -80,7 +79,7 @@ def _range(ds: xr.Dataset, law: str) -> float:
         return np.nan
     if menisci is None:
         return range_of(ds)
-    return menisci.height if law == "menisci" else menisci.range
+    return menisci.range
 
 
 def _check(law: str, formulation: str) -> None:
@@ -131,9 +130,7 @@ class Summands:
 def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = "highest_peak") -> Summands:
     """Return what a verb that sums asperities was given; raise where it does not go together."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
-    if law == "menisci" and not schema.is_wet(ds):
-        raise ValueError("law='menisci': expected a humid pair, found a dry one; assign_pair(humidity=…) first")
-    law = law or ("menisci" if schema.is_wet(ds) else "jkr")
+    law = law or ("maugis" if schema.is_wet(ds) else "jkr")
     return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), is_lazy(ds))
 
 
@@ -145,8 +142,6 @@ def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
-    if options.law == "menisci":
-        refuse_crowded(catalogue)
     x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
     orientation, scales = catalogue["orientation"].values[peaks], type(scales)(*(array[peaks] for array in scales))
     field = sums.Field(x, y, depth, orientation, at_edge, _neighbours(x, y), scales)

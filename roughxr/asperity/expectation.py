@@ -5,10 +5,6 @@ Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces
 was between 0.43 and 1.33 for nine surfaces of ten, and 0.32 to 0.90 for six others, which nothing was tuned on. Slope,
 spacing, overlap and Tabor's parameter do not predict where in `LOW` to `HIGH` a surface lies. A patch wider than
 `WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
-
-Liquid (law "menisci") was compared with `rigid`, which sums every pixel (``--humid`` there). Neighbours' menisci merge,
-and the sum counts what they share twice: their crowding is the area that all of them would wet, each whole, over that
-of the surface. Below `CROWDED` the ratio was 0.72 to 1.5 in nine of ten; above it grows to 4.5, and the sum is refused.
 """
 
 from __future__ import annotations
@@ -18,9 +14,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import menisci_of, work_of
+from ..bodies.liquid import work_of
 from ..kernels.asperity.laws import RANGED
-from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.verbs import warn
 from .catalogue import RESOLVED
@@ -28,30 +23,21 @@ from .catalogue import RESOLVED
 #: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.
 RATIO, LOW, HIGH = 0.7, 0.3, 1.4
 
-#: The same of liquid over the sum of pixels between rigid bodies, and the crowding from which it is refused.
-LIQUID_RATIO, LIQUID_LOW, LIQUID_HIGH, CROWDED = 1.0, 0.6, 1.6, 2.0
-
 #: Largest patch, over the shortest wave, for which the ratio was measured.
 WIDEST = 0.8
 
 
 def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
     """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
-    if law == "menisci":
-        return _attributes("of `rigid`", LIQUID_RATIO, LIQUID_LOW, LIQUID_HIGH, why=", since menisci merge")
     unknown = _unknown(catalogue, law)
     if unknown:
         return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
-    return _attributes("of the adhesive simulation", RATIO, LOW, HIGH)
-
-
-def _attributes(of: str, ratio: float, low: float, high: float, why: str = "") -> dict[str, Any]:
-    words = f"pull-off over that {of} on such a surface: {ratio:.2g}, {low:g} … {high:g} for nine of ten surfaces{why}"
+    words = "pull-off over that of the adhesive simulation on such a surface"
     return {
-        "expectation": words,
-        "expected_ratio": ratio,
-        "expected_ratio_low": low,
-        "expected_ratio_high": high,
+        "expectation": f"{words}: {RATIO:.2g}, {LOW:g} … {HIGH:g} for nine of ten surfaces",
+        "expected_ratio": RATIO,
+        "expected_ratio_low": LOW,
+        "expected_ratio_high": HIGH,
     }
 
 
@@ -65,28 +51,6 @@ def _unknown(catalogue: xr.Dataset, law: str) -> str:
     if not wave >= RESOLVED * pixel:
         return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, too few to resolve its summits"
     return ""
-
-
-def crowding(catalogue: xr.Dataset) -> float:
-    """Return the area that the menisci of all asperities would wet, each whole, over that of the surface; 0 if dry."""
-    if (menisci := menisci_of(catalogue)) is None:
-        return 0.0
-    (radius,) = schema.pair(catalogue, "sphere_radius")
-    curvatures = [catalogue[name].values + 1 / radius for name in ("curvature_min", "curvature_max")]
-    radii = 1 / np.sqrt(np.prod([curvature[curvatures[0] > 0] for curvature in curvatures], axis=0))
-    x_low, x_high, y_low, y_high = regions.extent(catalogue)
-    each = 2 * np.pi * menisci.height * float(np.median(radii)) if radii.size else 0.0
-    return radii.size * each / ((x_high - x_low) * (y_high - y_low))
-
-
-def refuse_crowded(catalogue: xr.Dataset) -> None:
-    """Raise where the menisci of a catalogue's asperities would merge with their neighbours' all over."""
-    if (share := crowding(catalogue)) > CROWDED:
-        raise ValueError(
-            f"humidity: expected separate menisci, found menisci that overlap: together they cover {share:.2g} times "
-            "the surface, and a sum over asperities counts the overlap more than once; take `rigid` or `adhesive`, "
-            "which count each pixel once, or a lower humidity"
-        )
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:

@@ -38,8 +38,8 @@ def pull_off_map(
         A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
     subregions : "every pixel", (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`; every pixel needs a scan.
-    law : {"jkr", "maugis", "menisci"}, optional
-        Adhesion without range, with the pair's, or that of condensed liquid, see `superpose`.
+    law : {"jkr", "maugis"}, optional
+        Adhesion without range or with the pair's, see `superpose`.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, see `superpose`.
 

@@ -1,4 +1,4 @@
-"""`rolling`: the moment that resists rolling, by direction, from asperities or from the adhesive simulation."""
+"""`rolling`: the moment that resists rolling, by direction, from asperities or from a simulation's own contacts."""
 
 from __future__ import annotations
 
@@ -12,22 +12,10 @@ from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.force_curves import STIFF
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude
-from ..vocabulary.verbs import verb
-from .asperity_sum import (
-    ADHESIVE,
-    DEFAULT,
-    Summands,
-    SumOptions,
-    catalogue_field,
-    grid_of,
-    largest_pulls,
-    law_of,
-    summands_of,
-)
+from .asperity_sum import DEFAULT, Summands, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 
 _MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
@@ -48,46 +36,43 @@ _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 _MISSING = {
     "superpose": "NaN where nothing is in contact under this load, nothing pulls or no place of rest was found",
     "adhesive": "NaN where no state of the retraction is in contact, or one of them has not converged",
+    "rigid": "NaN where no state is in contact",
 }
 
-#: Largest gap (nm), due to rounding, of cells of the simulation that are in contact.
-_CLOSED_GAP = 1e-6
+#: Largest gap of cells in contact: of `adhesive`, nm, due to rounding; of `rigid`, in lengths of its law.
+_CLOSED_GAP, _RIGID_GAP = 1e-6, 2.0
 
 #: Moments that differ by less than this share of the largest are equal: what is left is rounding.
 _EQUAL_MOMENTS = 1e-6
 
 
-@verb
 def rolling(
     ds: xr.Dataset,
     *,
     directions: Quantities = 24,
     load: Quantity = 0.0,
     subregions: Places = None,
-    law: str | None = None,
-    formulation: str = DEFAULT,
 ) -> xr.Dataset:
     """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
 
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
-    foremost edge of its contact, and the asperities behind let go one after the other. From a solution by `adhesive`
-    with fields: the largest moment about the front of the foremost cell in contact, over the states of the retraction,
-    each an equilibrium between the pull on the sphere and a push at that edge: the contact resists at least this.
+    foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a solution by
+    `adhesive` or `rigid` with fields: the largest moment about the front of the foremost cell in contact, over the
+    states of the retraction, each an equilibrium between the pull on the sphere and a push at that edge: the contact
+    resists at least this. Of `rigid` cells up to twice its law's length apart are in contact.
 
     Parameters
     ----------
     ds : Dataset
-        A scan or an asperity catalogue with an assigned pair, or a solution by `adhesive` with ``fields=True``.
+        A scan or an asperity catalogue with an assigned dry pair, or a solution by `adhesive` or `rigid` with
+        ``fields=True``.
     directions : int or array_like
         Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
     load : number or quantity
         Force on the sphere's axis as it begins to roll, nN, positive pushes; for example its weight. It must be
-        positive where nothing adheres (law="hertz").
+        positive where nothing adheres.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`; not for a solution, which has its own.
-    law : {"jkr", "maugis", "menisci", "hertz"}, optional
-    formulation : str
-        As in `superpose`; not for a solution.
 
     Returns
     -------
@@ -106,8 +91,8 @@ def rolling(
     Raises
     ------
     ValueError
-        If no pair is assigned, the load is not positive where nothing adheres, directions are empty or not finite, or a
-        solution holds no pressures or no retraction.
+        If no pair is assigned, the pair of a scan is humid, the load is not positive where nothing adheres, directions
+        are empty or not finite, or a solution holds no pressures or no retraction.
 
     Notes
     -----
@@ -115,10 +100,6 @@ def rolling(
     far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ. Without adhesion,
     stiff contacts under a load L resist L times the edge's distance. Asperities stay elastic, whatever hardness is
     assigned.
-
-    Of a humid pair (law="menisci") the sphere turns about the foremost contact of the solids, while liquid pulls behind
-    it and ahead of it, at constant humidity. For one contact, of a radius a₀ under the whole pull P₀, the moment is
-    0.4725 P₀a₀, for stiff ones far apart P₀ times their distances from the foremost.
 
     The sphere does not settle sideways (but see `resting`). Where ``contacts`` is one or two, a real sphere would roll
     on until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
@@ -132,18 +113,24 @@ def rolling(
     >>> held.resisting_moment.dims, held.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """
+    ds = schema.entered(ds)
     angles = _angles(directions)
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
-        if subregions is not None or (law, formulation) != (None, DEFAULT):
-            raise ValueError("subregions, law, formulation: expected none with a solution, which has its own")
-        return _finished(_of_states(ds, angles, push), ds, "adhesive", {"directions": angles, "load": push})
-    summands = summands_of(ds, law, formulation)
-    law = summands.law
-    if law not in ADHESIVE and not push > 0:
-        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}; or take law='jkr'")
+        if subregions is not None:
+            raise ValueError("subregions: expected none with a solution, which has its own")
+        method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
+        return _finished(_of_states(ds, angles, push), ds, method, {"directions": angles, "load": push})
+    if schema.is_wet(ds):
+        raise ValueError(
+            "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
+            "ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], fields=True)"
+        )
+    summands = summands_of(ds, "jkr", DEFAULT)
+    if not (summands.options.work_of_adhesion > 0 or push > 0):
+        raise ValueError(f"load: expected a positive load in nN where nothing adheres, found {push:g}")
     out = _of_asperities(summands, angles, push, subregions)
-    named = law_of(law, formulation, summands.options)
+    named = law_of(summands.law, summands.formulation, summands.options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
     return _finished(out.assign_attrs(named), summands.ds, "superpose", arguments)
 
@@ -200,8 +187,7 @@ def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layo
     moments = rotation.resisting_moments(
         layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
     )
-    touching = (scales.row != STIFF) | (delta >= 0)  # others are wetted alone
-    record["rest_delta"], record["contacts"] = rest, np.count_nonzero(touching)
+    record["rest_delta"], record["contacts"] = rest, held.size
     record["truncated"] = field.at_edge[held].any()
     record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
     return _put(record, layout, moments.T)
@@ -252,13 +238,14 @@ def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     """Return the largest moments over the retraction of a solution."""
-    if "pressure" not in ds or "branch" not in ds["pressure"].dims or "pull_off_force" not in ds:
+    stiff = ds.attrs.get("method") == "rigid"
+    if "pressure" not in ds or not ("branch" in ds["pressure"].dims or stiff) or "pull_off_force" not in ds:
         raise ValueError(
-            "expected a scan, a catalogue, or a solution of adhesive with pressures on retraction, found none; "
-            "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
+            "expected a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction, found "
+            "none; solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
-    out = ds.sel(branch="retraction", drop=True)
+    out = ds if stiff else ds.sel(branch="retraction", drop=True)
     records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
     centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
     return labelled(records, layout, ds, centres)
@@ -269,26 +256,31 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     record, angles = layout.blank(), layout.axes["direction"]
     for name in ("pull_off_force", "pull_off_delta"):
         record[name] = ds[name]
-    record["converged"] = bool(np.all(converged(ds)))
     x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
+    cell = float(x[1] - x[0]) * float(y[1] - y[0])
     x, y = np.meshgrid(x, y, indexing="ij")
-    cell = float(ds["x"][1] - ds["x"][0]) * float(ds["y"][1] - ds["y"][0])
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
-    for state in range(ds.sizes["delta"]):
-        pressure, gap = (ds[name].isel(delta=state).values for name in ("pressure", "gap"))
-        touching = (gap <= _CLOSED_GAP) | (pressure > 0)
-        if touching.any():
-            _of_state(np.nan_to_num(pressure) * cell, touching, x, y, np.sqrt(cell / np.pi), angles, load, largest)
+    touching = _touching(ds)
+    for state in np.flatnonzero(touching.any(axis=(1, 2))):
+        pull = np.nan_to_num(ds["pressure"].values[state]) * cell
+        _of_state(pull, touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
     largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf
-    rest = _state_at_rest(ds["contact_area"].values, ds["force"].values, load)
-    if rest is None:
-        record["contact_area"] = np.nan
-    else:
-        pressure, gap = (ds[name].values[rest] for name in ("pressure", "gap"))
-        record["contact_area"] = ds["contact_area"].values[rest]
-        record["contacts"] = _supports((gap <= _CLOSED_GAP) | (pressure > 0), int(ds.attrs.get("refine", 1)))
+    area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
+    rest = _state_at_rest(area, ds["force"].values, load)
+    record["contact_area"] = np.nan if rest is None else area[rest]
+    record["contacts"] = 0 if rest is None else _supports(touching[rest], int(ds.attrs.get("refine", 1)))
+    record["converged"] = bool(np.all(converged(ds)))
     known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
     return _put(record, layout, largest if known else np.full_like(largest, np.nan))
+
+
+def _touching(ds: xr.Dataset) -> np.ndarray:
+    """Return the cells in contact, (delta, x, y)."""
+    states = ds.transpose("delta", "x", "y", ...)
+    if ds.attrs.get("method") != "rigid":
+        return (states["gap"].values <= _CLOSED_GAP) | (states["pressure"].values > 0)
+    length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
+    return states["gap"].values <= _RIGID_GAP * length
 
 
 def _supports(touching: np.ndarray, refine: int) -> int:

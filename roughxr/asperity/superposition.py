@@ -55,11 +55,9 @@ def superpose(
         pressed as deep as the median place lies below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
-    law : {"jkr", "maugis", "menisci", "hertz"}, optional
-        Adhesion of zero range, of finite range, by condensed liquid, or none; by default "jkr", for a humid pair
-        "menisci". In the latter asperities do not deform under the pull of the liquid, which acts across gaps too; the
-        solids' own adhesion under the liquid acts over the same range. For a humid pair "jkr" and "maugis" take the
-        work of adhesion of both, "maugis" with the liquid's range. "maugis" is Maugis's law between JKR and DMT, of a
+    law : {"jkr", "maugis", "hertz"}, optional
+        Adhesion of zero range, of finite range, or none; by default "jkr", for a humid pair "maugis" with the liquid's
+        range. For a humid pair both take the work of adhesion of liquid and solids. "maugis" is Maugis's law between JKR and DMT, of a
         sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see `tabor`); an ellipse
         keeps Hertz's shape.
     formulation : {"energy", "self_similar", "published"}
@@ -74,8 +72,8 @@ def superpose(
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``
-        (by "menisci" those that are wetted), of those beyond the patch of their paraboloid, and of those that overlap
+        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``,
+        of those beyond the patch of their paraboloid, and of those that overlap
         one of eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the
         scan's edge is in contact; ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact
         ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, as `pull_off_map`.
@@ -88,8 +86,7 @@ def superpose(
     ------
     ValueError
         If no pair is assigned, no work of adhesion for a law with adhesion, the indenter is no sphere, the
-        displacements are empty, not finite or not ascending, law="maugis" is given a formulation, or menisci are so
-        high that they would merge with their neighbours' all over the surface.
+        displacements are empty, not finite or not ascending, or law="maugis" is given a formulation.
 
     Warns
     -----

@@ -1,4 +1,4 @@
-"""Resisting moments of the simulation's contacts, or of superposed asperities that touch at the same depth."""
+"""Resisting moments of the simulation's own contacts, or of those of rigid bodies."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import rolling
-from ..bodies.liquid import menisci_of
-from ..bodies.pair import range_of
 from ..contact.adhesion import adhesive
 from ..contact.mesh import Mesh
+from ..contact.rigid.attraction import options_of
+from ..contact.rigid.bodies import rigid
+from ..kernels.adhesion.rigid import floor
 from ..specimen import Specimen
 from ..vocabulary import schema
 
@@ -21,8 +22,8 @@ _STATES, _MOST_CELLS = 12, 2
 #: Displacements (nm) of places that the simulation did not pull off.
 _NOT_PULLED = -1.0, 0.1
 
-#: Ranges of adhesion within which two models touch at the same depth.
-_EQUAL_TOUCH = 3.0
+#: Cells to a pixel between rigid bodies: their supports are told apart by fractions of a nanometre.
+_RIGID_CELLS = 4
 
 
 def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
@@ -50,22 +51,35 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
                 fields=True,
             )
             places.append(rolling(states, directions=directions))
-    out = xr.concat(places, "subregion", combine_attrs="override")
-    kept = {name: solved[name] for name in ("subregion", "landing_share") if name in solved.coords}
-    out = out.assign_coords(kept)
-    return schema.record(schema.label(out), "simulated_moments", specimen.bodies, directions=directions)
+    return _of_places(specimen, solved, places, "simulated_moments", directions)
 
 
-def with_equal_touch(superposed: xr.Dataset, touch_delta: xr.DataArray) -> xr.Dataset:
-    """Return moments of superposed asperities where these rest within three ranges of the surface's first touch.
+def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
+    """Return the resisting moments of the contacts of rigid bodies at their closest approach, in the form of `rolling`.
 
-    ``touch_delta`` (nm) is that of `rigid` from the highest peak. Elsewhere the contacts of these asperities do not
-    exist: their moments and levers are NaN.
+    For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
     """
-    menisci = menisci_of(superposed)
-    length = range_of(superposed, "exponential") if menisci is None else menisci.height
-    equal = np.abs(superposed["rest_delta"].values - touch_delta.values) <= _EQUAL_TOUCH * length
-    lengths = [name for name in superposed.data_vars if "direction" in superposed[name].dims]
-    out = superposed.assign({name: superposed[name].where(xr.DataArray(equal, dims="subregion")) for name in lengths})
-    out.attrs["places_without_lever"] = int((~equal).sum())
-    return out
+    closest = floor(options_of(specimen, "hamaker").law)
+    places = []
+    for k in range(positions.sizes["subregion"]):
+        with warnings.catch_warnings():  # the run has given the warnings of these sums
+            warnings.simplefilter("ignore", UserWarning)
+            states = rigid(
+                specimen,
+                delta=[-closest],
+                datum="first_contact",
+                subregions=positions.isel(subregion=[k]),
+                refine=_RIGID_CELLS,
+                fields=True,
+            )
+            places.append(rolling(states, directions=directions))
+    return _of_places(specimen, positions, places, "rigid_moments", directions)
+
+
+def _of_places(
+    specimen: Specimen, positions: xr.Dataset, places: list[xr.Dataset], verb: str, directions: int
+) -> xr.Dataset:
+    """Return the moments of single places, one after the other, with the places' own coordinates."""
+    out = xr.concat(places, "subregion", combine_attrs="override")
+    shared = {name: positions[name] for name in ("subregion", "landing_share") if name in positions.coords}
+    return schema.record(schema.label(out.assign_coords(shared)), verb, specimen.bodies, directions=directions)

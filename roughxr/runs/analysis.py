@@ -28,7 +28,6 @@ from .. import figures, report
 from ..archive import remove_leftovers, whole
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
-from ..asperity.expectation import CROWDED, crowding
 from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
@@ -46,7 +45,7 @@ from ..jobs.progress import say as tell
 from ..jobs.records import loading
 from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
-from ..particles.simulated_moments import simulated_moments, with_equal_touch
+from ..particles.simulated_moments import rigid_moments, simulated_moments
 from ..scans import level, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
@@ -307,13 +306,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[d
     groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
     yield groups
     say("superposition")
-    ways = OF_LIQUID if schema.is_wet(bodies) else COMPARED
-    if crowding(suited) > CROWDED:
-        warn(
-            "superposed asperities and resisting moments are left out: at this humidity the menisci of neighbouring "
-            "asperities merge all over the surface"
-        )
-        ways = {}
+    ways = {} if schema.is_wet(bodies) else COMPARED  # neighbours' menisci merge: no sum over asperities
     for name, way in ways.items():
         fit = fit_of(name)  # the paper's own asperities for its own formulas
         summed = asperities(scan, **fit) if fit else suited
@@ -321,7 +314,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[d
     for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     yield groups
-    if ways and "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
+    if "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
         say("rolling")
         yield (groups := groups | _detachment(specimen, suited, options, groups))
     if plan.budget and "solutions/adhesive" in groups:
@@ -417,29 +410,24 @@ def _detachment(
     """Return resisting moments and the flow that overcomes them.
 
     Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
-    humid air, where a simulation takes minutes, levers are the superposed ones of places where both models touch.
+    humid air, where a simulation takes minutes and no asperities are summed, they are those of rigid bodies.
     """
-    superposed, places = rolling(catalogue, **options), options["subregions"]
-    if schema.is_wet(specimen.bodies):
-        moments = with_equal_touch(superposed, groups["solutions/rigid"]["touch_delta"])
-    else:
-        moments = simulated_moments(specimen, at_first_preload(groups["solutions/adhesive"]))
-    out = {"solutions/rolling": moments, "solutions/rolling_superposed": superposed}
-    more = {"detachment": "adhesive", "detachment_superposed": "energy"}
+    places, wet = options["subregions"], schema.is_wet(specimen.bodies)
+    solved = at_first_preload(groups["solutions/adhesive"])
+    moments = rigid_moments(specimen, solved) if wet else simulated_moments(specimen, solved)
+    out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
+    if not wet:
+        out["solutions/rolling_superposed"] = rolling(catalogue, **options)
+        more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     known = groups | out
     out |= {f"statistics/{name}": critical_load(report.moments_of(known, way)) for name, way in more.items()}
-    return out | (_of_particles(catalogue, places) if is_rests(places) else {})
-
-
-def _of_particles(catalogue: xr.Dataset, places: xr.Dataset) -> dict[str, xr.Dataset]:
-    """Return the places of rest, and the moments and critical flow where the particles landed."""
-    landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
-    return {
-        "statistics/rests": places,
-        "solutions/rolling_landed": landed,
-        "statistics/detachment_landed": critical_load(landed),
-    }
+    if is_rests(places):
+        out["statistics/rests"] = places
+        if not wet:
+            landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
+            out |= {"solutions/rolling_landed": landed, "statistics/detachment_landed": critical_load(landed)}
+    return out
 
 
 def _pressed(specimen: Specimen, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:

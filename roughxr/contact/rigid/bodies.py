@@ -7,7 +7,6 @@ import xarray as xr
 
 from ...asperity.maps import EVERY_PIXEL
 from ...jobs import spread
-from ...jobs.records import warn_unconverged
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
 from ...specimen import Specimen, specimen_of
@@ -33,10 +32,8 @@ def rigid(
     delta: Quantities | None = None,
     subregions: Places | str = None,
     law: str = "hamaker",
-    limit: str = "cut_off",
     refine: int = 1,
     datum: str = "highest_peak",
-    rate: str = "slow",
     fields: bool = False,
 ) -> xr.Dataset:
     """Sum the attraction between the assigned indenter and the scan across the gap, both too stiff to deform.
@@ -54,19 +51,11 @@ def rigid(
         Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
         wavelength of retardation is; the others have the pair's range of adhesion.
-    limit : {"cut_off", "hardness", "elastic"}
-        What keeps the bodies apart. "cut_off": the closest approach of the nearest cell (for law="lennard_jones" its
-        own repulsion). "hardness": summits are flattened until they bear the pull at the assigned hardness, which must
-        exceed the largest traction. "elastic": summits deform as in `direct`, while the attraction acts across the gaps
-        that are left (as in the theory of Derjaguin, Muller & Toporov).
     refine : int
         Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels; not
         for every pixel.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
-    rate : {"slow", "fast"}
-        Of drawing off a humid pair: "slow", at constant humidity; "fast", each bridge of liquid keeps its volume. The
-        largest pull is the same, forces after it and the work are not.
     fields : bool
         Keep pressure and gap on the window around each centre.
 
@@ -76,16 +65,16 @@ def rigid(
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
         ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, of first
         touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
-        ``cell_error``, the part by which it is too high (divide by 1 + ``cell_error``), ``truncated``, where more than
-        1 % of it comes from beyond the scan, and ``converged``, without which these are NaN. For every pixel along
-        (x, y), without ``pull_beyond_contact``, ``cell_error`` and ``converged``. Of a humid pair also
-        ``meniscus_error``, by which part the law of thin menisci is probably too high, and, for limit="cut_off",
-        ``work_of_separation`` (nN nm, from the largest pull on). Lazy where the scan is a dask array.
+        ``cell_error``, the part by which it is too high (divide by 1 + ``cell_error``), and ``truncated``, where more
+        than 1 % of it comes from beyond the scan. For every pixel along (x, y), without ``pull_beyond_contact`` and
+        ``cell_error``. Of a humid pair also ``meniscus_error``, by which part the law of thin menisci is probably too
+        high, and ``work_of_separation`` (nN nm, from the largest pull on at constant humidity). Lazy where the scan is
+        a dask array.
 
     Raises
     ------
     ValueError
-        If no pair or no work of adhesion is assigned, pixels are not square or missing, or options do not go together.
+        If no pair or no work of adhesion is assigned, or pixels are not square or missing.
 
     Warns
     -----
@@ -121,28 +110,25 @@ def rigid(
     if pixels:
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(specimen, law, limit, rate)
+    options = options_of(specimen, law)
     options = options._replace(area=options.area / refine**2)
     positions = specimen.centres(None if pixels else subregions)
     given = [0.0] if pixels and delta is None else _default_deltas(specimen) if delta is None else delta
     problem = read_problem(specimen, positions, delta=given, datum=datum, refine=refine)
     if pixels:
-        _refuse_on_pixels(options, problem, fields)
+        _refuse_on_pixels(problem, fields)
         out = every_pixel(specimen, problem, options, kept=delta is not None)
     else:
         out = at_places(specimen, positions, problem, options, fields=fields)
-    named = {"law": law, "limit": limit, "refine": refine}
+    named = {"law": law, "refine": refine}
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", **named, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
     arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields, "datum": datum, **named}
-    arguments |= {"rate": rate} if options.menisci is not None else {}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, options)
-        if not pixels:
-            warn_unconverged(out, "their events are NaN: take a larger hardness, a smaller scan or limit='cut_off'")
     return out
 
 
@@ -168,9 +154,9 @@ def _default_deltas(specimen: Specimen) -> np.ndarray:
     return np.linspace(-_START_HEIGHT, deepest, _COUNT)
 
 
-def _refuse_on_pixels(options: Options, problem: Problem, fields: bool) -> None:
-    if options.limit != "cut_off" or options.fast or fields or problem.indenter.map is not None or problem.refine > 1:
+def _refuse_on_pixels(problem: Problem, fields: bool) -> None:
+    if fields or problem.indenter.map is not None or problem.refine > 1:
         raise ValueError(
-            "subregions='every pixel': expected a sphere, limit='cut_off', rate='slow', no fields, no refine; for "
-            "anything else choose places, such as subregions=(8, 8)"
+            "subregions='every pixel': expected a sphere, no fields, no refine; for anything else choose places, such "
+            "as subregions=(8, 8)"
         )

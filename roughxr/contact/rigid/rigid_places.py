@@ -11,17 +11,13 @@ from ...jobs import spread
 from ...jobs.records import Layout, labelled
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
-from ...kernels.halfspace import displacement_control
 from .. import menisci
 from ..problem import Place, Problem, Surface, places, surface_at
-from ..solving import fields_of, put_fields, window_axes
+from ..solving import put_fields, window_axes
 from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
 
 #: Gap, in units of the law's length, up to which a cell counts as in contact.
 _TOUCHING = 2.0
-
-#: Displacements (nm, from first touch) at which an elastic approach is followed.
-_DEPTHS = np.geomspace(0.003, 30.0, 41)
 
 _EVENTS = {
     "pull_off_force": float,
@@ -30,7 +26,6 @@ _EVENTS = {
     "pull_beyond_contact": float,
     "cell_error": float,
     "truncated": bool,
-    "converged": bool,
 }
 
 #: The same of condensed liquid.
@@ -89,37 +84,23 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
         surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
     )
     record, deltas = layout.blank(), problem.steps + surface.zero
-    closest, pull = {"cut_off": _cut_off, "hardness": _flattened, "elastic": _elastic}[options.limit](here)
-    record["converged"] = np.isfinite(pull[0])
+    closest, pull = _largest_pull(here)
     within = deltas <= closest + 1e-9
     record["force"][within] = -here.pulls(deltas[within])
     if options.menisci is not None:
-        _put_liquid(record, here, *pull, deltas, within)
+        cell, wet = problem.dx, options.menisci
+        record["meniscus_error"] = menisci.relative_error(here.cells, pull[1], options.law, wet, cell, pull[0])
+        record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
     record["touch_delta"] = here.touch() - surface.zero
     record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
-    if options.limit == "cut_off" and options.law.closest is not None:
+    if options.law.closest is not None:
         exact = here.pulls(np.array([pull[1] - touches_earlier(surface.separation)]))[0]
         record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
-    if record["converged"]:
-        record["pull_beyond_contact"] = 1 - _touching(here, pull[1]) / pull[0]
-        record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    record["pull_beyond_contact"] = 1 - _touching(here, pull[1]) / pull[0]
+    record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
     if layout.window is not None:
         put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
     return record
-
-
-def _put_liquid(record, here: _Setting, pull: float, turned: float, deltas, within) -> None:
-    """Put the error of thin menisci into a record, the work of drawing off and, where that is fast, the forces."""
-    o, separation, wet = here.options, here.surface.separation, here.options.menisci
-    assert wet is not None
-    record["meniscus_error"] = menisci.relative_error(here.cells, turned, o.law, wet, here.problem.dx, pull)
-    if o.limit == "cut_off" and not o.fast:
-        record["work_of_separation"] = menisci.slow_work(separation, turned, o.law, o.area)
-    elif o.limit == "cut_off":
-        found = menisci.bridges(here.cells, turned, o.law, wet, o.area)
-        record["work_of_separation"] = found.work(separation, here.cells)
-        back = within & (deltas <= turned)
-        record["force"][back] = -found.pulls(separation, here.cells, deltas[back]) - here.beyond(deltas[back])
 
 
 def touches_earlier(separation: np.ndarray) -> float:
@@ -162,7 +143,7 @@ def _fields(here: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
     return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
 
 
-def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
+def _largest_pull(here: _Setting) -> tuple[float, tuple[float, float]]:
     """Return the displacement of closest approach, and the largest pull with its displacement."""
     law = here.options.law
     if law.closest is not None:
@@ -171,47 +152,3 @@ def _cut_off(here: _Setting) -> tuple[float, tuple[float, float]]:
     deltas = here.touch() - law.length * NEAREST_GAPS
     force, delta = map(float, largest_pull(deltas, here.pulls(deltas)))
     return np.inf, (force, delta)
-
-
-def _flattened(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and largest pull where flattened summits bear the pull at the hardness."""
-    from scipy.optimize import brentq
-
-    o, start = here.options, here.touch() - kernels.floor(here.options.law)
-    lowest = np.sort(here.surface.separation[np.isfinite(here.surface.separation)]) - here.touch()
-    areas = o.area * np.arange(lowest.size)
-
-    def lacking(depth):
-        return float(here.pulls(np.array([start + depth]))[0]) - o.hardness * np.interp(depth, lowest, areas)
-
-    if lacking(float(lowest[-1])) > 0:  # not even the whole window, flattened, bears the pull
-        return np.nan, (np.nan, np.nan)
-    depth = brentq(lacking, 0.0, float(lowest[-1]), xtol=1e-9)
-    return start + depth, (float(here.pulls(np.array([start + depth]))[0]), start + depth)
-
-
-def _elastic(here: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return closest approach and largest pull, at least the rigid one, where summits deform under the attraction."""
-    law, problem = here.options.law, here.problem
-    start, pulls, solved = here.touch(), [], []
-    deltas = start + _DEPTHS
-    limits = {"tolerance": 1e-6, "max_iterations": 5000}
-    separation, half_space = here.surface.separation, (problem.dx, problem.contact_modulus)
-    for delta in deltas:
-        states, pressure = displacement_control.sweep_arrays(
-            separation, np.array([delta]), *half_space, keep=1, **limits
-        )[:2]
-        gap = fields_of(pressure, here.surface, np.array([delta]), problem)["gap"] + kernels.floor(law)
-        open_gap = gap[(np.asarray(pressure).reshape(gap.shape) == 0) & np.isfinite(gap)]
-        attraction = here.options.area * potentials.tractions(open_gap, law).sum()
-        solved.append(states[0, displacement_control.STATUS] == displacement_control.CONVERGED)
-        pulls.append(float(attraction + here.beyond(np.array([delta]))[0] - states[0, displacement_control.FORCE]))
-        if pulls[-1] < 0.5 * max(pulls):
-            break
-    rigid_pull = float(here.pulls(np.array([start - kernels.floor(law)]))[0])
-    best = int(np.argmax(pulls))
-    if not all(solved):  # the largest may be one of these
-        return start - kernels.floor(law), (np.nan, np.nan)
-    if pulls[best] <= rigid_pull:
-        return start - kernels.floor(law), (rigid_pull, start - kernels.floor(law))
-    return start - kernels.floor(law), (pulls[best], float(deltas[best]))

@@ -119,15 +119,6 @@ def wetted(depth, x, y):
 
 
 @kernel
-def wetted_parts(around, levels):
-    """Return the part of each cell that lies below its level (nm)."""
-    found = np.zeros(levels.shape)
-    for n in range(levels.size):
-        found.flat[n] = wetted(levels.flat[n] - around.mean.flat[n], around.x.flat[n], around.y.flat[n])
-    return found
-
-
-@kernel
 def wet_area(around, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
     area, edge = 0.0, 0.0

@@ -7,14 +7,6 @@ can be summed across once and read along a line afterwards: 4 products in place 
         branch where it is called ``above_end``
 q       √above_end, in which a branch is smooth where it begins
 
-Liquid between stiff asperities is Dugdale's law of range h in the limit of rigid bodies: over a paraboloid it wets an
-ellipse whose area, and with it the pull, grows in proportion to h + δ until the asperity touches; from there on the
-pull stays, and Hertz's push opposes it,
-
-    P* = δ*/δ*_end − 1  for  δ*_end = −h/δ_c ≤ δ* < 0,      P* = δ*^{3/2} − 1  for  δ* ≥ 0,
-
-in units in which Hertz's load at δ_c is the whole pull, 2πw/(2√(AB)) (by Derjaguin's approximation, for any ellipse).
-
 Loads, semi-axes and displacements are in the asperity's own units. Source: own, from the splines of ``elliptic_table``.
 """
 
@@ -29,9 +21,6 @@ LENGTH = CELLS_ALONG + 3
 
 #: Columns of a table: P*, a*, b*/λ, each divided by its growth under load.
 P, A, B = range(3)
-
-#: In place of a row in a table: liquid between stiff asperities.
-STIFF = -1.0
 
 
 @kernel
@@ -65,15 +54,6 @@ def closed_force(delta):
 
 
 @kernel
-def stiff_force(delta, end):
-    """Return P* and dP*/dδ* of liquid between stiff asperities, wetted from δ* = ``end`` < 0 on."""
-    if delta < 0.0:
-        return delta / end - 1.0, 1.0 / end
-    a = sqrt(delta)
-    return delta * a - 1.0, 1.5 * a
-
-
-@kernel
 def line_contact(lines, above_end):
     """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (LENGTH, 3), columns ``P``, ``A``, ``B``."""
     size = 1.0 + sqrt(above_end)
@@ -87,13 +67,10 @@ def line_contact(lines, above_end):
 
 
 @kernel
-def closed_contact(delta, end, row):
-    """Return P*, a* and b*/λ of the closed forms at δ* ≥ ``end``: JKR's, Hertz's, or liquid's (``row`` `STIFF`)."""
+def closed_contact(delta, end):
+    """Return P*, a* and b*/λ of the closed forms at δ* ≥ ``end``: Hertz's where ``end`` is 0, else JKR's."""
     if end == 0.0:
         a = sqrt(delta)
         return delta * a, a, a
-    if row < 0.0:
-        a = sqrt(max(delta, 0.0))
-        return stiff_force(delta, end)[0], a, a
     a = jkr.stable_semi_axis(delta)
     return jkr.load(a), a, a

@@ -5,7 +5,7 @@ The force is the sum over asperities of ``superposition``,
     F(δ) = Σᵢ Pᵢ(δ − oᵢ),     Pᵢ = 0 before the branch of asperity i begins at δ = tᵢ.
 
 Each branch is convex from tᵢ on (that of ``maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
-since an asperity at the end of its branch pulls; that of ``menisci`` without a jump, with a fall. Therefore
+since an asperity at the end of its branch pulls. Therefore
 - between two beginnings F is convex: it has one minimum there, where its slope vanishes, and none that a search for
   the root of a rising function could miss;
 - an interval at whose right end F still falls needs no search: F goes on from there by a jump down, or falling;
@@ -34,7 +34,7 @@ from ..arrays import ascending, line, lowest, unset
 from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
 from .elliptic_table import mark
-from .force_curves import LENGTH, STIFF, P, closed_force, collapse, line_force, stiff_force
+from .force_curves import LENGTH, P, closed_force, collapse, line_force
 from .superposition import Field
 
 #: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement nm
@@ -315,18 +315,16 @@ def _beginning(k, near, grid):
     """Return a small q after the k-th beginning, 0 where that branch begins as a point, and its slope times q."""
     i = near.index[k]
     delta, load = grid.field.scales.delta[i], grid.field.scales.P[i]
-    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i], grid.field.scales.row[i])
+    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i])
     g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
     return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
 
 
 @kernel
-def one_force(above_end, k, near, end, row):
+def one_force(above_end, k, near, end):
     """Return P* and its slope of the k-th asperity near by."""
     if near.lines.size:
         return line_force(near.lines[k], above_end)
-    if row == STIFF:
-        return stiff_force(end + above_end, end)
     return closed_force(end + above_end)
 
 
@@ -338,7 +336,7 @@ def total_force(delta, n, near, grid):
     for k in range(n):
         i = near.index[k]
         above_end = (delta - near.offset[k]) / scales.delta[i] - scales.end[i]
-        p, dp = one_force(max(above_end, 0.0), k, near, scales.end[i], scales.row[i])
+        p, dp = one_force(max(above_end, 0.0), k, near, scales.end[i])
         p *= scales.P[i]
         dp *= scales.P[i] / scales.delta[i]
         F += p

@@ -5,7 +5,6 @@ published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 1
 self_similar        the same derivation corrected: an ellipse of Hertz's shape at every load
 energy              shape free, energy stationary in both axes (``elliptic_jkr``)
 maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
-menisci             liquid of range h between stiff asperities, across the gap before they touch, too (``force_curves``)
 
 An adhesive asperity holds on below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
 published law is the self-similar one with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
@@ -29,13 +28,13 @@ from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
 from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
-from roughxr.kernels.asperity.force_curves import STIFF, closed_contact
+from roughxr.kernels.asperity.force_curves import closed_contact
 from roughxr.kernels.jit import kernel
 
 #: Laws without range, and those with a range.
 ASPERITY_LAWS = ("hertz", "published", "self_similar", "energy")
-RANGED = ("maugis", "menisci")
-HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, MAUGIS, MENISCI = range(6)
+RANGED = ("maugis",)
+HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, MAUGIS = range(5)
 
 
 class AsperityLaw(NamedTuple):
@@ -44,7 +43,7 @@ class AsperityLaw(NamedTuple):
     code: int
     spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
     marks: np.ndarray
-    range: float  # nm: z₀ of maugis, h of menisci; NaN for the others
+    range: float  # nm: z₀ of maugis; NaN for the others
 
 
 class Scales(NamedTuple):
@@ -55,7 +54,7 @@ class Scales(NamedTuple):
     delta: Any  # nm
     axis_ratio: Any  # λ of Hertz's ellipse
     end: Any  # δ* where the stable branch ends; 0 where nothing adheres
-    row: Any  # place in the law's table; ``force_curves.STIFF`` for menisci
+    row: Any  # place in the law's table
 
 
 class Contact(NamedTuple):
@@ -80,7 +79,7 @@ class Curve(NamedTuple):
 def law(name, length=np.nan):
     """The law of that name, of ``ASPERITY_LAWS`` or ``RANGED``, ready for the kernels; reads its table on first use."""
     if name in RANGED:
-        return AsperityLaw(*((MAUGIS, *maugis.table()) if name == "maugis" else (MENISCI, *EMPTY)), float(length))
+        return AsperityLaw(MAUGIS, *maugis.table(), float(length))
     code = ASPERITY_LAWS.index(name)
     return AsperityLaw(code, *(elliptic_table.table() if code == ENERGY else EMPTY), np.nan)
 
@@ -94,11 +93,6 @@ def asperity_scales(A, B, E_star, w, law):
     if law.code == HERTZ or w == 0.0:
         beta, H = stiffness(A, B, lam, E_star)
         return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
-    if law.code == MENISCI:
-        beta, H = stiffness(A, B, lam, E_star)
-        pull = np.pi * w / np.sqrt(A * B)
-        delta = np.cbrt(pull / H) ** 2
-        return Scales(np.sqrt(delta / beta), pull, delta, lam, -law.range / delta, STIFF)
     unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
     if law.code < ENERGY:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
@@ -119,7 +113,7 @@ def asperity_contact(delta, scales, spline):
     if scales.end < 0.0 and spline.size > 0:
         P, a, b = lookup(spline, scales.row, delta_star - scales.end)
     else:
-        P, a, b = closed_contact(delta_star, scales.end, scales.row)
+        P, a, b = closed_contact(delta_star, scales.end)
     return Contact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
 
 

@@ -15,10 +15,6 @@ with the contacts that define it. The largest M on the way is the resisting mome
 The force at the edge is the reaction that closes the balance of forces; it acts at the foremost point of the contact,
 the longest lever possible. Asperities ahead of the edge, onto which the sphere would come down, are left out.
 
-With liquid between stiff asperities (``force_curves.STIFF``) the edge is that of the solids' contacts, and liquid pulls
-behind it and ahead of it. The contact at the edge shrinks to a point, about which the sphere goes on turning; an
-asperity ahead that was wetted at rest becomes the edge once the sphere comes down on it.
-
 A pull F at the sphere's axis reduces the resistance by F h, which leaves the maximum over θ of M(θ) − F h(θ). It is
 convex in F and lies above two of its tangents: the one at F = 0, with M and h at the largest moment, and the one at
 which nothing is left, F = max M/h, the pull at the axis that alone tips the sphere. One JKR asperity gives P_c there.
@@ -32,7 +28,6 @@ import numpy as np
 
 from ..arrays import line, lowest, median, unset
 from ..jit import kernel
-from .force_curves import STIFF
 from .laws import asperity_contact, pick
 
 #: In one step an asperity moves by at most one in this many parts of its way to the end of its branch.
@@ -65,18 +60,19 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 @kernel
 def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
-    n, way = along.size, _ways(delta, scales)
+    n, way = along.size, delta - scales.end * scales.delta
     force, reach = line(n, 0.0), line(n, 0.0)
     out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
     for _ in range(_MOST_STEPS):
-        h, foremost = _edge(along, turned, delta, scales, spline, force, reach)
+        h = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
             break
         moment, step = load * h, np.inf
         for i in range(n):  # here and not in a function of its own, which would take a twentieth longer
             if reach[i] >= 0.0:
                 moment -= force[i] * (h - along[i])
-                step = min(step, _on(delta[i], h - along[i], way[i], pick(scales, i)))
+                if h > along[i]:
+                    step = min(step, way[i] / (_STEPS * (h - along[i])))
         if moment > out[MOMENT]:
             out[MOMENT], out[HINGE] = moment, h
         if h > 0.0 and moment / h > out[PULL]:
@@ -85,8 +81,6 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
             break
         for i in range(n):
             delta[i] -= step * (h - along[i])
-        if scales.row[foremost] == STIFF:
-            delta[foremost] = max(delta[foremost], 0.0)
     if out[MOMENT] == -np.inf:
         out[:] = np.nan
     elif out[PULL] == -np.inf:
@@ -94,45 +88,18 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
 
 
 @kernel
-def _ways(delta, scales):
-    """Return how far (nm) each asperity is from the end of its branch; of a stiff one, if farther, from letting go."""
-    way = line(delta.size, 0.0)
-    for i in range(delta.size):
-        way[i] = delta[i] - scales.end[i] * scales.delta[i]
-        if scales.row[i] == STIFF and delta[i] > 0.0:
-            way[i] = max(delta[i], 0.05 * way[i])
-    return way
-
-
-@kernel
-def _on(delta, lever, way, scales):
-    """Return how far the sphere turns (rad) until this asperity has moved by a step, or to where its law changes."""
-    step = way / (_STEPS * lever) if lever > 0.0 else np.inf
-    if scales.row != STIFF:
-        return step
-    if delta > _ROUNDING * scales.delta:
-        return min(step, delta / lever) if lever > 0.0 else np.inf  # it pulls most as it lets go
-    if lever > 0.0:
-        return (delta - scales.end * scales.delta) / lever  # between these its pull falls evenly
-    return delta / lever if lever < 0.0 and delta < 0.0 else np.inf
-
-
-@kernel
 def _edge(along, turned, delta, scales, spline, force, reach):
-    """Write each asperity's load and how far it reaches ahead, −1 if detached; return the foremost edge and its own."""
-    h, foremost = -np.inf, -1
+    """Write each asperity's load and how far it reaches ahead, −1 if detached; return the foremost edge."""
+    h = -np.inf
     for i in range(along.size):
         reach[i], end = -1.0, scales.end[i] * scales.delta[i]
-        rounding = _ROUNDING * scales.delta[i]
-        if delta[i] < end + (rounding if scales.row[i] == STIFF else -rounding) or np.isnan(delta[i]):
+        if delta[i] < end - _ROUNDING * scales.delta[i] or np.isnan(delta[i]):
             continue
         contact = asperity_contact(max(delta[i], end), pick(scales, i), spline)
         force[i] = contact.P
         reach[i] = np.hypot(contact.a * np.cos(turned[i]), contact.b * np.sin(turned[i]))
-        wetted_alone = scales.row[i] == STIFF and delta[i] < -rounding
-        if along[i] + reach[i] > h and not wetted_alone:
-            h, foremost = along[i] + reach[i], i
-    return h, foremost
+        h = max(h, along[i] + reach[i])
+    return h
 
 
 @kernel

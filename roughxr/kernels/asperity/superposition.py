@@ -94,7 +94,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     for k in range(first, n):
         delta = max((deltas[k] - offset) * per_nm, scales.end)
         p, a, b = (
-            line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, scales.end, scales.row)
+            line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, scales.end)
         )
         force[k] += scales.P * p
         area[k] += ellipse * a * b
