@@ -8,7 +8,7 @@ from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.kernels.asperity.elliptic_table import lookup, mark
-from roughxr.kernels.asperity.laws import ENERGY, MENISCI, Contact, asperity_contact, pick
+from roughxr.kernels.asperity.laws import ENERGY, Contact, asperity_contact, pick
 from roughxr.kernels.jit import kernel
 
 
@@ -37,10 +37,7 @@ def asperity_events(scales, law):
     if scales.end == 0.0 or np.isnan(scales.end):
         nothing = EllipseState(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)
-    if law.code == MENISCI:
-        P, a, b, delta = -1.0, 0.0, 0.0, 0.0
-        P_end, a_end, b_end = 0.0, 0.0, 0.0
-    elif law.code >= ENERGY:
+    if law.code >= ENERGY:
         P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
         b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
         P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)

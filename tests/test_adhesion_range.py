@@ -20,7 +20,6 @@ VERBS = {
     "regime": lambda ds: ds.contact.regime(subregions=(1, 1), refine=1).asperity_tabor,
     "superpose": lambda ds: ds.contact.superpose(delta=[1.0], datum="first_contact", law="maugis", **PLACES).force,
     "pull_off_map": lambda ds: ds.contact.pull_off_map(law="maugis", **PLACES).pull_off_force,
-    "rolling": lambda ds: ds.contact.rolling(law="maugis", directions=3, **PLACES).resisting_moment,
     "rigid exponential": lambda ds: ds.contact.rigid(law="exponential", delta=[0.0], **PLACES).pull_off_force,
     "rigid dugdale": lambda ds: ds.contact.rigid(law="dugdale", delta=[0.0], **PLACES).pull_off_force,
     "rigid lennard_jones": lambda ds: ds.contact.rigid(law="lennard_jones", delta=[0.0], **PLACES).pull_off_force,

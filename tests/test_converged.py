@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import direct, pull_off, rigid, rolling
+from roughxr import direct, pull_off, rolling
 from roughxr.contact import elastic
 from roughxr.contact.estimates import elastic_pull_off
-from roughxr.contact.rigid import rigid_places
 from roughxr.statistics import force_ratio
 
 from .surfaces import glass_pair, rough, scan
@@ -47,28 +46,6 @@ def test_a_sweep_has_no_pull_off_where_its_largest_pull_has_not_converged():
     solved = xr.DataArray([[True, True, False], [True, False, True]], dims=("subregion", "delta"))
     ds = xr.Dataset({"force": force, "converged": solved}, {"delta": [0.0, 1.0, 2.0]})
     np.testing.assert_array_equal(pull_off(ds).pull_off_force, [5.0, np.nan])
-
-
-def test_rigid_bodies_held_apart_elastically_or_by_hardness(surface, monkeypatch):
-    options = {"subregions": (2, 1), "delta": [-1.0]}
-    surface = surface.assign_coords(hardness=20.0)
-    for limit in ({"limit": "elastic"}, {"limit": "hardness"}, {}):
-        found, said = told(rigid, surface, **options, **limit)
-        assert found.converged.all() and not said
-    solve = rigid_places.displacement_control.sweep_arrays
-    monkeypatch.setattr(
-        rigid_places.displacement_control, "sweep_arrays", lambda *a, **k: solve(*a, **k | {"max_iterations": 1})
-    )
-    found, said = told(rigid, surface, limit="elastic", **options)
-    assert len(said) == 1 and "rigid: 2 of 2 solutions have not converged" in said[0]
-    assert found.pull_off_force.isnull().all() and not found.converged.any()
-
-
-def test_rigid_summits_too_few_to_bear_the_pull_are_no_traceback():
-    flat = glass_pair(scan(np.zeros((8, 8)), pixel=30.0), sphere_radius=1e6)
-    flat = flat.assign_coords(hardness=6.0, adhesion_range=0.3)
-    found, said = told(rigid, flat, limit="hardness", law="exponential", delta=[-1.0])
-    assert not found.converged.any() and found.pull_off_force.isnull().all() and len(said) == 1
 
 
 def test_a_moment_rests_on_converged_states_alone():

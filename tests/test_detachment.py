@@ -62,7 +62,7 @@ def test_lift_takes_each_formula_in_its_range_and_they_meet_between():
     fine = np.geomspace(1.0, 3.0, 2000)
     steps = np.diff(np.log(particles.lift(fine * 1.539e-5 / 5e-6, RADIUS)))
     assert steps.max() < 5 * np.log(fine[1] / fine[0])  # without a jump
-    assert (particles.lift(speed, RADIUS, formula="none") == 0).all()
+    assert (particles.lift(speed, RADIUS, flow=Flow(lift="none")) == 0).all()
 
 
 def test_weight():
@@ -289,7 +289,7 @@ def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
     [
         (lambda: particles.drag(-1.0, RADIUS), "friction_velocity: expected numbers that are not negative"),
         (lambda: particles.drag(1.0, 0.0), "radius: expected positive"),
-        (lambda: particles.lift(1.0, RADIUS, formula="saffman"), "lift: expected one of"),
+        (lambda: particles.lift(1.0, RADIUS, flow=Flow(lift="saffman")), "lift: expected one of"),
         (lambda: biasi_adhesion("40 um"), "radius: expected less than 35"),
         (lambda: rock_n_roll([-0.1], radius=RADIUS, adhesion=[1.0]), "not negative"),
         (lambda: rock_n_roll([1.0], radius=RADIUS, adhesion=[]), "adhesion: expected"),

@@ -17,8 +17,11 @@ from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
 from roughxr.kernels.topography.interpolation import splined
+from roughxr.particles.resting_places import resting
+from roughxr.particles.simulated_moments import rigid_moments
 from roughxr.report import command_line as repeat
 from roughxr.scans import regions
+from roughxr.specimen import specimen_of
 from roughxr.vocabulary import schema
 
 from .surfaces import paraboloids, rough, scan
@@ -252,30 +255,6 @@ def summit(radius=200.0, humidity=0.5, *, n=65, pixel=2.0, **options):
     return wet(scan(10.0 - (x[:, None] ** 2 + x**2) / (2 * radius), pixel=pixel), humidity, **options)
 
 
-def test_one_asperity_is_pulled_across_the_gap_and_in_contact():
-    """2πR′w(1 + δ/h) before it touches, then that of Hertz less 2πR′w: DMT's; and by pixels the same."""
-    pair = summit()
-    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
-    delta = np.array([-2.0, -1.2, -0.3, 0.0, 0.1, 0.5])
-    found = pair.contact.superpose(delta=delta, subregions=(1, 1))
-    pull = 2 * np.pi * both * menisci.work
-    gapped = pull * np.clip(1 + delta / menisci.height, 0, 1)
-    expected = 4 / 3 * 40.0 * np.sqrt(both) * np.clip(delta, 0, None) ** 1.5 - gapped
-    np.testing.assert_allclose(found.force.values[0], expected, rtol=1e-4, atol=1e-9)
-    assert found.attrs["law"] == "menisci" and float(found.pull_off_force[0]) == pytest.approx(pull, rel=1e-4)
-    assert found.contacts.values[0].tolist() == [0, 1, 1, 1, 1, 1] and float(found.contact_area[0, 2]) == 0
-    with paraboloids():
-        summed = pair.contact.rigid(delta=[-1.2, -0.3, 0.0], law="exponential", refine=2)
-    np.testing.assert_allclose(-summed.force.values[0], gapped[1:4], rtol=5e-3)
-
-
-def test_under_the_liquid_the_solids_of_an_asperity_pull_by_their_share():
-    dry, pair = 0.06, summit(work_of_adhesion=(0.06, 0.02))
-    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
-    found = pair.contact.pull_off_map(subregions=(1, 1))
-    assert float(found.pull_off_force[0]) == pytest.approx(2 * np.pi * both * (menisci.work + dry / 3), rel=1e-4)
-
-
 @pytest.mark.parametrize("modulus", [40.0, 1.0, 1e-3])
 def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
@@ -291,36 +270,12 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
         assert soft == pytest.approx(1.5 * np.pi * menisci.work * both, rel=1e-4) == pytest.approx(found, rel=5e-3)
 
 
-@pytest.mark.parametrize(("hurst", "rolloff", "rms"), [(0.8, 300.0, 2.0), (0.4, 100.0, 0.8), (0.6, 170.0, 1.3)])
-@pytest.mark.parametrize("humidity", [0.3, 0.6])
-def test_superposed_menisci_come_as_near_to_every_pixel_as_they_say(hurst, rolloff, rms, humidity):
-    ground = roughxr.scans.synthetic.self_affine(
-        (128, 128), 8, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=30, seed=5
-    )
-    pair = wet(ground, humidity)
-    found = pair.contact.pull_off_map(subregions=(3, 3))
-    whole = pair.contact.rigid(subregions=(3, 3), delta=[0.0], refine=4, law="exponential")
-    ratio = float(found.pull_off_force.mean() / whole.pull_off_force.mean())
-    assert found.attrs["expected_ratio_low"] < ratio < found.attrs["expected_ratio_high"]
-
-
-def test_menisci_that_merge_all_over_are_not_summed(humid):
-    flooded = wet(scan(rough(48, rms=0.3)), 0.95)
-    for verb in ("superpose", "pull_off_map", "rolling"):
-        with pytest.raises(ValueError, match=r"humidity: expected separate menisci.*`rigid`"):
-            getattr(flooded.contact, verb)()
-    with pytest.raises(ValueError, match="law='menisci': expected a humid pair"):
-        scan(rough(48, rms=1.0)).contact.assign_pair(
-            sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1
-        ).contact.superpose(law="menisci")
-
-
 def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
-    """From asperities and from the simulation's own pressures; what resists grows with the humidity."""
+    """From rigid bodies and from the simulation's own pressures; the resistance grows with the humidity."""
     dry = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.3)
     more = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.8)
-    moments = [one.contact.rolling(directions=6, subregions=(2, 2)) for one in (dry, more)]
-    speeds = [one.contact.critical_load().critical_friction_velocity for one in moments]
+    moments = [rigid_moments(specimen_of(ds), resting(ds), directions=6) for ds in (dry, more)]
+    speeds = [ds.contact.critical_load().critical_friction_velocity for ds in moments]
     assert float(moments[1].resisting_moment.mean()) > 1.5 * float(moments[0].resisting_moment.mean()) > 0
     assert float(speeds[1].mean()) > float(speeds[0].mean()) > 0
     left = moments[1].contact.resuspension(friction_velocity=[0.01, 1e3])
@@ -333,6 +288,11 @@ def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
     radius = np.sqrt(state.contact_area / np.pi)
     expected = float((-state.force * radius).max())
     np.testing.assert_allclose(rolled.resisting_moment.values[0], expected, rtol=0.15)
+
+
+def test_superposed_asperities_of_a_humid_pair_do_not_roll(humid):
+    with pytest.raises(ValueError, match=r"humidity: expected a dry pair.*rigid"):
+        humid.contact.rolling()
 
 
 def test_the_budget_changes_humidity_and_contact_angles(humid):
@@ -353,7 +313,7 @@ def test_the_budget_changes_humidity_and_contact_angles(humid):
 def test_an_estimate_from_elastic_sweeps_refuses_it_in_words(humid):
     elastic = humid.contact.direct(delta=np.linspace(0.2, 3, 12))
     with pytest.raises(ValueError, match="humidity: expected a dry pair"):
-        elastic.contact.pull_off(method="ciavarella")
+        reference.elastic_pull_off(elastic)
 
 
 def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
@@ -406,22 +366,14 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
     assert "Mean pull-off at 70 % relative humidity:" in explored and "Pull-off over humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
-    assert {"solutions/menisci", "solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
-    assert not {"solutions/published", "solutions/energy"} & set(groups)
+    assert {"solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
+    assert not {"solutions/published", "solutions/energy", "solutions/rolling_superposed"} & set(groups)
     places = report.by_place(groups)
-    assert float(places.pull_off_force_superposed.min()) > 0 and float(places.critical_friction_velocity.max()) > 0
+    assert float(places.critical_friction_velocity.max()) > 0
     kept = roughxr.archive.load(tmp_path / "run.nc")["statistics/humidity"]
     assert kept.pull_off_force.dims[0] == "humidity" and "adhesive" in capsys.readouterr().out
     stiff, bent = (groups[f"statistics/{name}"].pull_off_force.mean() for name in ("rigid", "adhesive"))
     assert float(bent) == pytest.approx(float(stiff), rel=0.05)
-
-
-def test_a_run_leaves_out_asperities_whose_menisci_merge_and_says_so(tmp_path):
-    ground = scan(rough(32, rms=0.3), pixel=10.0)
-    with pytest.warns(UserWarning, match="menisci of neighbouring asperities merge all over"):
-        groups = roughxr.run(wet(ground, 0.9, 500.0), tmp_path / "run.nc", subregions=(1, 1), mesh=1, budget=0)
-    assert not {"solutions/menisci", "solutions/rolling", "statistics/detachment"} & set(groups)
-    assert {"solutions/adhesive", "statistics/humidity"} <= set(groups)
 
 
 def test_the_command_line_takes_the_humid_air(tmp_path):
@@ -532,14 +484,13 @@ def test_the_humidity_is_read_as_written_and_stands_in_the_first_words(humid):
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
-    held = humid.contact.rolling(directions=4, subregions=(2, 1))
+    held = rigid_moments(specimen_of(humid), regions.centres(humid, (2, 1)), directions=4)
     groups = dict.fromkeys(report.COMING_OFF, held)
     roughxr.archive.save(groups, tmp_path / "run.nc")
-    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy", "--fluid", "water"]) == 1
+    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive", "--fluid", "water"]) == 1
     assert "expected a dry run" in capsys.readouterr().err
-    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "energy"]) == 0
-    told = capsys.readouterr().out
-    assert "pull-off forces of 'menisci'" in told
+    assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive"]) == 0
+    assert "pull-off forces of 'adhesive'" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("work", [0.001, 0.0005])

@@ -63,12 +63,10 @@ def test_where_nothing_is_touched_there_is_no_pull_off(ground):
     assert not found.bracketed.any()
 
 
-def test_ciavarella_is_the_estimate_from_the_elastic_sweep(elastic):
-    found = elastic.contact.pull_off(method="ciavarella", smoothing=3.0)
-    xr.testing.assert_identical(found, elastic_pull_off(elastic, smoothing=3.0))
+def test_ciavarellas_estimate_is_exact_for_a_sphere():
     hertz = roughxr.superpose(one_sphere(), delta=np.arange(0, 8, 0.1), law="hertz")
     exact = roughxr.pull_off_map(one_sphere(), subregions=(1, 1)).pull_off_force.item()
-    assert pull_off(hertz, method="ciavarella").pull_off_force.item() == pytest.approx(exact, rel=1e-3)
+    assert elastic_pull_off(hertz).pull_off_force.item() == pytest.approx(exact, rel=1e-3)
 
 
 def one_sphere():
@@ -76,10 +74,10 @@ def one_sphere():
     return glass_pair(scan(-(x[:, None] ** 2 + x[None, :] ** 2) / 400, pixel=5.0))
 
 
-@pytest.mark.parametrize("method", ["sweep", "cycle", "ciavarella"])
+@pytest.mark.parametrize("method", ["sweep", "cycle", "elastic"])
 def test_statistics_take_the_result_of_every_method(ground, cycle, elastic, method):
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.1), subregions=(2, 2))
-    found = pull_off({"sweep": sticky, "cycle": cycle, "ciavarella": elastic}[method], method=method)
+    found = elastic_pull_off(elastic) if method == "elastic" else pull_off({"sweep": sticky, "cycle": cycle}[method])
     mean = float(found.pull_off_force.mean())
     assert summary(found).pull_off_force.sel(statistic="mean").item() == pytest.approx(mean)
     assert bootstrap(found, "pull_off_force").estimate.sel(statistic="mean").item() == pytest.approx(mean)
@@ -92,16 +90,18 @@ def test_statistics_take_the_result_of_every_method(ground, cycle, elastic, meth
 def test_a_sweep_that_cannot_pull_says_what_to_do(ground, elastic_sweep):
     dry = elastic_sweep(ground, delta=[1.0, 5.0])
     for ds in (dry, dry.chunk(subregion=1)):
-        with pytest.raises(ValueError, match=r"found one without; take method='ciavarella'.*or solve with adhesion"):
+        with pytest.raises(
+            ValueError, match=r"found one without; take reference.elastic_pull_off.*or solve with adhesion"
+        ):
             pull_off(ds, method="sweep")
 
 
 def test_methods_ask_for_what_they_need(ground, cycle):
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.5))
     with pytest.raises(ValueError, match="expected a sweep without adhesion"):
-        pull_off(sticky, method="ciavarella")
+        elastic_pull_off(sticky)
     with pytest.raises(ValueError, match="expected a sweep without adhesion"):
-        pull_off(cycle, method="ciavarella")
+        elastic_pull_off(cycle)
     with pytest.raises(ValueError, match="method='cycle': expected a result of `adhesive`"):
         pull_off(sticky, method="cycle")
     with pytest.raises(ValueError, match=r"method: expected one of 'exact', 'cycle', .*, found 'jkr'"):
@@ -113,14 +113,13 @@ def test_methods_ask_for_what_they_need(ground, cycle):
 def test_one_place_will_do(elastic, ground):
     """What is selected from a solution is still one."""
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.5), subregions=(2, 2))
-    for ds, method in ((elastic, "ciavarella"), (sticky, "sweep")):
-        one = pull_off(ds.isel(subregion=1), method=method)
-        assert one.pull_off_force.item() == pull_off(ds, method=method).pull_off_force[1].item()
+    for ds, verb in ((elastic, elastic_pull_off), (sticky, pull_off)):
+        assert verb(ds.isel(subregion=1)).pull_off_force.item() == verb(ds).pull_off_force[1].item()
 
 
 def test_an_elastic_estimate_needs_areas(elastic):
     with pytest.raises(ValueError, match="expected a sweep with 'force' and 'contact_area' along 'delta'"):
-        pull_off(elastic.drop_vars("contact_area"), method="ciavarella")
+        elastic_pull_off(elastic.drop_vars("contact_area"))
 
 
 def test_a_map_over_pixels_has_a_ratio(ground):

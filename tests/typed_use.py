@@ -54,7 +54,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
         "tabor": roughxr.reference.tabor(scan),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }
-    found["estimate"] = roughxr.pull_off(found["direct"], method="ciavarella", smoothing=1.0)
+    found["estimate"] = roughxr.reference.elastic_pull_off(found["direct"], smoothing=1.0)
     return {name: ds.compute() for name, ds in found.items()}
 
 

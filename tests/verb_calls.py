@@ -122,7 +122,7 @@ CALLS = {
     "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
     "placements": [on("scan", sphere_radius=500.0, count=2)],
     "power_spectrum": [on("scan")],
-    "pull_off": [on("summed"), on("summed", method="sweep"), on("pressed", method="ciavarella")],
+    "pull_off": [on("summed"), on("summed", method="sweep")],
     "pull_off_map": [on("scan", subregions=PLACES), on("catalogue", subregions=PLACES)],
     "reconstruct": [on("scan"), on("scan", "catalogue")],
     "reduction": [on("pulls")],
@@ -133,7 +133,7 @@ CALLS = {
     "resuspension": [on("held", **FLOW)],
     "rigid": [
         on("scan", delta=[-4.0, -1.0], subregions=PLACES),
-        on("scan", delta=[-1.0], subregions="pulls", limit="elastic"),
+        on("scan", delta=[-1.0], subregions="pulls"),
     ],
     "rolling": [on("scan", directions=6, subregions=PLACES), on("catalogue", directions=6, subregions=PLACES)],
     "rotate90": [on("scan")],

@@ -15,8 +15,8 @@ from ..scans import regions, wavelength
 from ..scans.cache import cached
 from ..scans.wavelength import Waves
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, is_whole, positive
-from ..vocabulary.verbs import warn
 from .ridges import repeated
 
 #: Pixels along a side of the paper's patch.

@@ -17,7 +17,7 @@ import xarray as xr
 from ..bodies.liquid import work_of
 from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
-from ..vocabulary.verbs import warn
+from ..vocabulary.text import warn
 from .catalogue import RESOLVED
 
 #: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.

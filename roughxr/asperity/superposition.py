@@ -12,8 +12,8 @@ from ..jobs.records import Layout, labelled
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from ..vocabulary.verbs import warn
 from .asperity_sum import ADHESIVE, DEFAULT, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
@@ -57,9 +57,9 @@ def superpose(
         Contact centres, see `regions.centres`.
     law : {"jkr", "maugis", "hertz"}, optional
         Adhesion of zero range, of finite range, or none; by default "jkr", for a humid pair "maugis" with the liquid's
-        range. For a humid pair both take the work of adhesion of liquid and solids. "maugis" is Maugis's law between JKR and DMT, of a
-        sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see `tabor`); an ellipse
-        keeps Hertz's shape.
+        range. For a humid pair both take the work of adhesion of liquid and solids. "maugis" is Maugis's law between
+        JKR and DMT, of a sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see
+        `tabor`); an ellipse keeps Hertz's shape.
     formulation : {"energy", "self_similar", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
         "self_similar": Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ²

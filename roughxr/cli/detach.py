@@ -42,9 +42,8 @@ def detach(options: Namespace) -> None:
     critical = particles.critical_load(held, **body, **slides)
     source = f"{options.load} in {options.fluid}, pull-off forces of {method!r}"
     work = f"work of adhesion {number(held['work_of_adhesion'], 'J/m²')} as in the run"
-    shown = source.replace("'energy'", "'menisci'") if wet else source
-    _tell_critical(critical, f"{shown}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places")
-    if "statistics/rests" in groups:
+    _tell_critical(critical, f"{source}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places")
+    if "solutions/rolling_landed" in groups:
         _tell_rests(groups, body, slides)
     _write(options, groups, held, critical)
     if options.picture:

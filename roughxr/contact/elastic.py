@@ -15,8 +15,8 @@ from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from ..vocabulary.verbs import warn
 from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
 from .solving import fields_of, put_fields, solve
 

@@ -25,7 +25,33 @@ _LEAST_CURVATURE = 0.25
 
 
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset:
-    """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule (`pull_off`, method="ciavarella")."""
+    """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule.
+
+    Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ); exact
+    for a sphere.
+
+    Parameters
+    ----------
+    ds : Dataset
+        A sweep of `direct` or of `superpose` with law="hertz", at eight displacements or more, with a pair.
+    smoothing : number or quantity
+        Half-width of the fits (in the root of the depth) that give the derivatives, nm, at least three displacements to
+        either side.
+
+    Returns
+    -------
+    Dataset
+        As `pull_off`.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no such sweep.
+
+    References
+    ----------
+    Ciavarella, arXiv 1712.05844.
+    """
     ds = schema.entered(ds)
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):
         names = ", ".join(map(str, ds.variables))

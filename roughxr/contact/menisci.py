@@ -2,8 +2,8 @@
 
 Slowly drawn off, liquid evaporates so that Kelvin's radius stays (`kernels.adhesion.rigid` sums that law). The next
 order of a thin meniscus is the energy ε L of its edge of length L (own; `bodies.liquid.Menisci.edge`), which takes
-ε dL/dh off the pull; exact menisci (`reference.meniscus_sphere`) differ from the law by this to a few per cent of it for
-r_K < R/20.
+ε dL/dh off the pull; exact menisci (`reference.meniscus_sphere`) differ from the law by this to a few per cent of it
+for r_K < R/20.
 """
 
 from __future__ import annotations

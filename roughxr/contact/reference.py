@@ -7,10 +7,7 @@ A function of one state returns a float, a function of a curve a labelled Datase
 
 from __future__ import annotations
 
-import functools
-import inspect
-from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,12 +18,12 @@ from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, positive
-from ..vocabulary.verbs import OPTIONS
-from .estimates import tabor
+from .estimates import elastic_pull_off, tabor
 
 __all__ = [
     "contact_modulus",
     "dmt_pull_off",
+    "elastic_pull_off",
     "flattened_pull_off",
     "gaussian_work",
     "gilman_surface_energy",
@@ -36,7 +33,6 @@ __all__ = [
     "jkr_pull_off",
     "jkr_sphere",
     "maugis_pull_off",
-    "maugis_sphere",
     "meniscus_sphere",
     "punch_pull_off",
     "rabinovich",
@@ -44,8 +40,6 @@ __all__ = [
     "rumpf",
     "tabor",
     "tabor_parameter",
-    "work_from_hamaker",
-    "yield_load",
 ]
 
 #: Formulations of an adhesive ellipse.
@@ -54,27 +48,34 @@ FORMULATIONS = ("energy", "self_similar")
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
-#: Units of the options, by name.
-_UNITS = OPTIONS | dict.fromkeys(("rms", "wavelength", "long_rms", "long_wavelength"), "nm")
+_UNITS = {
+    "radius": "nm",
+    "contact_modulus": "GPa",
+    "work_of_adhesion": "J/m^2",
+    "hardness": "GPa",
+    "adhesion_range": "nm",
+    "curvature_min": "1/nm",
+    "curvature_max": "1/nm",
+    "length": "nm",
+    "retardation": "nm",
+    "kelvin_radius": "nm",
+    "surface_tension": "J/m^2",
+    "hamaker_constant": "nN nm",
+    "closest_approach": "nm",
+    "asperity_radius": "nm",
+    "rms": "nm",
+    "wavelength": "nm",
+    "long_rms": "nm",
+    "long_wavelength": "nm",
+}
 
-_P = ParamSpec("_P")
-_R = TypeVar("_R")
+
+def _positive(names: str, *given: Any) -> list[Any]:
+    """Return options of these names as positive numbers in their units, None where they are not given."""
+    each = zip(names.split(), given)
+    return [None if value is None else positive(value, _UNITS[name], name) for name, value in each]
 
 
-def _formula(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """Return a closed form whose options with units enter as positive numbers in them."""
-    options = inspect.signature(function).parameters.values()
-    units = {one.name: _UNITS[one.name] for one in options if one.kind is one.KEYWORD_ONLY and one.name in _UNITS}
-
-    @functools.wraps(function)
-    def called(*arguments: _P.args, **given: _P.kwargs) -> _R:
-        stated = {name: value for name, value in given.items() if name in units and value is not None}
-        return function(*arguments, **given | {name: positive(one, units[name], name) for name, one in stated.items()})
-
-    return called
-
-
-@_formula
 def hertz(
     delta: Quantities,
     *,
@@ -116,6 +117,9 @@ def hertz(
     >>> round(float(hertz([5.08], radius="3 um", contact_modulus=39.407).force[0]), 0)
     32951.0
     """
+    radius, contact_modulus, curvature_min, curvature_max = _positive(
+        "radius contact_modulus curvature_min curvature_max", radius, contact_modulus, curvature_min, curvature_max
+    )
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
     found = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
@@ -123,7 +127,6 @@ def hertz(
     return _along("delta", delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
 
 
-@_formula
 def jkr_sphere(
     delta: Quantities, *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity
 ) -> xr.Dataset:
@@ -152,6 +155,9 @@ def jkr_sphere(
     >>> round(float(found.force[0] / jkr_pull_off(radius=3000, work_of_adhesion=1.2842)), 4)
     -0.8889
     """
+    radius, contact_modulus, work_of_adhesion = _positive(
+        "radius contact_modulus work_of_adhesion", radius, contact_modulus, work_of_adhesion
+    )
     delta = schema.ascending(delta, "nm", "delta")
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
     reduced = delta / units.delta
@@ -162,7 +168,6 @@ def jkr_sphere(
     return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
 
 
-@_formula
 def jkr_curve(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, largest: float = 2.0, points: int = 201
 ) -> xr.Dataset:
@@ -187,13 +192,15 @@ def jkr_curve(
     >>> bool(curve.force.min() < 0 < curve.force[-1])
     True
     """
+    radius, contact_modulus, work_of_adhesion = _positive(
+        "radius contact_modulus work_of_adhesion", radius, contact_modulus, work_of_adhesion
+    )
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
     a = np.linspace(0.0, largest, points)
     found = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
     return _along("semi_axis_a", units.a * a, found)
 
 
-@_formula
 def jkr_pull_off(
     *,
     work_of_adhesion: Quantity,
@@ -236,6 +243,9 @@ def jkr_pull_off(
     >>> round(jkr_pull_off(curvature_min=0.01, curvature_max=0.05, work_of_adhesion=0.1) / 47.124 * 5**0.5, 4)
     0.9813
     """
+    work_of_adhesion, radius, curvature_min, curvature_max = _positive(
+        "work_of_adhesion radius curvature_min curvature_max", work_of_adhesion, radius, curvature_min, curvature_max
+    )
     schema.one_of(formulation, FORMULATIONS, "formulation")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
     if B == A:
@@ -247,7 +257,6 @@ def jkr_pull_off(
     return float(-state.P * self_similar)
 
 
-@_formula
 def maugis_pull_off(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
 ) -> float:
@@ -275,47 +284,12 @@ def maugis_pull_off(
     >>> round(pull / (3.14159 * 1.35 * 100), 2)
     1.54
     """
+    radius, work_of_adhesion = _positive("radius work_of_adhesion", radius, work_of_adhesion)
     pair = {"contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion, "adhesion_range": adhesion_range}
     parameter = maugis.parameter(tabor_parameter(radius=radius, **pair))
     return float(np.pi * work_of_adhesion * radius * maugis.pull_off(parameter))
 
 
-@_formula
-def maugis_sphere(
-    *,
-    radius: Quantity,
-    contact_modulus: Quantity,
-    work_of_adhesion: Quantity,
-    adhesion_range: Quantity = 0.3,
-    points: int = 801,
-) -> xr.Dataset:
-    """Return the curve of Maugis's sphere with Dugdale's law, along its contact radius.
-
-    Parameters
-    ----------
-    radius, contact_modulus, work_of_adhesion, adhesion_range : number or quantity
-        nm, GPa, J/m², nm.
-    points : int
-
-    Returns
-    -------
-    Dataset
-        ``delta`` (nm) and ``force`` (nN) along ``semi_axis_a`` (nm), ascending.
-
-    Examples
-    --------
-    >>> curve = maugis_sphere(radius=100, contact_modulus=39.4, work_of_adhesion=1.35)
-    >>> bool(curve.force.min() < 0 < curve.force[-1])
-    True
-    """
-    pair = {"radius": radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
-    units, parameter = _jkr_units(**pair), maugis.parameter(tabor_parameter(**pair, adhesion_range=adhesion_range))
-    P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-5, 1e7, points))
-    order = np.argsort(a)
-    return _along("semi_axis_a", units.a * a[order], {"delta": units.delta * delta[order], "force": units.P * P[order]})
-
-
-@_formula
 def tabor_parameter(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
 ) -> float:
@@ -339,32 +313,16 @@ def tabor_parameter(
     >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
     5.1
     """
+    radius, contact_modulus, work_of_adhesion, adhesion_range = _positive(
+        "radius contact_modulus work_of_adhesion adhesion_range",
+        radius,
+        contact_modulus,
+        work_of_adhesion,
+        adhesion_range,
+    )
     return float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
 
 
-@_formula
-def yield_load(*, radius: Quantity, contact_modulus: Quantity, hardness: Quantity) -> float:
-    """Return the load at which a sphere first yields, π³R²H³/(6E*²): there Hertz's largest pressure is H.
-
-    Parameters
-    ----------
-    radius, contact_modulus, hardness : number or quantity
-        nm, GPa, GPa.
-
-    Returns
-    -------
-    float
-        nN.
-
-    Examples
-    --------
-    >>> round(yield_load(radius=100, contact_modulus=39.4, hardness=6.0), 0)
-    7191.0
-    """
-    return np.pi**3 * radius**2 * hardness**3 / (6 * contact_modulus**2)
-
-
-@_formula
 def punch_pull_off(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity | None = None
 ) -> float:
@@ -401,6 +359,13 @@ def punch_pull_off(
     >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(adhesion_range=0.3, **flat), 1)
     (314.7, 104.7)
     """
+    radius, contact_modulus, work_of_adhesion, adhesion_range = _positive(
+        "radius contact_modulus work_of_adhesion adhesion_range",
+        radius,
+        contact_modulus,
+        work_of_adhesion,
+        adhesion_range,
+    )
     from scipy.optimize import brentq
 
     if adhesion_range is None:
@@ -419,7 +384,6 @@ def punch_pull_off(
     return float(2 * pull * (inner * np.sqrt(radius**2 - inner**2) + radius**2 * np.arccos(inner / radius)))
 
 
-@_formula
 def flattened_pull_off(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, hardness: Quantity
 ) -> float:
@@ -455,6 +419,9 @@ def flattened_pull_off(
     >>> [round(flattened_pull_off(hardness=H, **flat), 1) for H in (0.001, 0.6, 6.0)]
     [314.4, 181.4, 29.9]
     """
+    radius, contact_modulus, work_of_adhesion, hardness = _positive(
+        "radius contact_modulus work_of_adhesion hardness", radius, contact_modulus, work_of_adhesion, hardness
+    )
     from scipy.optimize import brentq
 
     punch = punch_pull_off(radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
@@ -464,7 +431,6 @@ def flattened_pull_off(
     return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
 
 
-@_formula
 def dmt_pull_off(*, radius: Quantity, work_of_adhesion: Quantity) -> float:
     """Return the pull-off force 2πwR of a sphere that is rigid (any law), or whose adhesion has a long range.
 
@@ -487,10 +453,10 @@ def dmt_pull_off(*, radius: Quantity, work_of_adhesion: Quantity) -> float:
     >>> round(dmt_pull_off(radius=100, work_of_adhesion=0.1), 3)
     62.832
     """
+    radius, work_of_adhesion = _positive("radius work_of_adhesion", radius, work_of_adhesion)
     return 2 * np.pi * work_of_adhesion * radius
 
 
-@_formula
 def rigid_sphere(
     distance: Quantities,
     *,
@@ -502,7 +468,7 @@ def rigid_sphere(
 ) -> xr.Dataset:
     """Return the force between a rigid sphere and a flat half space across a gap, integrated over the true sphere.
 
-    By law="hamaker" it is Hamaker's 2A R³/(3D²(D + 2R)²), with A = 12π z₀² w (`work_from_hamaker`).
+    By law="hamaker" it is Hamaker's 2A R³/(3D²(D + 2R)²), with A = 12π z₀² w.
 
     Parameters
     ----------
@@ -535,11 +501,13 @@ def rigid_sphere(
 
     Examples
     --------
-    >>> w = work_from_hamaker(hamaker_constant="1e-19 J", closest_approach=0.3)
-    >>> found = rigid_sphere([0.3], radius=1000, work_of_adhesion=w, length=0.3)
-    >>> round(float(found.force[0]), 4)
+    >>> curve = rigid_sphere([0.3], radius=1000, work_of_adhesion=0.1 / (12 * np.pi * 0.3**2), length=0.3)
+    >>> round(float(curve.force[0]), 4)
     -185.1296
     """
+    radius, work_of_adhesion, length, retardation = _positive(
+        "radius work_of_adhesion length retardation", radius, work_of_adhesion, length, retardation
+    )
     z = schema.ascending(distance, "nm", "distance")
     if z[0] <= 0:
         raise ValueError(f"distance: expected positive distances, found {z[0]:g} nm")
@@ -547,7 +515,6 @@ def rigid_sphere(
     return _along("distance", z, {"force": -potentials.sphere_pull(z, radius, attraction)})
 
 
-@_formula
 def meniscus_sphere(
     distance: Quantities,
     *,
@@ -595,6 +562,9 @@ def meniscus_sphere(
     >>> round(float(found.force[0]), 2), round(float(found.thin_force[0]), 2)
     (-82.53, -90.48)
     """
+    radius, kelvin_radius, surface_tension = _positive(
+        "radius kelvin_radius surface_tension", radius, kelvin_radius, surface_tension
+    )
     D = schema.ascending(distance, "nm", "distance")
     if D[0] < 0:
         raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
@@ -628,34 +598,6 @@ def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float
     return float(constant(brentq(excess, tried[above[-1]], tried[above[-1] + 1], xtol=1e-14)))
 
 
-@_formula
-def work_from_hamaker(*, hamaker_constant: Quantity, closest_approach: Quantity = 0.165) -> float:
-    """Return the work of adhesion A/(12π z₀²) (J/m²) of a Hamaker constant and a cut-off z₀.
-
-    Parameters
-    ----------
-    hamaker_constant : number or quantity
-        nN nm, that is 1e-18 J.
-    closest_approach : number or quantity
-        z₀, nm.
-
-    Returns
-    -------
-    float
-
-    References
-    ----------
-    Israelachvili, Intermolecular and Surface Forces, 3rd ed., eq. 13.15 and §13.13 for 0.165 nm.
-
-    Examples
-    --------
-    >>> round(work_from_hamaker(hamaker_constant="6.5e-20 J"), 4)
-    0.0633
-    """
-    return hamaker_constant / (12 * np.pi * closest_approach**2)
-
-
-@_formula
 def rumpf(
     *,
     radius: Quantity,
@@ -696,13 +638,20 @@ def rumpf(
     >>> round(rumpf(asperity_radius=10, **sphere), 3), rumpf(rms=2, **sphere) == rumpf(asperity_radius=2.96, **sphere)
     (1.991, True)
     """
+    radius, asperity_radius, rms, hamaker_constant, closest_approach = _positive(
+        "radius asperity_radius rms hamaker_constant closest_approach",
+        radius,
+        asperity_radius,
+        rms,
+        hamaker_constant,
+        closest_approach,
+    )
     if (asperity_radius is None) == (rms is None):
         raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
     R, z, r = radius, closest_approach, _HEMISPHERE * rms if asperity_radius is None else asperity_radius
     return hamaker_constant / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
 
 
-@_formula
 def rabinovich(
     *,
     radius: Quantity,
@@ -753,6 +702,16 @@ def rabinovich(
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
     10.0
     """
+    radius, rms, wavelength, hamaker_constant, closest_approach, long_rms, long_wavelength = _positive(
+        "radius rms wavelength hamaker_constant closest_approach long_rms long_wavelength",
+        radius,
+        rms,
+        wavelength,
+        hamaker_constant,
+        closest_approach,
+        long_rms,
+        long_wavelength,
+    )
     flat = hamaker_constant * radius / (6 * closest_approach**2)
     near = 1 / (1 + _CAP_HEIGHT * rms / closest_approach) ** 2
     cap = 1 / (1 + _CAP_RADIUS * radius * rms / wavelength**2)
@@ -763,7 +722,6 @@ def rabinovich(
     return flat * (cap + near / (1 + _CAP_RADIUS * radius * long_rms / long_wavelength**2))
 
 
-@_formula
 def gaussian_work(
     *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = "lennard_jones", cut: float = 4.0
 ) -> float:
@@ -797,6 +755,7 @@ def gaussian_work(
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
+    rms, length, work_of_adhesion = _positive("rms length work_of_adhesion", rms, length, work_of_adhesion)
     return potentials.gaussian_mean(_potential(law, work_of_adhesion, length), rms, cut)
 
 

@@ -15,14 +15,12 @@ import xarray as xr
 from ..scans.regions import extent
 from ..statistics import fit, reduction
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
 from .force_balance import expect_moments, refuse_varied, scope_of
 
 #: Shares of the places whose quantiles are given, and the endings of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
-@verb
 def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
     """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
 
@@ -71,6 +69,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
     (True, 'J/m^2')
     """
+    ds = schema.entered(ds)
     refuse_varied(ds)
     ds = reduction(ds)
     rows = _of_pull_offs(ds)
@@ -87,9 +86,9 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     return schema.record(schema.label(out), "parameters", ds)
 
 
-@verb
 def by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
+    ds = schema.entered(ds)
     expect_moments(ds)
     kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]

@@ -24,7 +24,6 @@ from ..asperity.moments import least
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, magnitude, positive
-from ..vocabulary.verbs import verb
 from .loads import FLOWS, LIFTS, LOADS, Body, Flow, Load, Push
 
 MODES = ("roll", "slide", "lift")
@@ -50,7 +49,6 @@ class Held(NamedTuple):
     known: np.ndarray  # (place,): whether there is contact
 
 
-@verb
 def critical_load(
     ds: xr.Dataset,
     load: str | Load = "wall_shear",
@@ -108,6 +106,7 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m/s', {'roll'})
     """
+    ds = schema.entered(ds)
     if (name := varied_dimension(ds)) is not None:
         given = {"direction": direction, "particle_density": particle_density, "flow": flow}
         given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
@@ -130,7 +129,6 @@ def critical_load(
     return schema.record(schema.label(out), "critical_load", ds, **given)
 
 
-@verb
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method, at unchanged levers.
 
@@ -164,6 +162,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
     (True, True)
     """
+    ds, pull_off = schema.entered(ds), schema.entered(pull_off)
     expect_moments(ds)
     force = pull_off.get("pull_off_force")
     if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
@@ -218,19 +217,19 @@ def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it."""
     (radius,) = schema.pair(ds, "sphere_radius")
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
-    return Body(
-        radius=radius,
-        density=_possible(density, "kg/m^3", "particle_density") or np.nan,
-        medium_density=positive(flow.density, "kg/m^3", "flow.density"),
+    flow = Flow(
+        density=positive(flow.density, "kg/m^3", "flow.density"),
         viscosity=positive(flow.viscosity, "m^2/s", "flow.viscosity"),
         lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
         gravity=float(magnitude(flow.gravity, "m/s^2", "flow.gravity")),
     )
+    return Body(radius, _possible(density, "kg/m^3", "particle_density") or np.nan, flow)
 
 
 def recorded(body: Body) -> dict[str, Any]:
     """Return the fluid around a particle as it is kept in the history."""
-    return {name: getattr(body, name) for name in ("medium_density", "viscosity", "lift", "gravity")}
+    density, viscosity, lift, gravity = body.flow
+    return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
 
 
 def load_of(load: str | Load) -> Load:

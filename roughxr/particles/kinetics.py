@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
-from ..vocabulary.verbs import verb
-from .loads import AIR_DENSITY, AIR_VISCOSITY, friction_reynolds, lift
+from .loads import FLOWS, Flow, friction_reynolds, lift
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
@@ -43,7 +42,6 @@ class LogNormal(NamedTuple):
         return self.mean * self.spread**z, w / w.sum()
 
 
-@verb
 def biasi_adhesion(radius: Quantity) -> LogNormal:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
 
@@ -78,13 +76,11 @@ def biasi_adhesion(radius: Quantity) -> LogNormal:
     return LogNormal(0.016 - 0.0023 * r**0.545, 1.8 + 0.136 * r**1.4)
 
 
-@verb
 def resuspension_rate(
     ratio: Quantities,
     friction_velocity: Quantities,
     *,
-    viscosity: Quantity = AIR_VISCOSITY,
-    fluctuation: float = FLUCTUATION,
+    flow: Flow = FLOWS["air"],
 ) -> Any:
     """Return the rate (1/s) at which a particle leaves, from the ratio of mean removal force to adhesion.
 
@@ -94,10 +90,8 @@ def resuspension_rate(
         F/f_a, at least 0; inf where nothing resists.
     friction_velocity : number, array or quantity
         m/s, broadcast against ``ratio``.
-    viscosity : number or quantity
-        Kinematic, m²/s.
-    fluctuation : float
-        rms of the force over its mean.
+    flow : Flow
+        The fluid; by default air.
 
     Returns
     -------
@@ -117,13 +111,12 @@ def resuspension_rate(
 
     speed = np.asarray(magnitude(friction_velocity, "m/s", "friction_velocity"))
     with np.errstate(divide="ignore"):
-        x = (1 / np.asarray(ratio, float) - 1) / positive(fluctuation, "1", "fluctuation")
+        x = (1 / np.asarray(ratio, float) - 1) / FLUCTUATION
     x = np.minimum(x, 1e6)
-    most = FREQUENCY * speed**2 / (2 * np.pi * positive(viscosity, "m^2/s", "viscosity"))
+    most = FREQUENCY * speed**2 / (2 * np.pi * positive(flow.viscosity, "m^2/s", "flow.viscosity"))
     return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
 
 
-@verb
 def rock_n_roll(
     friction_velocity: Quantities,
     *,
@@ -132,8 +125,7 @@ def rock_n_roll(
     weights: ArrayLike | None = None,
     time: Quantities = 1.0,
     model: str = "rock_n_roll",
-    medium_density: Quantity = AIR_DENSITY,
-    viscosity: Quantity = AIR_VISCOSITY,
+    flow: Flow = FLOWS["air"],
 ) -> np.ndarray:
     """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
 
@@ -153,8 +145,8 @@ def rock_n_roll(
         s.
     model : {"rock_n_roll", "static"}
         With turbulent fluctuations; or "static": particles leave at once if the mean force exceeds their adhesion.
-    medium_density, viscosity : number or quantity
-        kg/m³ and m²/s.
+    flow : Flow
+        The fluid; by default air.
 
     Returns
     -------
@@ -180,22 +172,21 @@ def rock_n_roll(
     """
     schema.one_of(model, ("rock_n_roll", "static"), "model")
     speed = np.atleast_1d(magnitude(friction_velocity, "m/s", "friction_velocity"))
-    r, held = positive(radius, "nm", "radius"), np.atleast_1d(np.asarray(adhesion, float))
-    if held.size == 0 or not np.isfinite(held).all():
+    r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
+    if forces.size == 0 or not np.isfinite(forces).all():
         raise ValueError(f"adhesion: expected finite forces in nN, found {adhesion!r}")
-    friction_reynolds(speed, r, viscosity=viscosity)  # raises for negative speeds
-    medium = {"medium_density": medium_density, "viscosity": viscosity}
-    pressure = positive(medium_density, "kg/m^3", "medium_density") * speed**2 * factor("Pa", "GPa")
-    force = 0.5 * lift(speed, r, formula="hall", **medium) + _LEVERS * _DRAG * pressure * r**2
-    ratio = force[:, None] / held
+    friction_reynolds(speed, r, flow=flow)  # raises for negative speeds
+    pressure = positive(flow.density, "kg/m^3", "flow.density") * speed**2 * factor("Pa", "GPa")
+    force = 0.5 * lift(speed, r, flow=flow._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
+    ratio = force[:, None] / forces
     seconds = np.atleast_1d(magnitude(time, "s", "time"))
     shares = None if weights is None else np.asarray(weights)
-    return np.average(survival(ratio, speed, seconds, model, viscosity), axis=1, weights=shares)
+    return np.average(survival(ratio, speed, seconds, model, flow), axis=1, weights=shares)
 
 
-def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, viscosity: Any) -> np.ndarray:
+def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, flow: Flow) -> np.ndarray:
     """Return the probability (speed, sample, time) that each sample remains, from its ratio F/f_a (speed, sample)."""
     if model == "static":
         return np.repeat((ratio < 1).astype(float)[..., None], seconds.size, axis=2)
-    rate = resuspension_rate(ratio, speed[:, None], viscosity=viscosity)
+    rate = resuspension_rate(ratio, speed[:, None], flow=flow)
     return np.exp(-rate[..., None] * seconds)

@@ -21,7 +21,6 @@ import numpy as np
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
-from ..vocabulary.verbs import verb
 
 #: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
 AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5
@@ -63,10 +62,7 @@ class Body(NamedTuple):
 
     radius: float  # nm
     density: float  # kg/m³, of the particle; NaN if its weight is left out
-    medium_density: float = AIR_DENSITY
-    viscosity: float = AIR_VISCOSITY
-    lift: str = "by_range"
-    gravity: float = GRAVITY
+    flow: Flow = FLOWS["air"]
 
 
 class Push(NamedTuple):
@@ -87,8 +83,7 @@ class Load(NamedTuple):
     span: tuple[float, float]  # strengths between which the critical one is searched, in the variable's units
 
 
-@verb
-def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, viscosity: Quantity = AIR_VISCOSITY) -> Any:
+def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, flow: Flow = FLOWS["air"]) -> Any:
     """Return r⁺ = r u*/ν.
 
     Parameters
@@ -97,8 +92,8 @@ def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, visc
         m/s, not negative.
     radius : number, array or quantity
         nm.
-    viscosity : number or quantity
-        Kinematic, m²/s; air's by default.
+    flow : Flow
+        The fluid; by default air.
 
     Returns
     -------
@@ -114,31 +109,13 @@ def friction_reynolds(friction_velocity: Quantities, radius: Quantities, *, visc
     >>> round(friction_reynolds(1.0, "5 um"), 4)
     0.3249
     """
-    speed = _speed(friction_velocity)
-    return speed * _radius(radius) * factor("nm", "m") / positive(viscosity, "m^2/s", "viscosity")
+    return _speed(friction_velocity) * _radius(radius) * factor("nm", "m") / _viscosity(flow)
 
 
-@verb
-def drag(friction_velocity: Quantities, radius: Quantities, *, medium_density: Quantity = AIR_DENSITY) -> Any:
+def drag(friction_velocity: Quantities, radius: Quantities, *, flow: Flow = FLOWS["air"]) -> Any:
     """Return the drag on a sphere that touches a wall in shear, nN: 32.06 ρ u*² r², for r⁺ ≤ 1.
 
-    Parameters
-    ----------
-    friction_velocity : number, array or quantity
-        m/s, not negative.
-    radius : number, array or quantity
-        nm.
-    medium_density : number or quantity
-        kg/m³; air's by default.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    ValueError
-        If a speed is negative.
+    Options, results and errors as for `friction_reynolds`.
 
     References
     ----------
@@ -149,26 +126,13 @@ def drag(friction_velocity: Quantities, radius: Quantities, *, medium_density: Q
     >>> round(drag(1.0, "5 um"), 4)
     0.9466
     """
-    return _DRAG * _pressure(friction_velocity, medium_density) * _radius(radius) ** 2
+    return _DRAG * _pressure(friction_velocity, flow) * _radius(radius) ** 2
 
 
-@verb
-def torque(friction_velocity: Quantities, radius: Quantities, *, medium_density: Quantity = AIR_DENSITY) -> Any:
+def torque(friction_velocity: Quantities, radius: Quantities, *, flow: Flow = FLOWS["air"]) -> Any:
     """Return the torque about its centre of a sphere that touches a wall in shear, nN nm: 11.86 ρ u*² r³, for r⁺ ≤ 1.
 
-    Parameters
-    ----------
-    friction_velocity, radius, medium_density
-        As for `drag`.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    ValueError
-        If a speed is negative.
+    Options, results and errors as for `friction_reynolds`.
 
     References
     ----------
@@ -181,38 +145,15 @@ def torque(friction_velocity: Quantities, radius: Quantities, *, medium_density:
     >>> round(about_the_contact / (1.181e-9 * r**3), 2)
     43.92
     """
-    return _TORQUE * _pressure(friction_velocity, medium_density) * _radius(radius) ** 3
+    return _TORQUE * _pressure(friction_velocity, flow) * _radius(radius) ** 3
 
 
-@verb
-def lift(
-    friction_velocity: Quantities,
-    radius: Quantities,
-    *,
-    medium_density: Quantity = AIR_DENSITY,
-    viscosity: Quantity = AIR_VISCOSITY,
-    formula: str = "by_range",
-) -> Any:
-    """Return the lift on a sphere that touches a wall in shear, nN.
+def lift(friction_velocity: Quantities, radius: Quantities, *, flow: Flow = FLOWS["air"]) -> Any:
+    """Return the lift on a sphere that touches a wall in shear, nN, by the flow's formula.
 
-    Parameters
-    ----------
-    friction_velocity, radius, medium_density
-        As for `drag`.
-    viscosity : number or quantity
-        Kinematic, m²/s.
-    formula : {"by_range", "leighton_acrivos", "hall", "none"}
-        "leighton_acrivos": 9.22 ρν² r⁺⁴, valid for r⁺ ≤ 1; "hall": 20.9 ρν² r⁺^2.31, measured for 1.8 ≤ r⁺ ≤ 70;
-        "by_range", the default: the first up to where both are equal (r⁺ = 1.62), then the second.
-
-    Returns
-    -------
-    float or array
-
-    Raises
-    ------
-    ValueError
-        If a speed is negative or the formula's name unknown.
+    "leighton_acrivos": 9.22 ρν² r⁺⁴, valid for r⁺ ≤ 1; "hall": 20.9 ρν² r⁺^2.31, measured for 1.8 ≤ r⁺ ≤ 70;
+    "by_range", the default: the first up to where both are equal (r⁺ = 1.62), then the second. Options, results and
+    errors as for `friction_reynolds`.
 
     References
     ----------
@@ -220,21 +161,17 @@ def lift(
 
     Examples
     --------
-    >>> round(lift(1.0, "5 um", formula="hall"), 4)
+    >>> round(lift(1.0, "5 um", flow=Flow(lift="hall")), 4)
     0.4355
     """
-    schema.one_of(formula, LIFTS, "lift")
-    plus = friction_reynolds(friction_velocity, radius, viscosity=viscosity)
+    schema.one_of(flow.lift, LIFTS, "flow.lift")
+    plus = friction_reynolds(friction_velocity, radius, flow=flow)
     slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
-    chosen = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
-    scale = _density(medium_density) * positive(viscosity, "m^2/s", "viscosity") ** 2 * factor("N", "nN")
-    return chosen.get(formula, 0.0 * plus) * scale
+    formulas = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
+    return formulas.get(flow.lift, 0.0 * plus) * _density(flow) * _viscosity(flow) ** 2 * factor("N", "nN")
 
 
-@verb
-def weight(
-    radius: Quantities, density: Quantity, *, medium_density: Quantity = AIR_DENSITY, gravity: float = GRAVITY
-) -> Any:
+def weight(radius: Quantities, density: Quantity, *, flow: Flow = FLOWS["air"]) -> Any:
     """Return a sphere's weight less its buoyancy, nN.
 
     Parameters
@@ -243,10 +180,8 @@ def weight(
         nm.
     density : number or quantity
         Of the particle, kg/m³.
-    medium_density : number or quantity
-        kg/m³.
-    gravity : float
-        m/s².
+    flow : Flow
+        The fluid and gravity; by default air.
 
     Returns
     -------
@@ -255,15 +190,15 @@ def weight(
     Raises
     ------
     ValueError
-        If a number is not positive, or the medium's density is negative.
+        If a number is not positive.
 
     Examples
     --------
     >>> round(weight("5 um", 4000.0), 5)
     0.02053
     """
-    difference = positive(density, "kg/m^3", "density") - _density(medium_density)
-    return _mass(radius, difference) * gravity
+    difference = positive(density, "kg/m^3", "density") - _density(flow)
+    return _mass(radius, difference) * float(magnitude(flow.gravity, "m/s^2", "flow.gravity"))
 
 
 def in_range(plus: Any, formula: str) -> Any:
@@ -274,15 +209,10 @@ def in_range(plus: Any, formula: str) -> Any:
 
 
 def _wall_shear(strength: Any, body: Body) -> Push:
-    medium = {"medium_density": body.medium_density}
-    plus = friction_reynolds(strength, body.radius, viscosity=body.viscosity)
-    raised = lift(strength, body.radius, viscosity=body.viscosity, formula=body.lift, **medium)
-    return Push(
-        drag(strength, body.radius, **medium),
-        torque(strength, body.radius, **medium),
-        raised - _weight_of(body),
-        in_range(plus, body.lift),
-    )
+    radius, flow = body.radius, body.flow
+    away = lift(strength, radius, flow=flow) - _weight_of(body)
+    plus = friction_reynolds(strength, radius, flow=flow)
+    return Push(drag(strength, radius, flow=flow), torque(strength, radius, flow=flow), away, in_range(plus, flow.lift))
 
 
 def _tilt(strength: Any, body: Body) -> Push:
@@ -291,7 +221,7 @@ def _tilt(strength: Any, body: Body) -> Push:
 
 
 def _centrifuge(strength: Any, body: Body) -> Push:
-    force = _mass(body.radius, body.density - body.medium_density) * np.asarray(strength)
+    force = _mass(body.radius, body.density - body.flow.density) * np.asarray(strength)
     return Push(0.0 * force, 0.0 * force, force - _weight_of(body), np.ones(force.shape, bool))
 
 
@@ -311,9 +241,7 @@ LOADS: dict[str, Load] = {
 
 def _weight_of(body: Body) -> float:
     """Return the weight, nN; 0 where no density is given."""
-    if np.isnan(body.density):
-        return 0.0
-    return float(_mass(body.radius, body.density - body.medium_density) * body.gravity)
+    return 0.0 if np.isnan(body.density) else float(weight(body.radius, body.density, flow=body.flow))
 
 
 def _mass(radius: Any, density: float) -> Any:
@@ -321,13 +249,17 @@ def _mass(radius: Any, density: float) -> Any:
     return 4 / 3 * np.pi * _radius(radius) ** 3 * density * factor("kg/m^3 nm^3 m/s^2", "nN")
 
 
-def _pressure(friction_velocity: Any, medium_density: Any) -> Any:
+def _pressure(friction_velocity: Any, flow: Flow) -> Any:
     """Return ρ u*², GPa."""
-    return _density(medium_density) * _speed(friction_velocity) ** 2 * factor("Pa", "GPa")
+    return _density(flow) * _speed(friction_velocity) ** 2 * factor("Pa", "GPa")
 
 
-def _density(value: Any) -> float:
-    return positive(value, "kg/m^3", "medium_density")
+def _density(flow: Flow) -> float:
+    return positive(flow.density, "kg/m^3", "flow.density")
+
+
+def _viscosity(flow: Flow) -> float:
+    return positive(flow.viscosity, "m^2/s", "flow.viscosity")
 
 
 def _radius(value: Any) -> Any:

@@ -11,7 +11,6 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from ..vocabulary.verbs import verb
 from .force_balance import (
     Body,
     Held,
@@ -32,7 +31,6 @@ MODELS = ("rock_n_roll", "static")
 _CONFIDENCE, _RESAMPLES = 0.95, 399
 
 
-@verb
 def resuspension(
     ds: xr.Dataset,
     *,
@@ -92,6 +90,7 @@ def resuspension(
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """
+    ds = schema.entered(ds)
     schema.one_of(model, MODELS, "model")
     if (name := varied_dimension(ds)) is not None:
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
@@ -126,7 +125,7 @@ def _here(speed: np.ndarray, seconds: np.ndarray, body: Body, held: Held, model:
     """Return the probability (place, speed, time) that the particle at each place remains."""
     push = LOADS["wall_shear"].push
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, held).max(axis=0) for u in speed])
-    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.viscosity)
+    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow)
     return np.where(held.known[:, None, None], left.transpose(1, 0, 2), np.nan)
 
 

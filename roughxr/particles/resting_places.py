@@ -12,8 +12,8 @@ from ..kernels.topography import dilation, rests
 from ..kernels.topography.interpolation import band_limited
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places
-from ..vocabulary.verbs import warn
 
 #: Motion of the sphere, in pixels, within which a summit counts as carrying it.
 _CARRYING_MOTION = 0.05
@@ -30,8 +30,9 @@ _REFINE = 2
 #: Least barrier, over pixel²/R, which the sphere's front rises by over about one pixel.
 _RESOLVED_BARRIER = 0.01
 
-#: Pixels that rests may lie apart on a scan and on the vertices of its asperities.
-_PAIRING_DISTANCE = 20.0
+
+#: Cells that a resting position may move on to the vertices of asperities.
+_PAIRING_DISTANCE = 40.0
 
 
 class _Rests(NamedTuple):
@@ -58,9 +59,10 @@ def resting(
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area.
+
     on : Dataset, optional
-        A catalogue of the scan's asperities. Each rest is then moved to the nearest one on
-        their vertices, on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
+        A catalogue of the scan's asperities. Each resting position is then moved to the nearest one on their vertices,
+        on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
 
     Returns
     -------

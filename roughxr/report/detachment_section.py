@@ -22,10 +22,8 @@ Run = Mapping[str, xr.Dataset]
 #: The groups that are needed.
 COMING_OFF = (
     "solutions/rolling",
-    "solutions/rolling_superposed",
     "statistics/adhesive",
     "statistics/detachment",
-    "statistics/detachment_superposed",
 )
 
 #: The group that runs of particles have besides: where they rest.
@@ -49,11 +47,7 @@ _STABLE_CONTACTS = 3
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
     known = {method: group for method, group in _CRITICAL.items() if group in run}
-    wet = schema.is_wet(run["solutions/rolling"])
-    columns = {
-        "menisci" if wet and method == "energy" else method: _column(moments_of(run, method), run[group])
-        for method, group in known.items()
-    }
+    columns = {method: _column(moments_of(run, method), run[group]) for method, group in known.items()}
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
@@ -61,7 +55,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
     held, method = run["solutions/rolling"], method or leading(run)
-    if method != "energy" and f"statistics/{method}" not in run:
+    if f"statistics/{method}" not in run:
         present = [name for name in ("extrapolated", "adhesive", "energy") if f"statistics/{name}" in run]
         raise ValueError(
             f"--method: expected a method of this run ({', '.join(present)}), found {method!r}, which it does not have"
@@ -129,16 +123,10 @@ def coming_off_words(run: Run) -> list[str]:
         "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
         f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
         "force, by the method named in the column header, times the lever arm of "
-        + ("the superposed asperities." if schema.is_wet(run["solutions/rolling"]) else "the simulation's contacts.")
+        + ("rigid bodies' contacts." if schema.is_wet(run["solutions/rolling"]) else "the simulation's contacts.")
         + hard * " Superposed asperities stay elastic: yielded ones would be flatter and their lever arm longer."
     ]
     known = np.isfinite(critical["critical_friction_velocity"].values)
-    without = int(run["solutions/rolling"].attrs.get("places_without_lever", 0))
-    if without:
-        said.append(
-            f"At {without} of {known.size} places superposed asperities touch elsewhere than the surface does: no "
-            "lever arm and no critical flow are given there."
-        )
     out = int((known & ~critical["in_range"].values.astype(bool)).sum())
     if out:
         said.append(
@@ -159,15 +147,19 @@ def coming_off_words(run: Run) -> list[str]:
 
 def _particles(run: Run) -> str:
     """Return how particles at rest differ from the same where they landed, in a sentence."""
-    rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
     moments = run["solutions/rolling"]
     stable = 100 * float((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
-    return (
+    words = (
         f"Particles rolled from where they landed to where they rest: {stable:.0f} % of them then rest on three "
-        f"contacts or more. By superposition half of them begin to roll "
-        f"at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where they landed. Both are limits: adhesion may stop "
-        "light particles before they reach the bottom."
+        "contacts or more."
     )
+    if "statistics/detachment_landed" in run:
+        rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
+        words += (
+            f" By superposition half of them begin to roll at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where "
+            "they landed."
+        )
+    return words + " Light particles may stick before they reach the bottom."
 
 
 def _middle(critical: xr.Dataset) -> float:

@@ -26,7 +26,6 @@ _COLUMNS = (
     (_PARTIAL_GROUP, "pull_off_error", "pull_off_error"),
     (_PARTIAL_GROUP, "pull_off_force_extrapolated", "pull_off_force_extrapolated"),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
-    ("statistics/menisci", "pull_off_force", "pull_off_force_superposed"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
     ("solutions/rolling", "lever", "lever"),
     ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity"),

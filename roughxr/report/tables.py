@@ -20,7 +20,7 @@ from .summary import mesh_change
 Run = Mapping[str, xr.Dataset]
 
 #: Columns of the comparison, for the methods that a run holds.
-METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "menisci", "direct")
+METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µm per nm
 

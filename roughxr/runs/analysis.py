@@ -60,9 +60,8 @@ from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, single, whole_number
 from ..vocabulary.verbs import verb, warn
 
-#: Ways of superposition that a run compares; of a humid pair the one for liquid.
+#: Ways of superposition that a run compares; of a humid pair none.
 COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
-OF_LIQUID = {"menisci": {"law": "menisci"}}
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
@@ -310,7 +309,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[d
     for name, way in ways.items():
         fit = fit_of(name)  # the paper's own asperities for its own formulas
         summed = asperities(scan, **fit) if fit else suited
-        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=_wide(plan, specimen), **way, **options)
+        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=plan.sweep, **way, **options)
     for name in ways:
         groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
     yield groups
@@ -348,14 +347,6 @@ def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
         found |= {"rolling": 5.0} if "sphere_radius" in specimen.bodies.coords else {}
         found |= _of_budget(plan, _SECONDS_PER_PLACE) if plan.budget else {}
     return found | {"pages": 15.0}
-
-
-def _wide(plan: Plan, specimen: Specimen) -> np.ndarray:
-    """Return the displacements of a superposition, from before liquid bridges the gap where there is any."""
-    menisci = liquid.menisci_of(specimen.bodies)
-    if menisci is None or -menisci.height > plan.sweep[0]:
-        return plan.sweep
-    return np.append(np.linspace(-menisci.height, plan.sweep[0], 51)[:-1], plan.sweep)
 
 
 def _of_budget(plan: Plan, place: float) -> dict[str, float]:
@@ -417,7 +408,10 @@ def _detachment(
     moments = rigid_moments(specimen, solved) if wet else simulated_moments(specimen, solved)
     out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
     if not wet:
-        out["solutions/rolling_superposed"] = rolling(catalogue, **options)
+        at = places
+        if is_rests(places):  # on the vertices of the asperities that are summed
+            at = resting(specimen.scan, landings=places.attrs["landings"], on=catalogue)
+        out["solutions/rolling_superposed"] = rolling(catalogue, **options | {"subregions": at})
         more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     known = groups | out

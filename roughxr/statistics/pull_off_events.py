@@ -6,11 +6,9 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import work_of
-from ..contact.estimates import elastic_pull_off
 from ..jobs.records import converged
 from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity
 from ..vocabulary.verbs import verb, warn
 
 #: What a solver says of its pull-off's own error.
@@ -18,22 +16,17 @@ _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
 @verb
-def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity | None = None) -> xr.Dataset:
+def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
     Parameters
     ----------
     ds : Dataset
         A solution with ``force`` along ``delta``. Other dimensions are kept.
-    method : {"exact", "cycle", "sweep", "ciavarella"}, optional
+    method : {"exact", "cycle", "sweep"}, optional
         "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`. "sweep": the
-        largest pull among the displacements, too small where the sweep is coarse or ends too soon. "ciavarella": an
-        estimate from a sweep of `direct`, of at least eight displacements: adhesion moves each state of force P, area A
-        and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ); exact for a sphere. By default "exact" or
-        "cycle", whichever the solution holds, else "sweep".
-    smoothing : number or quantity, optional
-        For "ciavarella": half-width of the fits (in the root of the depth) that give its derivatives, nm, at least
-        three displacements to either side; by default 2.
+        largest pull among the displacements, too small where the sweep is coarse or ends too soon. By default "exact"
+        or "cycle", whichever the solution holds, else "sweep".
 
     Returns
     -------
@@ -52,10 +45,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity |
     See Also
     --------
     pull_off_map : the exact pull-off of superposed asperities, without a sweep.
-
-    References
-    ----------
-    Ciavarella, arXiv 1712.05844, for "ciavarella".
+    reference.elastic_pull_off : an estimate from a sweep without adhesion.
 
     Examples
     --------
@@ -70,10 +60,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None, smoothing: Quantity |
     found = "cycle" if "complete" in ds else "exact"
     if method is None:
         method = found if "pull_off_force" in ds else "sweep"
-    schema.one_of(method, ("exact", "cycle", "sweep", "ciavarella"), "method")
-    if method == "ciavarella":
-        return elastic_pull_off(ds, smoothing=2.0 if smoothing is None else smoothing)
-    schema.refuse_unused(f"method={method!r}", smoothing=smoothing)
+    schema.one_of(method, ("exact", "cycle", "sweep"), "method")
     if method == "sweep":
         out = _of_sweep(_with_adhesion(ds, _force(ds)), converged(ds))
     else:
@@ -113,8 +100,8 @@ def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
     if elastic and (force.chunks is not None or not (force < 0).any()):
         raise ValueError(
-            "expected a sweep with adhesion, found one without; take method='ciavarella', which estimates the pull-off "
-            "from a sweep without adhesion, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
+            "expected a sweep with adhesion, found one without; take reference.elastic_pull_off, which estimates the "
+            "pull-off from it, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
         )
     return force
 

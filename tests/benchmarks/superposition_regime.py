@@ -9,8 +9,7 @@ seconds of processor time. Then the sums are made anew on all rows, and printed:
 (`roughxr.asperity.expectation`), from the group "made", beside its scatter on the group "held", of other spectra; what
 numbers that are known beforehand would add to it; what wider patches do; and the glass twin, whose direct pull-off
 (pressed 4 nm, 64 places, half the pixel) is measured with ``--twin``, some minutes. ``--scans`` does the same on
-measured scans, four places under each pair, on which nothing was tuned: the rule is tried, not made. ``--humid`` sums
-menisci on the same surfaces over humidity, beside `rigid`, by how crowded they are (a minute).
+measured scans, four places under each pair, on which nothing was tuned: the rule is tried, not made.
 """
 
 from __future__ import annotations
@@ -32,7 +31,6 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor
-from roughxr.contact.rigid.bodies import rigid
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
 
@@ -202,43 +200,16 @@ def tell_scans(paths):
             print(f"    {said}")
 
 
-def tell_humid(humidities=(0.3, 0.5, 0.7, 0.9)):
-    """Print the sum over menisci beside that over pixels between rigid bodies, by the menisci's crowding."""
-    rows = []
-    for group, surfaces in (("made", MADE), ("held", HELD)):
-        for (hurst, rolloff, cutoff, rms), radius, humidity in itertools.product(surfaces, (500.0, 3000.0), humidities):
-            scan = self_affine((PIXELS, PIXELS), PIXEL, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=cutoff, seed=1)
-            scan = scan.contact.assign_pair(sphere_radius=radius, humidity=humidity, **ELASTIC)
-            crowding = expectation.crowding(scan.contact.asperities())
-            if crowding > expectation.CROWDED:
-                continue
-            found = pull_off_map(scan, subregions=(2, 2)).pull_off_force.mean()
-            whole = rigid(scan, subregions=(2, 2), delta=[0.0], refine=4, law="exponential").pull_off_force.mean()
-            rows.append({"group": group, "crowding": crowding, "ratio": float(found / whole)})
-    table = pd.DataFrame(rows)
-    rule = expectation.LIQUID_LOW, expectation.LIQUID_HIGH
-    print(f"menisci, below a crowding of {expectation.CROWDED:g}; the rule: {rule[0]:g} … {rule[1]:g}")
-    for group, part in table.groupby("group"):
-        low, middle, high = np.quantile(part.ratio, (0.05, 0.5, 0.95))
-        inside = 100 * part.ratio.between(*rule).mean()
-        print(
-            f"{group}: {len(part)} rows, superposed / rigid {middle:.2f}, {low:.2f} … {high:.2f}; {inside:.0f} % within"
-        )
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--measure", type=float, metavar="SECONDS", default=0.0)
     parser.add_argument("--twin", action="store_true")
-    parser.add_argument("--humid", action="store_true")
     parser.add_argument("--scans", nargs="+", metavar="FILE", default=())
     asked = parser.parse_args()
     warnings.simplefilter("ignore")
     with dask.config.set(scheduler="threads", num_workers=2):
         if asked.measure:
             measure_missing(asked.measure)
-        if asked.humid:
-            tell_humid()
         elif not asked.scans:
             tell(with_sums(pd.read_csv(TABLE)))
         tell_scans(asked.scans)

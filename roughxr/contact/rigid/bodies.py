@@ -11,8 +11,8 @@ from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
 from ...specimen import Specimen, specimen_of
 from ...vocabulary import schema
+from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
-from ...vocabulary.verbs import verb, warn
 from ..problem import Problem, first_touches, read_problem
 from .attraction import Options, options_of
 from .rigid_map import every_pixel
@@ -25,7 +25,6 @@ _COUNT, _START_HEIGHT = 60, 10.0
 _ONE_CELL_SHARE = 0.2
 
 
-@verb
 def rigid(
     ds: xr.Dataset | Specimen,
     *,

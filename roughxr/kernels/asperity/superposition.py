@@ -93,9 +93,7 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     per_nm, ellipse = 1.0 / scales.delta, pi * scales.axis_ratio * scales.a * scales.a
     for k in range(first, n):
         delta = max((deltas[k] - offset) * per_nm, scales.end)
-        p, a, b = (
-            line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, scales.end)
-        )
+        p, a, b = line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, scales.end)
         force[k] += scales.P * p
         area[k] += ellipse * a * b
         if beyond == n and scales.a * a > patch_radius:

@@ -3,7 +3,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = id => document.getElementById(id);
 const state = { place: 0, values: {}, map: null, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
-const COLOURS = { adhesive: "#0173b2", direct: "#222222", energy: "#de8f05", menisci: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
+const COLOURS = { adhesive: "#0173b2", direct: "#222222", energy: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
 
 function draw(svg, name, attributes, text = "") {
   const node = document.createElementNS("http://www.w3.org/2000/svg", name);

@@ -38,7 +38,6 @@ METHODS = {
     "adhesive": "simulation with adhesion",
     "direct": "direct, without adhesion",
     "energy": "superposed, least energy",
-    "menisci": "superposed asperities",
     "self_similar": "superposed, self-similar",
     "published": "superposed, as published",
     "hertz": "superposed, without adhesion",
