@@ -189,14 +189,6 @@ def test_the_slow_work_is_the_area_under_the_force():
     assert area == pytest.approx(float(found.work_of_separation[0]), rel=3e-3)
 
 
-def test_every_pixel_is_what_places_give():
-    pair = wet(scan(rough(64, rms=1.0)), 0.7, radius=1000.0, work_of_adhesion=0.05)
-    at = np.array([20, 31, 44]), np.array([33, 25, 40])
-    each = pair.contact.rigid(subregions=(pair.x.values[at[0]], pair.y.values[at[1]]), delta=[-2.0])
-    every = pair.contact.rigid(subregions="every pixel").pull_off_force.values[at]
-    np.testing.assert_allclose(each.pull_off_force.values, every, rtol=1e-5)
-
-
 def double_sum(ds, refine, humidity, radius, centres):
     """Return the pulls of water alone, cell by cell: splines on cells, each wet or not by the gap in its middle."""
     from scipy.interpolate import RectBivariateSpline

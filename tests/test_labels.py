@@ -36,7 +36,6 @@ def results():
         "pull_off": roughxr.statistics.reduction(pull),
         "pull_off_map": surface.contact.pull_off_map(**PLACES),
         "rigid": surface.contact.rigid(**PLACES, fields=True, delta=[-1.0]),
-        "rigid of every pixel": surface.contact.rigid(subregions="every pixel"),
         "regime": surface.assign_coords(hardness=6.0).contact.regime(subregions=(1, 1)),
         "formulas": surface.contact.formulas(subregions=(1, 1)),
         "scale_dependence": surface.contact.scale_dependence(shortest=[40, 80], seeds=1, subregions=(1, 1)),

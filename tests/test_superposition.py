@@ -9,9 +9,8 @@ from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.pair import assign_pair, contact_modulus
+from roughxr.bodies.pair import contact_modulus
 from roughxr.contact.elastic import direct
-from roughxr.contact.reference import hertz
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 
 from .surfaces import glass_pair, paraboloids, rough, scan
@@ -256,20 +255,3 @@ def test_more_than_the_smooth_sphere_is_never_given_without_a_word():
         superpose(catalogue, delta=np.arange(-2, 3, 0.1))
     with pytest.warns(UserWarning, match="exceed that of the sphere"):
         pull_off_map(catalogue, subregions=(2, 2))
-
-
-@pytest.mark.parametrize("turn", [0.0, 0.3, 0.5, 1.1])
-@pytest.mark.parametrize("ratio", [10, 50, 100, 500])
-def test_a_ridge_is_one_asperity_however_it_lies_on_the_pixels(ratio, turn):
-    """Pixels break a ridge of B/A = 100, turned by 0.5 rad, up into five peaks; its force is Hertz's of one."""
-    x = 2.0 * (np.arange(128) - 64)
-    along = np.cos(turn) * x[:, None] + np.sin(turn) * x
-    across = np.cos(turn) * x - np.sin(turn) * x[:, None]
-    axes = {axis: (axis, x, {"units": "nm"}) for axis in "xy"}
-    heights = xr.Dataset({"height": (("x", "y"), -0.005 * (along**2 / ratio + across**2), {"units": "nm"})}, axes)
-    pair = {"sphere_radius": 1e9, "contact_modulus": 40.0, "work_of_adhesion": 0.01}
-    ridge = assign_pair(heights, **pair)
-    found = superpose(ridge, delta=[2.0], law="hertz")
-    expected = hertz([2.0], curvature_min=0.01 / ratio + 1e-9, curvature_max=0.01 + 1e-9, contact_modulus=40.0)
-    assert int(found.contacts.max()) == 1
-    np.testing.assert_allclose(found.force.values.ravel(), expected.force.values, rtol=1e-6)

@@ -1,6 +1,6 @@
 """Asperities: the catalogue of a scan, the sum of their contacts, and the largest pull of that sum.
 
-catalogue       `asperities`: peaks with fitted paraboloids; ridges, those that pixels break up
+catalogue       `asperities`: peaks with fitted paraboloids
 reconstruction  `reconstruct`: the surface that the catalogue stands for
 asperity_sum    a catalogue, pair and options -> plain numbers of all asperities under a sphere
 superposition   `superpose`: the sum of single asperities at displacements

@@ -17,7 +17,6 @@ from ..scans.wavelength import Waves
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, is_whole, positive
-from .ridges import repeated
 
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
@@ -62,8 +61,8 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     """Return the catalogue of a scan's asperities.
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
-    Its paraboloid is the least-squares fit to a square patch around it. A narrow ridge that the pixels break up into
-    several peaks is one asperity, unless vertices are at pixels.
+    Its paraboloid is the least-squares fit to a square patch around it. Pixels may break a narrow oblique ridge up into
+    several peaks.
 
     A paraboloid has the summit's curvature only if the patch is narrower than the shortest wave that makes up the
     summit: fitted over two waves it is several times too flat, and the asperity's pull too strong.
@@ -194,9 +193,6 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     )
     out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.travelling(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
-    if setup.vertex == "fitted":
-        out = out.isel(asperity=~repeated(out, max(setup.pixel)))
-        out = out.assign_coords(asperity=np.arange(out.sizes["asperity"]))
     if setup.waves is not None:
         known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
         out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})

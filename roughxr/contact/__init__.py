@@ -6,9 +6,9 @@ problem         specimen and options -> plain numbers, and the surface at each c
 solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction; cycle, one place of it
-many_cases      pull-offs of surfaces, pairs and meshes that differ a little, all in one batch
-rigid_bodies    `rigid`: bodies too stiff to deform; rigid_attraction, rigid_places and rigid_map, its parts
-menisci         condensed liquid between them: drawn off fast, and the error of thin menisci
+batch           pull-offs of surfaces, pairs and meshes that differ a little, all in one batch
+rigid           `rigid`: bodies too stiff to deform
+menisci         condensed liquid between them: its work, and the error of thin menisci
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas
 estimates       `tabor`, and the pull-off from an elastic sweep: cheap estimates
 reference       closed forms of single contacts, and formulas for rough ones, to compare with

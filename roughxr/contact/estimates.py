@@ -51,6 +51,15 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
     References
     ----------
     Ciavarella, arXiv 1712.05844.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
+    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> pressed = roughxr.direct(scan, delta=np.linspace(1, 12, 12), datum="first_contact", subregions=(1, 2))
+    >>> bool((elastic_pull_off(pressed).pull_off_force > 0).all())
+    True
     """
     ds = schema.entered(ds)
     if not all(name in ds and "delta" in ds[name].dims for name in ("force", "contact_area")):

@@ -56,16 +56,11 @@ def reach_of(specimen: Specimen, problem: Problem) -> float:
     return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * height_range))
 
 
-def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest pulls and their displacements, by quartics through five pulls at even displacements."""
-    best = np.clip(pulls.argmax(-1), 2, pulls.shape[-1] - 3)[..., None]
-    around = np.take_along_axis(pulls, best + np.arange(-2, 3), -1)
-    quartic = around @ np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True)).T
-    x = np.zeros(best.shape[:-1])
-    for _ in range(8):
-        slope, bend = (np.polynomial.polynomial.polyder(np.moveaxis(quartic, -1, 0), k) for k in (1, 2))
-        at = [np.polynomial.polynomial.polyval(x, part, tensor=False) for part in (slope, bend)]
-        x = np.clip(x - at[0] / np.where(at[1] < 0, at[1], -np.inf), -2, 2)
-    largest = np.polynomial.polynomial.polyval(x, np.moveaxis(quartic, -1, 0), tensor=False)
-    nearest, step = np.take_along_axis(deltas, best, -1)[..., 0], deltas[..., 1] - deltas[..., 0]
-    return largest, nearest + step * x
+def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[float, float]:
+    """Return the largest pull and its displacement, by the quartic through five pulls at even displacements."""
+    best = int(np.clip(pulls.argmax(), 2, pulls.size - 3))
+    quartic = np.polynomial.Polynomial.fit(np.arange(-2.0, 3.0), pulls[best - 2 : best + 3], 4).convert()
+    turns = quartic.deriv().roots()
+    inside = turns.real[(np.abs(turns.imag) < 1e-9) & (np.abs(turns.real) <= 2)]
+    x = max([*inside, -2.0, 2.0], key=quartic)
+    return float(quartic(x)), float(deltas[best] + (deltas[1] - deltas[0]) * x)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ...asperity.maps import EVERY_PIXEL
 from ...jobs import spread
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
@@ -13,9 +12,8 @@ from ...specimen import Specimen, specimen_of
 from ...vocabulary import schema
 from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
-from ..problem import Problem, first_touches, read_problem
+from ..problem import first_touches, read_problem
 from .attraction import Options, options_of
-from .rigid_map import every_pixel
 from .rigid_places import at_places
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
@@ -29,7 +27,7 @@ def rigid(
     ds: xr.Dataset | Specimen,
     *,
     delta: Quantities | None = None,
-    subregions: Places | str = None,
+    subregions: Places = None,
     law: str = "hamaker",
     refine: int = 1,
     datum: str = "highest_peak",
@@ -42,17 +40,15 @@ def rigid(
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 60 from 10 nm above the highest touch to the deepest, and for a map of
-        every pixel none.
-    subregions : (int, int), (array, array), Dataset or "every pixel", optional
+        Displacements, nm, ascending; by default 60 from 10 nm above the highest touch to the deepest.
+    subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
         Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
         wavelength of retardation is; the others have the pair's range of adhesion.
     refine : int
-        Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels; not
-        for every pixel.
+        Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     fields : bool
@@ -65,10 +61,9 @@ def rigid(
         ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, of first
         touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
         ``cell_error``, the part by which it is too high (divide by 1 + ``cell_error``), and ``truncated``, where more
-        than 1 % of it comes from beyond the scan. For every pixel along (x, y), without ``pull_beyond_contact`` and
-        ``cell_error``. Of a humid pair also ``meniscus_error``, by which part the law of thin menisci is probably too
-        high, and ``work_of_separation`` (nN nm, from the largest pull on at constant humidity). Lazy where the scan is
-        a dask array.
+        than 1 % of it comes from beyond the scan. Of a humid pair also ``meniscus_error``, the share by which the law
+        of thin menisci is probably too high, and ``work_of_separation`` (nN nm, from the largest pull on at constant
+        humidity). Lazy where the scan is a dask array.
 
     Raises
     ------
@@ -105,26 +100,18 @@ def rigid(
     ({'subregion': 4, 'delta': 60}, True)
     """
     specimen = specimen_of(ds)
-    pixels = isinstance(subregions, str)
-    if pixels:
-        schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     refine = whole_number(refine, "refine", least=1, most=64)
     options = options_of(specimen, law)
     options = options._replace(area=options.area / refine**2)
-    positions = specimen.centres(None if pixels else subregions)
-    given = [0.0] if pixels and delta is None else _default_deltas(specimen) if delta is None else delta
-    problem = read_problem(specimen, positions, delta=given, datum=datum, refine=refine)
-    if pixels:
-        _refuse_on_pixels(problem, fields)
-        out = every_pixel(specimen, problem, options, kept=delta is not None)
-    else:
-        out = at_places(specimen, positions, problem, options, fields=fields)
-    named = {"law": law, "refine": refine}
+    positions = specimen.centres(subregions)
+    steps = _default_deltas(specimen) if delta is None else delta
+    problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=refine)
+    out = at_places(specimen, positions, problem, options, fields=fields)
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
-    out.attrs = {"datum": datum, "method": "rigid", **named, **length}
+    out.attrs = {"datum": datum, "method": "rigid", "law": law, "refine": refine, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so near"
-    arguments = {"delta": problem.steps, "subregions": subregions, "fields": fields, "datum": datum, **named}
-    out = schema.record(schema.label(out), "rigid", specimen.bodies, **arguments)
+    arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "refine": refine}
+    out = schema.record(schema.label(out), "rigid", specimen.bodies, fields=fields, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, options)
@@ -151,11 +138,3 @@ def _default_deltas(specimen: Specimen) -> np.ndarray:
     middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
     deepest = float(first_touches(specimen, middle).max())
     return np.linspace(-_START_HEIGHT, deepest, _COUNT)
-
-
-def _refuse_on_pixels(problem: Problem, fields: bool) -> None:
-    if fields or problem.indenter.map is not None or problem.refine > 1:
-        raise ValueError(
-            "subregions='every pixel': expected a sphere, no fields, no refine; for anything else choose places, such "
-            "as subregions=(8, 8)"
-        )

@@ -150,5 +150,4 @@ def _largest_pull(here: _Setting) -> tuple[float, tuple[float, float]]:
         closest = here.touch() - kernels.floor(law)
         return closest, (float(here.pulls(np.array([closest]))[0]), closest)
     deltas = here.touch() - law.length * NEAREST_GAPS
-    force, delta = map(float, largest_pull(deltas, here.pulls(deltas)))
-    return np.inf, (force, delta)
+    return np.inf, largest_pull(deltas, here.pulls(deltas))

@@ -1,26 +1,17 @@
-"""The pull of a rigid body on a rough half space: tractions summed over the local gaps, at one place or at all.
+"""The pull of a rigid body on a rough half space: tractions summed over the local gaps.
 
-At one place, with S the undeformed separation (``halfspace.separation``) and δ the displacement,
+With S the undeformed separation (``halfspace.separation``) and δ the displacement,
 
     F = a Σ t(g),   g = max(S − δ, g₀)
 
 over pixels of area a, g₀ the smallest gap of hard bodies (flattened summits are at g₀). Beyond the window
 the ground is its mean plane, and the pull of the rest of the sphere, its back included, an integral over S (`outside`).
 
-At all places at once, the sum over the pixels around each is split at a gap d. Beyond d the traction is a sum of
-exponentials (own; fitted to 10⁻⁶ of itself),
-
-    t(g) = Σ_j c_j exp(−s_j g),   Σ_k t(z + S_k − h_k) = Σ_j c_j exp(−s_j z) [exp(s_j h) ⋆ exp(−s_j S)]
-
-one correlation by FFT for each term, valid for every height z of the indenter. At gaps below d the difference between
-t and the sum is added pixel by pixel; only few pixels are so near. The rounding error of a correlation is that of its
-largest value, exp(s_j·range of heights) over the smallest: d is chosen so that this stays below 10⁻⁸.
-
 With condensed liquid (`potentials`) its edge g = b runs through pixels. The part of a pixel that is wetted is that of
 a plane gap with the slopes at the pixel's middle and the mean gap of the pixel (own; without the difference between
 mean and middle, a²∇²g/24, the area of a disk of n pixels in radius is off by 1/(6n²)).
 
-S, z, g, h, d   nm: z the height of the indenter's lowest point, h those of the surface;  a nm²;  t GPa;  F nN
+S, δ, g  nm;  a nm²;  t GPa;  F nN
 """
 
 import functools
@@ -31,24 +22,8 @@ import numpy as np
 from ..jit import kernel
 from .potentials import partly, tractions
 
-#: Number of exponentials, the largest of their rates in 1/d, and the least d in ranges of heights: with these t is
-#: fitted to 5e-7 of itself, and the rounding error of the correlations is below 1e-8 of theirs.
-_TERMS, _FASTEST, _PER_RANGE = 16, 12.0, 12.0 / 18.0
-
-#: The shortest d, nm, and the number of entries in the table of the sum of exponentials below it.
-_LEAST_NEAR, _TABLE = 2.0, 4096
-
 #: Where nothing keeps the bodies apart, gaps below this part of the law's length count as equal to it.
 _CRUSHED = 0.25
-
-
-class Split(NamedTuple):
-    """A traction as a sum of exponentials beyond a gap, and a table of the sum below it."""
-
-    near: float  # the gap d, nm
-    rates: np.ndarray  # s_j, nm⁻¹
-    weights: np.ndarray  # c_j, GPa
-    table: np.ndarray  # Σ_j c_j exp(−s_j g) at _TABLE + 1 even gaps from 0 to d
 
 
 class Cells(NamedTuple):
@@ -199,117 +174,4 @@ def _inside(r, rectangle):
                 least = np.arccos(np.minimum(a / r, 1.0))
                 most = np.arcsin(np.minimum(b / r, 1.0))
                 found += np.maximum(most - least, 0.0) / (2 * np.pi)
-    return found
-
-
-def split(law, height_range, farthest, least=0.0):
-    """Return the split of a law for heights of a range (nm), from ``least`` at least to the farthest gap (nm)."""
-    if np.isfinite(law.range):
-        return Split(max(law.range, least), np.zeros(0), np.zeros(0), np.zeros(_TABLE + 1))
-    near = max(_PER_RANGE * height_range, _LEAST_NEAR, 4.0 * law.length, least)
-    farthest = max(farthest, 10.0 * near)
-    g = np.geomspace(near, farthest, 2000)
-    rates = np.geomspace(1.0 / farthest, _FASTEST / near, _TERMS)
-    matrix = np.exp(-np.outer(g, rates)) / tractions(g, law._replace(wet=-np.inf))[:, None]
-    scale = matrix.max(axis=0)
-    weights = np.linalg.lstsq(matrix / scale, np.ones(g.size), rcond=1e-15)[0] / scale
-    table = np.exp(-np.outer(np.linspace(0, near, _TABLE + 1), rates)) @ weights
-    return Split(near, rates, weights, table)
-
-
-@kernel
-def first_touches(height, rise, rows, out):
-    """Fill ``out`` with the height z (nm) of the indenter's lowest point at first touch, at the places of some rows.
-
-    ``height`` is padded by the indenter's half-width on every side; ``rise`` is the indenter's height S over its
-    lowest point, inf outside it.
-    """
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            highest = -np.inf
-            for k in range(rise.shape[0]):
-                touch = _highest(height[rows + i + k, j : j + rise.shape[1]], rise[k])
-                highest = max(highest, touch)
-            out[i, j] = highest
-
-
-@kernel(reorder=True)
-def _highest(height, rise):
-    highest = -np.inf
-    for k in range(height.size):
-        z = height[k] - rise[k]
-        highest = z if z > highest else highest
-    return highest
-
-
-@kernel
-def near_pulls(height, rise, ground, indenter, top, rows, z, law, split, closest):
-    """Return Σ (t − Σ_j c_j exp(−s_j g)) over the cells nearer than d, in GPa, at heights z (rows, columns, heights).
-
-    NaN where z is; ``ground`` and ``indenter`` are the `cells` of heights and rises. Only rows and columns of the
-    indenter that can be so near are visited: ``top`` is the highest point (nm) around each place.
-    """
-    found, wet = np.zeros(z.shape), ground.mean.size > 0
-    middle, per_nm = rise.shape[0] // 2, (split.table.size - 1) / split.near
-    for i in range(z.shape[0]):
-        for j in range(z.shape[1]):
-            for n in range(z.shape[2]):
-                lowest = z[i, j, n]
-                if np.isnan(lowest):
-                    found[i, j, n] = np.nan
-                    continue
-                half = _half_width(rise, middle, split.near + top[rows + i, j] - lowest)
-                total = 0.0
-                for k in range(middle - half, middle + half + 1):
-                    for m in range(middle - half, middle + half + 1):
-                        g = lowest + rise[k, m] - height[rows + i + k, j + m]
-                        if g < split.near:
-                            part = 0.0
-                            if wet:
-                                at = rows + i + k, j + m
-                                part = wetted(
-                                    law.wet - (lowest + indenter.mean[k, m] - ground.mean[at]),
-                                    indenter.x[k, m] - ground.x[at],
-                                    indenter.y[k, m] - ground.y[at],
-                                )
-                            total += _beyond_exponentials(max(g, closest), law, part, split.table, per_nm)
-                found[i, j, n] = total
-    return found
-
-
-@kernel
-def _half_width(rise, middle, depth):
-    """Return the distance in pixels from the axis within which the indenter rises by less than a depth."""
-    half = 0
-    while half < middle and rise[middle + half + 1, middle] < depth:
-        half += 1
-    return half
-
-
-@kernel
-def _beyond_exponentials(g, law, part, table, per_nm):
-    x = g * per_nm
-    k = min(int(x), table.size - 2)
-    return partly(g, law, part) - (table[k] + (x - k) * (table[k + 1] - table[k]))
-
-
-def far_fields(height, rise, split, shape):
-    """Return exp(s_j (h − top)) ⋆ exp(−s_j S) for each term, (terms, rows, columns); top is the highest h."""
-    from scipy.fft import irfft2, next_fast_len, rfft2
-
-    padded = [next_fast_len(n, real=True) for n in height.shape]
-    top = height.max()
-    found = np.empty((split.rates.size, *shape))
-    for rate, field in zip(split.rates, found):
-        surface = rfft2(np.exp(rate * (height - top)), padded)
-        surface *= np.conj(rfft2(np.exp(-rate * rise), padded))
-        field[:] = irfft2(surface, padded)[: shape[0], : shape[1]]
-    return found
-
-
-def far_pulls(fields, top, z, split):
-    """Return Σ Σ_j c_j exp(−s_j g) over all cells, in GPa, at heights z (rows, columns, heights); NaN where z is."""
-    found = np.where(np.isnan(z), np.nan, 0.0)
-    for rate, weight, field in zip(split.rates, split.weights, fields):
-        found += weight * np.exp(rate * (top - z)) * field[..., None]
     return found
