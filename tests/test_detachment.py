@@ -306,57 +306,10 @@ def test_bad_input_is_refused(call, words):
         call()
 
 
-def test_the_rose_and_the_fraction_remaining_are_drawn():
-    from matplotlib.figure import Figure
-
-    ground = held(np.linspace(1000, 4000, 72) * np.array([[1.0], [2.0], [3.0]]))
-    rose = ground.contact.plot(ax=Figure().add_subplot(projection="polar"))
-    median = rose.lines[0].get_ydata()
-    np.testing.assert_allclose(median[:-1], 2 * np.linspace(1000, 4000, 72))
-    assert median[0] == median[-1] and "[nN nm]" in rose.get_xlabel()
-    rose.figure.draw_without_rendering()
-    numbers = [text.get_text() for text in rose.get_yticklabels() if text.get_text()]
-    assert len(numbers) >= 2 and all(float(number) > 0 for number in numbers)
-    left = ground.contact.resuspension(friction_velocity=np.linspace(0.1, 6, 9), time=[0.1, 1.0])
-    ax = roughxr.figures.fraction_remaining(left, ax=Figure().subplots())
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["0.1 s", "1 s"] and len(ax.collections) == 2
-    dotted = [line for line in ax.lines if line.get_linestyle() == ":"]
-    outside = ~left.in_range.values
-    assert outside.any() and np.isfinite(dotted[0].get_ydata()[outside]).all()  # said where a formula is stretched
-    with pytest.raises(ValueError, match="rolling"):
-        roughxr.figures.moment_rose(left)
-    with pytest.raises(ValueError, match="resuspension"):
-        roughxr.figures.fraction_remaining(ground)
-
-
 def placed(ground, columns):
     """Return a result with contact centres on a grid."""
     x, y = np.divmod(np.arange(ground.sizes["subregion"]), columns)
     return ground.assign_coords(subregion_x=("subregion", 100.0 * x), subregion_y=("subregion", 100.0 * y))
-
-
-def test_the_map_shows_what_goes_first_at_each_place():
-    from matplotlib.figure import Figure
-
-    moment = [[1e3], [1e9], [1e9], [1e9], [np.nan], [1e3]]
-    ground = placed(held(moment, hinge=0.0, pull_off=[100.0, 100.0, 0.01, 100.0, 100.0, 100.0]), 2)
-    slides = ground.contact.critical_load(friction_coefficient=0.3)
-    assert slides["mode"].values.tolist() == ["roll", "slide", "slide", "slide", "no contact", "roll"]
-    ax = slides.contact.plot("mode", ax=Figure().subplots())
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["roll (2)", "slide (3)", "no contact (1)"]
-    colours = ax.collections[0].to_rgba(ax.collections[0].get_array().ravel())
-    by_place = dict(zip(slides["mode"].values[[0, 2, 4, 1, 3, 5]], colours))  # rows of the picture run along x
-    keys = dict(
-        zip(("roll", "slide", "no contact"), (handle.get_facecolor() for handle in ax.get_legend().legend_handles))
-    )
-    for mode, key in keys.items():
-        np.testing.assert_allclose(by_place[mode], np.ravel(key), atol=1e-6)
-    assert sorted(text.get_text() for text in ax.texts) == ["", "r", "r", "s", "s", "s"]
-    lifted = placed(held([[1e12]], hinge=0.0, pull_off=0.01), 1).contact.critical_load()
-    assert roughxr.figures.subregion_map(lifted, "mode", ax=Figure().subplots()).texts[0].get_text() == "l"
-    with pytest.raises(ValueError, match="mode: expected a variable"):
-        roughxr.figures.subregion_map(ground, "mode")
 
 
 def test_pull_offs_of_another_method_act_at_the_same_levers():
@@ -371,6 +324,12 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     np.testing.assert_allclose(changed.tipping_pull, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_pull)
     np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
     xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
+    free, air = ground.assign_attrs(load=0.0), Flow(lift="none")
+    before, after = (
+        ds.contact.critical_load(flow=air).critical_friction_velocity
+        for ds in (free, particles.with_pull_off(free, other))
+    )
+    np.testing.assert_allclose(after / before, np.sqrt(ratio[:, 0]), rtol=1e-9)
     same = particles.with_pull_off(ground, ground)
     np.testing.assert_allclose(same.resisting_moment, ground.resisting_moment)
     for wrong in (other.isel(subregion=[0]), other.isel(subregion=[1, 0]), ground[["contact_area"]]):

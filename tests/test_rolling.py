@@ -44,10 +44,9 @@ def units(w=0.1, modulus=39.4):
     return jkr.self_similar_units(0.5 / RADIUS, 0.5 / RADIUS, modulus, w)
 
 
-@pytest.mark.parametrize("formulation", ["self_similar", "energy"])
-def test_one_asperity_holds_what_a_jkr_sphere_holds_at_its_edge(formulation):
+def test_one_asperity_holds_what_a_jkr_sphere_holds_at_its_edge():
     unit = units()
-    held = at_origin(ground(0, 0), formulation=formulation)
+    held = at_origin(ground(0, 0))
     closed = 15 / 16 * 1.25 ** (2 / 3)
     np.testing.assert_allclose(held.resisting_moment / (unit.P * unit.a), closed, rtol=2e-4)
     np.testing.assert_allclose(held.hinge_distance / unit.a, 1.25 ** (2 / 3), rtol=0.02)
@@ -86,7 +85,7 @@ def test_many_equal_asperities_on_a_ring():
 
 def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
     load, corners = 2.0, np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
-    held = at_origin(ground(*corners.T, modulus=1e6), law="hertz", load=load, directions=72)
+    held = at_origin(ground(*corners.T, modulus=1e6, w=0.0), load=load, directions=72)
     e = np.stack([np.cos(held.direction), np.sin(held.direction)])
     support = (corners @ e).max(axis=0)
     np.testing.assert_allclose(held.resisting_moment / load, support, atol=1.0)
@@ -202,7 +201,7 @@ def reference_sphere(sphere_radius, contact_modulus, work_of_adhesion):
 def test_a_place_without_contact_is_missing_and_says_why():
     far = ground([-5000, 5000], [0, 0], w=0.0)
     with pytest.raises(ValueError, match="expected a positive load"):
-        at_origin(far, law="hertz")
+        at_origin(far)
     saddles = ground(0, 0).assign(curvature_min=("asperity", [-1.0]), curvature_max=("asperity", [-1.0]))
     held = at_origin(saddles)
     assert np.isnan(held.resisting_moment).all() and np.isnan(held.weakest_direction) and held.contacts == 0
@@ -215,7 +214,6 @@ def test_a_place_without_contact_is_missing_and_says_why():
         ({"directions": 0}, "directions: expected at least one"),
         ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
         ({"load": np.nan}, "load: expected finite"),
-        ({"law": "none"}, "law: expected one of"),
     ],
 )
 def test_bad_options_are_refused(options, words):

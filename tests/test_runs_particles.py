@@ -45,7 +45,8 @@ def test_the_archive_holds_rests_with_their_shares_and_the_same_particles_where_
         for axis in ("subregion_x", "subregion_y", "landing_share"):
             assert groups[name][axis].values == pytest.approx(rests[axis].values)
     assert landed.sizes["subregion"] == 6 and "landing_share" not in landed.coords
-    assert (groups["solutions/rolling"].contacts >= 1).all()
+    for name in ("solutions/rolling", "solutions/rolling_superposed"):
+        assert float(groups[name].contacts.mean()) > float(landed.contacts.mean())
     mean = (groups["statistics/adhesive"].pull_off_force * rests.landing_share.values).sum()
     summary = roughxr.summary(groups["statistics/adhesive"][["pull_off_force"]])
     assert float(summary.pull_off_force.sel(statistic="mean")) == pytest.approx(float(mean))
@@ -91,6 +92,8 @@ def test_resuspension_of_a_run_counts_particles_not_places(groups):
     left = roughxr.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
     expected = (left.remaining_here * held.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
+    landed = roughxr.resuspension(groups["solutions/rolling_landed"], friction_velocity=[5.0, 10.0, 20.0])
+    assert float(landed.remaining[1, 0]) < float(left.remaining[1, 0])
 
 
 def test_a_particle_on_a_plane_is_refused_in_words(tmp_path, capsys):

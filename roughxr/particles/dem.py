@@ -2,38 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..statistics import cdf, fit, reduction, smooth_pull_off
+from ..statistics import cdf, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
+from .adhesion_parameters import parameters
 from .force_balance import refuse_varied, scope_of
 
 #: From the project's units to those of every code here.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
 
+#: Classes and Poisson's ratio where none are given.
+_CLASSES, _POISSON_RATIO = 5, 0.3
 
-class _Adhesion(NamedTuple):
-    """Adhesion in SI units."""
-
-    pulls: np.ndarray  # N, mean pull-off of each class of the places, ascending; the classes have equal shares
-    mean: float  # N
-    std: float  # N
-    radius: float  # m
-    modulus: float  # Pa, E*
-    poisson_ratio: float
-    friction: float  # of rolling: lever over twice the radius, NaN where no levers are known
-    misfit: float  # largest distance of that law from the places' distribution function
-    log_normal: tuple[float, float]  # geometric mean and spread of the pull-off over the smooth sphere's
-
-    @property
-    def young_modulus(self) -> float:
-        """Young's modulus (Pa) of sphere and wall alike that gives E*."""
-        return 2 * (1 - self.poisson_ratio**2) * self.modulus
+#: A code with one adhesion for each particle type, and the one that takes the distribution itself.
+LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")
 
 
 def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
@@ -85,60 +71,44 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     if code == TABLE:
         schema.refuse_unused(f"code={code!r}", classes=classes, poisson_ratio=poisson_ratio)
         return _distribution(ds)
-    pulling = int(ds["pull_off_force"].notnull().sum())
-    count = min(_CLASSES, pulling) if classes is None else whole_number(classes, "classes", least=1)
+    pulls = np.sort(ds["pull_off_force"].values[ds["pull_off_force"].notnull()]) * _NEWTON
+    count = min(_CLASSES, pulls.size) if classes is None else whole_number(classes, "classes", least=1)
+    if pulls.size < count:
+        raise ValueError(f"classes: expected at most {pulls.size}, the number of places that pull, found {count}")
     ratio = _POISSON_RATIO if poisson_ratio is None else fraction(poisson_ratio, "poisson_ratio")
-    adhesion = _adhesion_of(ds, count, ratio)
-    return "\n".join([*(f"# {line}" for line in _head(ds, adhesion)), *_lammps(adhesion)]) + "\n"
+    means = [part.mean() for part in np.array_split(pulls, count)]
+    return "\n".join([*(f"# {line}" for line in _head(ds, pulls)), *_lammps(ds, means, ratio)]) + "\n"
 
 
-def _adhesion_of(ds: xr.Dataset, classes: int, poisson_ratio: float) -> _Adhesion:
-    pulls = np.sort(ds["pull_off_force"].values[np.isfinite(ds["pull_off_force"].values)].ravel()) * _NEWTON
-    if pulls.size < classes:
-        raise ValueError(f"classes: expected at most {pulls.size}, the number of places that pull, found {classes}")
-    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
-    lever = float((ds["lever"] / ds["sphere_radius"]).median()) if "lever" in ds else np.nan
-    return _Adhesion(
-        pulls=np.array([part.mean() for part in np.array_split(pulls, classes)]),
-        mean=float(pulls.mean()),
-        std=float(pulls.std(ddof=1)),
-        radius=float(ds["sphere_radius"]) * _METRE,
-        modulus=float(ds["contact_modulus"]) * _PASCAL,
-        poisson_ratio=poisson_ratio,
-        friction=0.5 * lever,
-        misfit=float(law["ks_distance"]),
-        log_normal=(float(law["scale"]), float(np.exp(law["shape"]))),
-    )
-
-
-def _head(ds: xr.Dataset, adhesion: _Adhesion) -> list[str]:
-    mean, spread = adhesion.log_normal
+def _head(ds: xr.Dataset, pulls: np.ndarray) -> list[str]:
+    law = parameters(ds)
+    radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
     return [
-        f"adhesion of a sphere of {adhesion.radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
-        f"pull-off force: mean {adhesion.mean:.5g} N, standard deviation {adhesion.std:.3g} N between places; over the",
-        f"smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g} and spread",
-        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {adhesion.misfit:.2g};",
-        "if that is too much, take more classes",
+        f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
+        f"pull-off force: mean {pulls.mean():.5g} N, standard deviation {pulls.std(ddof=1):.3g} N between places",
+        f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean",
+        f"{float(law.adhesion_mean):.4g} and spread {float(law.adhesion_spread):.4g}, which differs from the cumulative",
+        f"distribution over places by up to {misfit:.2g}; if that is too much, take more classes",
         scope_of(ds),
     ]
 
 
-def _lammps(adhesion: _Adhesion) -> list[str]:
-    count, nu = len(adhesion.pulls), adhesion.poisson_ratio
+def _lammps(ds: xr.Dataset, pulls: list[float], poisson_ratio: float) -> list[str]:
+    count, radius = len(pulls), float(ds["sphere_radius"]) * _METRE
+    young_modulus = 2 * (1 - poisson_ratio**2) * float(ds["contact_modulus"]) * _PASCAL
     lines = ["units si", f"# {count} types of equal share; jkr pulls off at 3 pi gamma R, E of sphere and wall alike"]
-    friction = "" if np.isnan(adhesion.friction) else f" rolling sds 0.0 0.0 {adhesion.friction:.4g}"
-    for k, pull in enumerate(adhesion.pulls, 1):
-        gamma = pull / (3 * np.pi * adhesion.radius)
-        normal = f"jkr {adhesion.young_modulus:.6g} ${{damping}} {nu:g} {gamma:.6g}"
+    friction = ""
+    if "lever" in ds:  # of rolling, at rest
+        friction = f" rolling sds 0.0 0.0 {0.5 * float((ds['lever'] / ds['sphere_radius']).median()):.4g}"
+    for k, pull in enumerate(pulls, 1):
+        normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {pull / (3 * np.pi * radius):.6g}"
         lines += [
             f"group class{k} type {k}  # {1 / count:.4g} of the particles, pull-off {pull:.5g} N",
             f"fix wall{k} class{k} wall/gran granular {normal} tangential linear_nohistory 0.0 0.0{friction} "
             "damping velocity zplane 0.0 NULL",
         ]
     if friction:
-        lines.append(
-            "# rolling sds takes k_roll, gamma_roll (yours to choose; 0 here) and mu_roll, by the moment at rest"
-        )
+        lines.append("# rolling sds takes k_roll, gamma_roll (yours to choose; 0 here) and mu_roll, the moment at rest")
     return lines
 
 
@@ -162,10 +132,3 @@ def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
     pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values
     known = np.isfinite(pull)
     return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
-
-
-#: Classes and Poisson's ratio where none are given.
-_CLASSES, _POISSON_RATIO = 5, 0.3
-
-#: A code with one adhesion for each particle type, and the one that takes the distribution itself.
-LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")
