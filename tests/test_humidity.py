@@ -225,7 +225,7 @@ def test_a_dry_pair_is_what_it_was():
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not set(liquid.COORDINATES) & set(glass.coords)
     found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
-    assert "meniscus_error" not in found and liquid.told(glass) == ""
+    assert "meniscus_error" not in found and liquid.described(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not set(liquid.COORDINATES) & set(again.coords)
@@ -233,7 +233,7 @@ def test_a_dry_pair_is_what_it_was():
 
 def test_few_molecules_are_said():
     ds = scan(np.zeros((9, 9)))
-    assert "a few molecules" in liquid.told(wet(ds, 0.3)) and "molecules" not in liquid.told(wet(ds, 0.9))
+    assert "a few molecules" in liquid.described(wet(ds, 0.3)) and "molecules" not in liquid.described(wet(ds, 0.9))
 
 
 @pytest.fixture(scope="module")

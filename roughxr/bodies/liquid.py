@@ -241,7 +241,7 @@ def is_thin(ds: xr.Dataset, humidity: float) -> bool:
         return False
 
 
-def told(ds: xr.Dataset) -> str:
+def described(ds: xr.Dataset) -> str:
     """Return a wet pair's liquid in words, with what makes its law doubtful; nothing for a dry one."""
     menisci = menisci_of(ds)
     if menisci is None:

@@ -114,7 +114,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     beyond = 1.0 if wet else result["pull_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
     kind = {"yields": "hardness" in bodies.coords, "wet": wet}
-    words = " ".join(filter(None, (_sentence(result, **kind), liquid.told(bodies))))
+    words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
     attributes = {"recommendation": words, "law": law_of_range(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)

@@ -36,7 +36,7 @@ def humid_words(run: Run) -> str:
         + ".",
         f"The thin-meniscus law neglects {percent(over['meniscus_error'].median())} of the pull-off (median place).",
     ]
-    return " ".join([*said, liquid.told(scan)])
+    return " ".join([*said, liquid.described(scan)])
 
 
 @verb
