@@ -40,7 +40,7 @@ _MISSING = {
 }
 
 #: Largest gap of cells in contact: of `adhesive`, nm, due to rounding; of `rigid`, in lengths of its law.
-_CLOSED_GAP, _RIGID_GAP = 1e-6, 2.0
+_CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
 
 #: Moments that differ by less than this share of the largest are equal: what is left is rounding.
 _EQUAL_MOMENTS = 1e-6
@@ -59,7 +59,7 @@ def rolling(
     foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a solution by
     `adhesive` or `rigid` with fields: the largest moment about the front of the foremost cell in contact, over the
     states of the retraction, each an equilibrium between the pull on the sphere and a push at that edge: the contact
-    resists at least this. Of `rigid` cells up to twice its law's length apart are in contact.
+    resists at least this. Of `rigid` cells up to 1.25 of its law's length apart are in contact.
 
     Parameters
     ----------

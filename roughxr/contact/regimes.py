@@ -253,7 +253,7 @@ def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
-    over_heights = potentials.gaussian_mean(options_of(specimen, law, "cut_off").law, given["rms"])
+    over_heights = potentials.gaussian_mean(options_of(specimen, law).law, given["rms"])
     pulled = {
         "smooth": (radius, work),
         "summit": (summit, work),

@@ -34,6 +34,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import xarray as xr
+from scipy.optimize import brentq
 from scipy.special import ndtri
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
@@ -114,6 +115,27 @@ def pull(scan, **options):
     return float(found.pull_off_force[0])
 
 
+def flattened_pull(scan):
+    """Return the pull-off (nN) in the middle of a scan whose summits are flat until they bear the pull at the hardness.
+
+    Traction across gaps is exponential; heights that the sphere would overlap are cut off level with it.
+    """
+    found = roughxr.rigid(
+        scan, subregions=(1, 1), delta=[0.0], datum="first_contact", law="exponential", fields=True
+    ).isel(subregion=0, delta=0)
+    gap = np.sort(found.gap.values[np.isfinite(found.gap.values)])
+    area = float(scan.x[1] - scan.x[0]) ** 2
+    length, work = float(scan.adhesion_range), float(scan.work_of_adhesion)
+
+    def pulled(depth):
+        return area * work / length * np.exp(-np.maximum(gap - depth, 0.0) / length).sum()
+
+    def lacking(depth):
+        return pulled(depth) - float(scan.hardness) * np.interp(depth, gap, area * np.arange(gap.size))
+
+    return pulled(brentq(lacking, 0.0, gap[-1], xtol=1e-9))
+
+
 def film_of(path):
     """Return the spectrum of a film from its container."""
     with warnings.catch_warnings():
@@ -140,8 +162,8 @@ def on_diamond(seed, cells, *, hardness, ruby, spectrum, law):
     height = np.hypot(1, ruby) * nested_waves(at, at, model.of, 1e5, 4 * cell, seed)
     bodies = {"contact_modulus": 280.0, "work_of_adhesion": 0.0463, "adhesion_range": 5.6, "hardness": hardness}
     pair = roughxr.assign_pair(scan_of(height, cell), sphere_radius=radius, **bodies)
-    how = {"law": "lennard_jones"} if law < 0.5 else {"law": "exponential", "limit": "hardness"}
-    return (1e3 * pull(pair, **how) / (2 * np.pi * radius),)
+    force = pull(pair, law="lennard_jones") if law < 0.5 else flattened_pull(pair)
+    return (1e3 * force / (2 * np.pi * radius),)
 
 
 def divided(seed, cells, rms, own, radius, surface, bodies):
@@ -155,7 +177,7 @@ def divided(seed, cells, rms, own, radius, surface, bodies):
             for k in range(3)
         )
         pairs = (roughxr.assign_pair(one, sphere_radius=radius, **bodies) for one in made)
-        forces.append(np.mean([pull(one, law="exponential", limit="hardness") for one in pairs]))
+        forces.append(np.mean([flattened_pull(one) for one in pairs]))
     return (forces[0] / forces[1],)
 
 
