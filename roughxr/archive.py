@@ -26,7 +26,7 @@ from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
 from .vocabulary.schema import entered
-from .vocabulary.verbs import warn
+from .vocabulary.text import warn
 
 __all__ = ["load", "save"]
 

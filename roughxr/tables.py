@@ -13,7 +13,6 @@ import xarray as xr
 
 from .archive import whole
 from .vocabulary import schema
-from .vocabulary.verbs import verb
 
 #: A spreadsheet takes cells that begin with one of these for a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -22,7 +21,6 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 FORMATS = (".csv", ".xlsx", ".parquet")
 
 
-@verb
 def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     """Return a result as a tidy table, or write it: a row for each entry, a column for each variable and coordinate.
 
@@ -57,6 +55,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     >>> to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """
+    ds = schema.entered(ds)
     write = None if path is None else _writer(Path(path).suffix)
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:

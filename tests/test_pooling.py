@@ -1,7 +1,5 @@
 """Several scans of one surface: their mean has an interval that holds what differs from scan to scan."""
 
-import functools
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -74,16 +72,15 @@ def scans():
     return [one.contact.assign_pair(sphere_radius=2000, contact_modulus=40, work_of_adhesion=0.1) for one in made]
 
 
-def test_several_scans_are_what_each_is(scans):
-    named = {"left": scans[0], "right": scans[1], "small": scans[2]}
-    found = roughxr.over_scans(named, roughxr.pull_off_map, subregions=(4, 4))
-    assert found.pull_off_force.dims == ("scan", "subregion") and found.subregion_x.dims == ("scan", "subregion")
-    for name, one in named.items():
-        alone = one.contact.pull_off_map(subregions=(4, 4))
-        np.testing.assert_array_equal(found.pull_off_force.sel(scan=name), alone.pull_off_force)
-        np.testing.assert_array_equal(found.subregion_x.sel(scan=name), alone.subregion_x)
-    assert found.sphere_radius.ndim == 0
-    pooled = roughxr.statistics.pooled(found, "pull_off_force", resamples=99)
+def each(scans, solve, **options):
+    """Return the results for several scans along ``scan``."""
+    return xr.concat([solve(one, **options) for one in scans], "scan")
+
+
+def test_the_pooled_mean_lies_between_those_of_the_scans(scans):
+    pooled = roughxr.statistics.pooled(
+        each(scans, roughxr.pull_off_map, subregions=(4, 4)), "pull_off_force", resamples=99
+    )
     assert pooled.estimate.dims == ("scan", "statistic") and pooled.pooled.units == "nN"
     mean = pooled.sel(statistic="mean")
     assert float(mean.estimate.min()) <= float(mean.pooled) <= float(mean.estimate.max())
@@ -91,15 +88,14 @@ def test_several_scans_are_what_each_is(scans):
 
 def test_scans_of_fewer_places_are_pooled_by_those_they_have(scans):
     parts = [one.contact.pull_off_map(subregions=grid) for one, grid in zip(scans, ((4, 4), (4, 4), (3, 3)))]
-    grids = iter(((4, 4), (4, 4), (3, 3)))
-    found = roughxr.over_scans(scans, lambda ds: ds.contact.pull_off_map(subregions=next(grids)))
+    found = xr.concat(parts, "scan")
     assert int(found.pull_off_force.isnull().sum()) == 7
     pooled = roughxr.statistics.pooled(found, "pull_off_force", statistics=["mean"], resamples=99)
     np.testing.assert_allclose(pooled.estimate[:, 0], [float(part.pull_off_force.mean()) for part in parts])
 
 
 def test_roughness_is_pooled_over_scans_and_pull_off_over_placements(scans):
-    table = roughxr.over_scans(scans, roughxr.roughness, spectra=False)
+    table = each(scans, roughxr.roughness)
     found = roughxr.statistics.pooled(table, "s_q").squeeze()
     values = table.s_q.values
     assert float(found.pooled) == pytest.approx(values.mean())
@@ -110,7 +106,7 @@ def test_roughness_is_pooled_over_scans_and_pull_off_over_placements(scans):
     )
 
 
-def test_what_cannot_be_pooled_is_refused(scans):
+def test_what_cannot_be_pooled_is_refused():
     ds = several(np.random.default_rng(0))
     with pytest.raises(ValueError, match="expected at least two, found 1"):
         roughxr.statistics.pooled(ds.isel(scan=[0]), "pull_off_force")
@@ -118,25 +114,9 @@ def test_what_cannot_be_pooled_is_refused(scans):
         roughxr.statistics.pooled(ds.rename(scan="other"), "pull_off_force")
     with pytest.raises(ValueError, match="expected a variable along 'scan', found variables pull_off_force"):
         roughxr.statistics.pooled(ds, "force")
-    with pytest.raises(ValueError, match="scans: expected at least one"):
-        roughxr.over_scans([], roughxr.roughness)
-    with pytest.raises(ValueError, match=r"expected Datasets, found 'one.gwy'; use open_scan"):
-        roughxr.over_scans(["one.gwy"], roughxr.roughness)
     at_speeds = ds.expand_dims(friction_velocity=[1.0, 2.0])
     with pytest.raises(ValueError, match="found also friction_velocity; select one"):
         roughxr.statistics.pooled(at_speeds, "pull_off_force")
-    with pytest.raises(ValueError, match="delta: expected displacements"):
-        roughxr.over_scans(scans[:2], roughxr.direct)
-
-
-def test_catalogues_of_unlike_sizes_lie_side_by_side(scans, tmp_path):
-    found = roughxr.over_scans(scans, roughxr.asperities)
-    assert found.height.dtype == float and found.edge.dtype == float
-    for k, one in enumerate(scans):
-        own = found.isel(scan=k).height.dropna("asperity")
-        np.testing.assert_array_equal(own, roughxr.asperities(one).height)
-    found.to_netcdf(tmp_path / "both.nc")
-    assert roughxr.statistics.pooled(found, "curvature_max", statistics=["q50"], resamples=99).pooled.units == "1/nm"
 
 
 def law_of(q, rms=2.0, hurst=0.8, rolloff=400.0, cutoff=45.0, side=2560.0):
@@ -175,24 +155,8 @@ def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans)
         roughxr.scans.combined_spectrum([])
 
 
-def test_a_function_with_bound_options_is_called_by_its_name():
-    """As `functools.partial` binds them; an object that can be called goes by its class."""
-
-    class Roughness:
-        def __call__(self, ds):
-            return roughxr.roughness(ds, spectra=False)
-
-    scans = [self_affine((32, 32), 10, rms=1.0, hurst=0.8, rolloff=100, seed=seed) for seed in (1, 2)]
-    bound = functools.partial(functools.partial(roughxr.roughness), spectra=False)
-    expected = roughxr.over_scans(scans, roughxr.roughness, spectra=False)
-    for solve, name in ((bound, "roughness"), (Roughness(), "Roughness")):
-        found = roughxr.over_scans(scans, solve)
-        xr.testing.assert_equal(found, expected)
-        assert roughxr.schema.history(found)[-1]["arguments"]["solve"] == name
-
-
 def test_what_it_takes_to_leave_keeps_the_places_of_each_scan(scans):
-    held = roughxr.over_scans(scans, roughxr.rolling, subregions=(2, 2), directions=8)
+    held = each(scans, roughxr.rolling, subregions=(2, 2), directions=8)
     left = held.contact.resuspension(friction_velocity=[0.1, 10.0], particle_density=2200)
     load = held.contact.critical_load(particle_density=2200)
     for found in (left, load):

@@ -106,7 +106,7 @@ def several(scans: list[xr.Dataset]) -> xr.Dataset:
     """Take scans of one surface together."""
     film: list[xr.Dataset] = roughxr.scans.open_container("film.zip")
     spectrum: xr.Dataset = roughxr.scans.combined_spectrum(scans + film, window=None, shortest="20 nm", per_decade=5)
-    pulls: xr.Dataset = roughxr.over_scans(scans, roughxr.pull_off_map, subregions=(8, 8))
+    pulls: xr.Dataset = xr.concat([roughxr.pull_off_map(scan, subregions=(8, 8)) for scan in scans], "scan")
     pooled: xr.Dataset = roughxr.statistics.pooled(
         pulls, "pull_off_force", over="scan", statistics=["mean"], resamples=99
     )

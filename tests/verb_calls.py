@@ -118,7 +118,6 @@ CALLS = {
     "force_ratio": [on("hertz", "pressed")],
     "formulas": [on("scan", subregions=(1, 1), refine=2)],
     "level": [on("scan"), on("scan", method="quadratic")],
-    "over_scans": [on(["scan"], "direct", delta=[4.0])],
     "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
     "placements": [on("scan", sphere_radius=500.0, count=2)],
     "power_spectrum": [on("scan")],
@@ -206,7 +205,7 @@ def call(verb, kinds, options, datasets):
     def given(word):
         if isinstance(word, list) and word and isinstance(word[0], str):
             return [given(one) for one in word]
-        if verb in ("vary", "over_scans") and isinstance(word, str) and word in ("direct", "pull_off_map"):
+        if verb == "vary" and isinstance(word, str) and word in ("direct", "pull_off_map"):
             return getattr(roughxr, word)
         return datasets.get(word, word) if isinstance(word, str) else word
 

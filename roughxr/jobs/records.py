@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.verbs import warn
+from ..vocabulary.text import warn
 
 #: The two branches of a cycle.
 BRANCHES = ("loading", "retraction")

@@ -13,7 +13,6 @@ from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, counted_equally, known_samples
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, fraction, magnitude
-from ..vocabulary.verbs import verb
 from .registration import Match, matched
 
 _NAME = "pull_off_force"
@@ -27,7 +26,6 @@ _BY_CHANCE = 0.01
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
 
-@verb
 def compare(
     predicted: xr.Dataset,
     measured: xr.Dataset,
@@ -85,6 +83,7 @@ def compare(
     >>> bool(found.ratio_low < 1.5 < found.ratio_high), bool(found.distribution_p_value < 0.001)
     (True, True)
     """
+    predicted, measured = schema.entered(predicted), schema.entered(measured)
     fraction(confidence, "confidence")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
     out = _statistics(both, list(statistics), confidence, resamples)

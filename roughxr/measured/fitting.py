@@ -16,7 +16,6 @@ from ..contact.rigid.bodies import rigid
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, fraction
-from ..vocabulary.verbs import verb
 from .likelihood import CHANGE, Fitted, Predicted, matching, positive_forces, predicted_forces, trade
 
 #: Methods that predict pull-offs, and at how many places where none are given.
@@ -68,7 +67,6 @@ QUANTITIES = {
 _TRADES = {"contact_modulus": "modulus_trade", "work_of_adhesion": "work_trade"}
 
 
-@verb
 def fit_pair(
     ds: xr.Dataset,
     measured: xr.Dataset,
@@ -155,6 +153,7 @@ def fit_pair(
     >>> bool(found.fitted_work_low < 0.5 < found.fitted_work_high)
     True
     """
+    ds, measured, extrapolation = schema.entered(ds), schema.entered(measured), schema.entered(extrapolation)
     fitted = QUANTITIES[schema.one_of(quantity, tuple(QUANTITIES), "quantity")]
     method = schema.one_of(method or fitted.methods[0], fitted.methods, "method")
     fraction(confidence, "confidence")

@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
-from ..vocabulary.verbs import verb, warn
 from .baselines import Baseline, baseline_of, kept
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
@@ -56,7 +56,6 @@ class _Pull(NamedTuple):
     reason: str = ""
 
 
-@verb
 def curves_pull_off(
     ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 1.0, curves: bool = False
 ) -> xr.Dataset:
@@ -116,6 +115,7 @@ def curves_pull_off(
     >>> round(float(found.contact_slope[0]), 1), abs(round(float(found.contact_point[0])))
     (2.0, 0)
     """
+    ds = schema.entered(ds)
     single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
     recorded, stiffness = _read(ds, spring_constant)
     back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded

@@ -12,7 +12,6 @@ from ..bodies import liquid
 from ..statistics.sampling import at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent, quantity
-from ..vocabulary.verbs import verb
 from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]
@@ -39,7 +38,6 @@ def humid_words(run: Run) -> str:
     return " ".join([*said, liquid.described(scan)])
 
 
-@verb
 def budget_table(run: Run) -> pd.DataFrame:
     """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
 

@@ -15,7 +15,6 @@ from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
-from ..vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
@@ -43,7 +42,6 @@ _SPEEDS, _SPEED_FACTOR = 40, 3.0
 _STABLE_CONTACTS = 3
 
 
-@verb
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
     known = {method: group for method, group in _CRITICAL.items() if group in run}
@@ -51,7 +49,6 @@ def detachment_table(run: Run) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
-@verb
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
     held, method = run["solutions/rolling"], method or leading(run)
@@ -110,7 +107,6 @@ def _not_settled(held: xr.Dataset) -> xr.DataArray:
     return (held["contacts"] < _STABLE_CONTACTS) & held["resisting_moment"].notnull().all("direction")
 
 
-@verb
 def coming_off_words(run: Run) -> list[str]:
     """Return the caveats of the table: one sentence each, none for a run without its groups."""
     if not set(COMING_OFF) <= set(run):

@@ -17,7 +17,6 @@ from ..scans import level
 from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number
-from ..vocabulary.verbs import verb
 from .budget import budget_table, humid_words
 from .command_line import command
 from .detachment_section import COMING_OFF, coming_off_words, detachment_table
@@ -37,7 +36,6 @@ CITATION = (
 )
 
 
-@verb
 def write_report(
     path: str | os.PathLike, output: str | os.PathLike | None = None, *, measured: xr.Dataset | None = None
 ) -> Path:
@@ -73,6 +71,7 @@ def write_report(
     >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
     'report.html'
     """
+    measured = schema.entered(measured)
     path = archive.of_run(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
@@ -83,7 +82,6 @@ def write_report(
     return written(text, path, output, "report.html")
 
 
-@verb
 def page(
     run: Mapping[str, xr.Dataset],
     *,

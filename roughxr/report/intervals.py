@@ -12,7 +12,6 @@ from .. import statistics
 from ..statistics.headline import best_estimate
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, prefixed
-from ..vocabulary.verbs import verb
 
 #: The main numbers of pull-off: words, variable, statistic.
 _PULL_OFF = (
@@ -27,7 +26,6 @@ PLACES = ("all places", "without debris")
 _COLUMNS = ("estimate", "low", "high", "naive low", "naive high", "independent places")
 
 
-@verb
 def interval_table(run: Mapping[str, xr.Dataset], method: str | None = None) -> pd.DataFrame:
     """Return the main numbers with their 95 % intervals by block and by naive bootstrap."""
     rows = {}

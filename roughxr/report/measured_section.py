@@ -10,7 +10,6 @@ import xarray as xr
 from ..measured import compare
 from ..statistics.sampling import at_first_preload
 from ..vocabulary import numbers
-from ..vocabulary.verbs import verb
 
 Run = Mapping[str, xr.Dataset]
 
@@ -31,7 +30,6 @@ def compared(run: Run) -> Run:
     return {**run, COMPARED: compare(prediction(run), run[MEASURED])}
 
 
-@verb
 def measured_words(run: Run) -> list[str]:
     """Return sentences on what was measured, and on whether it agrees with the predicted distribution."""
     if COMPARED not in run:
@@ -51,7 +49,6 @@ def measured_words(run: Run) -> list[str]:
     return [*said, f"Places: {comparison.attrs['places']}."]
 
 
-@verb
 def measured_table(run: Run) -> pd.DataFrame:
     """Return predicted and measured statistics with their ratio, in a suitable unit."""
     comparison = run[COMPARED]

@@ -9,7 +9,6 @@ import xarray as xr
 
 from ..statistics.sampling import at_first_preload
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
 from .summary import mesh_change
 
 PLACES = "statistics/places"
@@ -33,7 +32,6 @@ _COLUMNS = (
 )
 
 
-@verb
 def by_place(run: Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Return what a run says of each of its places, as far as it holds it."""
     if PLACES in run:

@@ -12,7 +12,6 @@ from ..scans.plausibility import doubts
 from ..statistics import smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
-from ..vocabulary.verbs import verb
 from .budget import resolution
 from .intervals import flagged
 from .summary import mesh_change
@@ -27,7 +26,6 @@ _YIELDED_SHARE = 0.005
 _LARGEST_CHANGE = 0.1
 
 
-@verb
 def cautions(run: Run) -> list[str]:
     """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
 
@@ -59,7 +57,6 @@ def _coarse(run: Run) -> Iterator[str]:
         yield f"{words}: the main numbers have at least this error; take a finer mesh (--mesh)."
 
 
-@verb
 def superposed(run: Run) -> list[str]:
     """Return what to expect of a run's superposed pull-offs, and which of them exceed the possible."""
     return [

@@ -13,7 +13,6 @@ from ..scans.regions import extent
 from ..statistics import force_ratio, smooth_pull_off
 from ..statistics.sampling import SHARE, by_share
 from ..vocabulary.numbers import number, prefixed
-from ..vocabulary.verbs import verb
 from .intervals import counted_from, marked
 from .summary import mesh_change
 
@@ -27,7 +26,6 @@ _MICRO = 1e-3  # µm per nm
 _PARTING = "displacement beyond which superposition differs by over 10 %, median place [nm]"
 
 
-@verb
 def contact_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
     """Return the contact's main numbers by method."""
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
@@ -136,7 +134,6 @@ def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     return rows
 
 
-@verb
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities."""
     height, catalogue = run["scan"]["height"], run["asperities"]
@@ -183,7 +180,6 @@ _FORMULAS = {
 }
 
 
-@verb
 def formula_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by the usual formulas, and its ratio to the sum over the scan."""
     force = run["statistics/formulas"]["pull_off_force"]

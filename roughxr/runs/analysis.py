@@ -57,8 +57,8 @@ from ..studies.short_waves import quietly
 from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
 from ..tables import to_table
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, single, whole_number
-from ..vocabulary.verbs import verb, warn
 
 #: Ways of superposition that a run compares; of a humid pair none.
 COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
@@ -135,7 +135,6 @@ _REMEDY = (
 )
 
 
-@verb
 def run(
     scan: xr.Dataset,
     output: str | Path,

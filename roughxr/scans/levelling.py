@@ -52,6 +52,7 @@ def level(
     >>> bool(abs(level(scan).height).max() < 1e-12)
     True
     """
+    exclude = entered(exclude)
     scan = validate(ds, "scan")
     height = scan["height"].compute()
     if not history(scan):  # a scan that roughxr opened was looked at then

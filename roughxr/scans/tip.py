@@ -41,6 +41,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     >>> [float(one.height.sel(x=-8, y=0)) for one in (surface, image)]
     [-3.2, -0.8]
     """
+    ds = schema.entered(ds)
     return _swept(ds, tip_radius, "dilate")
 
 
@@ -67,6 +68,7 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     >>> bool((erode(scan, tip_radius=10).height <= scan.height).all())
     True
     """
+    ds = schema.entered(ds)
     return _swept(ds, tip_radius, "erode")
 
 

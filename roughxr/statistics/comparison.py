@@ -8,10 +8,8 @@ import xarray as xr
 from ..jobs.records import converged, loading
 from ..vocabulary import schema
 from ..vocabulary.units import fraction
-from ..vocabulary.verbs import verb
 
 
-@verb
 def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
     """Compare the force of the superposed asperities with that of the direct simulation, place by place.
 
@@ -49,6 +47,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     >>> float(found.parting_delta[0]), found.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
+    superposed, direct = schema.entered(superposed), schema.entered(direct)
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _check_comparable(superposed, direct, by)
     superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding

@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
 from .sampling import sample_dimension
 
 #: Median absolute deviations above the median: four standard deviations of a normal law.
@@ -19,7 +18,6 @@ THRESHOLD = 6.0
 _MEAN_OVER_MEDIAN = 0.7979 / 0.6745
 
 
-@verb
 def debris(
     catalogue: xr.Dataset, subregions: xr.Dataset | None = None, *, name: str = "height", threshold: float = THRESHOLD
 ) -> xr.DataArray:
@@ -64,6 +62,7 @@ def debris(
     >>> flags.values.tolist(), flags.threshold_value
     ([False, False, False, True], 21.5)
     """
+    catalogue, subregions = schema.entered(catalogue), schema.entered(subregions)
     if not threshold > 0:
         raise ValueError(f"threshold: expected a positive number, found {threshold!r}")
     dim = sample_dimension(catalogue, name)

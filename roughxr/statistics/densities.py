@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import carries_units, plain
-from ..vocabulary.verbs import verb
 from .sampling import Samples, per, samples
 
 #: Variables that cannot be negative: a kernel estimate must not extend below zero.
@@ -32,7 +31,6 @@ NOT_NEGATIVE = (
 AT_MOST_ONE = ("axis_ratio",)
 
 
-@verb
 def pdf(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -82,6 +80,7 @@ def pdf(
     >>> density.values.tolist(), density.units, float(density.cdf[-1])
     ([0.25, 0.75], '1/nm', 1.0)
     """
+    ds = schema.entered(ds)
     schema.one_of(method, ("histogram", "kde"), "method")
     some = samples(ds, name, weights=weights)
     units = ds[name].attrs.get("units", "1")
@@ -100,7 +99,6 @@ def pdf(
     return out
 
 
-@verb
 def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | xr.DataArray | None = None) -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
@@ -130,6 +128,7 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | xr.DataA
     >>> steps.height.values.tolist(), steps.values.tolist()
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """
+    ds = schema.entered(ds)
     some = samples(ds, name, weights=weights)
     points, group = np.unique(some.values, return_inverse=True)
     share = np.cumsum(np.bincount(group, some.weights))

@@ -9,12 +9,10 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, sure
-from ..vocabulary.verbs import verb
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
 
 
-@verb
 def answer(ds: xr.Dataset) -> xr.Dataset:
     """Return the mean pull-off force with its 95 % interval, and print it with its condition and errors.
 
@@ -42,6 +40,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> found = answer(schema.label(pull))
     593 nN (95 % interval 230 … 1607 nN) by 3 places; for the surface as scanned, without roughness below its pixels
     """
+    ds = schema.entered(ds)
     mean, words = answered(ds) if "pull_off_mean" not in ds else _extrapolated_answer(ds)
     print(words)
     return mean

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.text import warn
 from .sampling import counted_equally, samples
 
 
@@ -50,7 +50,6 @@ _MOST_SIMULATED = 2000
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
 
 
-@verb
 def fit(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -99,6 +98,7 @@ def fit(
     >>> str(found.law[int(found.aic.argmin('law'))].values), found.scale.units
     ('log_normal', 'nN')
     """
+    ds = schema.entered(ds)
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")

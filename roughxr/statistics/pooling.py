@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map
 from .uncertainty import bootstrap
 
@@ -32,7 +31,6 @@ class Pool(NamedTuple):
     p_value: float  # probability of so large a spread due to their own errors alone
 
 
-@verb
 def pooled(
     ds: xr.Dataset,
     name: str,
@@ -46,7 +44,7 @@ def pooled(
     Parameters
     ----------
     ds : Dataset
-        Along ``over``, for example from `over_scans` or, for placements, from `vary`.
+        Along ``over``, for example results of several scans by ``xr.concat(…, "scan")`` or, for placements, of `vary`.
     name : str
         A variable along ``over`` and its samples (``subregion``, ``asperity``, or a map), or along ``over`` alone, for
         example a roughness.
@@ -88,6 +86,7 @@ def pooled(
     >>> bool(found.pooled_low < 12 < found.pooled_high), round(float(found.between_std)), float(found.between_p_value)
     (True, 2, 0.0)
     """
+    ds = schema.entered(ds)
     if name not in ds or over not in ds[name].dims:
         found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
         raise ValueError(f"{name}: expected a variable along {over!r}, found {found}")

@@ -9,13 +9,12 @@ from ..bodies.liquid import work_of
 from ..jobs.records import converged
 from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb, warn
+from ..vocabulary.text import warn
 
 #: What a solver says of its pull-off's own error.
 _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
-@verb
 def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
@@ -174,7 +173,6 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     return (2.0 if stiff else 1.5) * np.pi * work_of(ds) * radius
 
 
-@verb
 def reduction(ds: xr.Dataset) -> xr.Dataset:
     """Return a pull-off with its ratio to that of the smooth sphere.
 

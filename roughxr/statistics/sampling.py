@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.verbs import warn
+from ..vocabulary.text import warn
 
 #: Dimensions along which samples lie, and the coordinates of their places.
 PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}

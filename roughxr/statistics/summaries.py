@@ -8,11 +8,9 @@ from collections.abc import Sequence
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.verbs import verb
 from .sampling import SAMPLES, of_a_map, warn_of_missing, with_weights
 
 
-@verb
 def summary(
     ds: xr.Dataset,
     *,
@@ -49,6 +47,7 @@ def summary(
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
+    ds = schema.entered(ds)
     along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
     ds, weights = with_weights(ds, next(iter([*along, *ds.data_vars]), ""), weights)
     ds = of_a_map(ds)

@@ -18,8 +18,8 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import fraction
-from ..vocabulary.verbs import verb, warn
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
@@ -44,7 +44,6 @@ class Resampling(NamedTuple):
     members: list[np.ndarray] | None  # indices of the samples in each block
 
 
-@verb
 def bootstrap(
     ds: xr.Dataset,
     name: str = "pull_off_force",
@@ -108,6 +107,7 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
+    ds, within = schema.entered(ds), schema.entered(within)
     others = other_dimensions(ds, name)
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples}

@@ -33,7 +33,6 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
-from ..vocabulary.verbs import verb
 
 #: Waves are added by this factor; below the floor (nm) no continuum is.
 _WAVE_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
@@ -80,7 +79,6 @@ class Question(NamedTuple):
     below: Below
 
 
-@verb
 def extrapolated(
     ds: xr.Dataset | Specimen,
     *,
@@ -144,6 +142,7 @@ def extrapolated(
     >>> bool(found.pull_off_lower < found.pull_off_mean < found.pull_off_upper), float(found.shortest_wavelength)
     (True, 10.0)
     """
+    ds, spectrum = schema.entered(ds), schema.entered(spectrum)
     ds = in_memory(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")

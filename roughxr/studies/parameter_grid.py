@@ -15,7 +15,6 @@ from ..bodies import liquid
 from ..bodies import pair as materials
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities
-from ..vocabulary.verbs import verb
 
 #: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
 _OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
@@ -25,7 +24,6 @@ _TOGETHER: dict[str, Any] = {"join": "exact", "combine_attrs": "drop_conflicts",
 _TOGETHER |= {"coords": "minimal", "compat": "override"}
 
 
-@verb
 def vary(
     ds: xr.Dataset,
     solve: Callable[..., xr.Dataset],
@@ -79,6 +77,7 @@ def vary(
     >>> dict(found.force.sizes)
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
+    ds, indenter = schema.entered(ds), schema.entered(indenter)
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
     given |= {"humidity": humidity}
     if indenter is not None:

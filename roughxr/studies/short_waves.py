@@ -17,7 +17,6 @@ from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, whole_number
-from ..vocabulary.verbs import verb
 from .extrapolation import Question, Surface, next_guess, with_hardness
 
 METHODS = ("rigid", "adhesive")
@@ -40,7 +39,6 @@ class _Rigid(NamedTuple):
     options: dict[str, Any]
 
 
-@verb
 def scale_dependence(
     ds: xr.Dataset,
     *,
@@ -101,6 +99,7 @@ def scale_dependence(
     >>> dict(found.pull_off_force.sizes)
     {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
     """
+    ds = schema.entered(ds)
     ds = in_memory(ds).scan
     schema.one_of(method, METHODS, "method")
     waves, count = schema.ascending(shortest, "nm", "shortest"), whole_number(seeds, "seeds", least=1)

@@ -33,7 +33,6 @@ from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, Quantity, whole_number
-from ..vocabulary.verbs import verb
 from .assumptions import CHANGES, OF_SOLVES, OF_YIELD, SIMULATED, Case, cases
 from .assumptions import OF_LIQUID as HUMID_SETTINGS
 from .budget_changes import Change, Comparison, Simulation, cells_for, change_of
@@ -98,7 +97,6 @@ def _none(why: str) -> _Entry:
     return _Entry(Change(np.nan, np.nan, 0), f"not computed: {why}")
 
 
-@verb
 def error_budget(
     ds: xr.Dataset,
     *,

@@ -3,10 +3,9 @@
 variables   the table of names
 schema      validation at the door, labels on results, what a scan is asked first
 provenance  the steps that made a Dataset
-text        what stands in others' files, as it may be shown
+text        what stands in others' files, as it may be shown; warnings
 units       conversion of input, by pint
 numbers     numbers as they are printed
-verbs       the door of every public function, and warnings
 """
 
 import lazy_loader

@@ -83,7 +83,12 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def entered(data: Any) -> Any:
-    """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is."""
+    """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is.
+
+    None, and what else states its units itself, is returned as it is.
+    """
+    if not isinstance(data, (xr.Dataset, xr.DataArray)):
+        return data
     coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
         own = _in_table({str(data.name): data.variable}).get(str(data.name))
