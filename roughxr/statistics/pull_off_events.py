@@ -198,7 +198,7 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     >>> reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
-    ds = ds if "pull_off_force" in ds else schema.validate(ds, "pull_off")
+    ds = schema.entered(ds) if "pull_off_force" in ds else schema.validate(ds, "pull_off")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
