@@ -55,6 +55,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     >>> float(pull_off(sweep).pull_off_force[0]), float(pull_off(sweep).pull_off_delta[0])
     (3.0, 0.0)
     """
+    ds = schema.entered(ds)
     force = None if "complete" in ds and "force" not in ds else _force(ds)  # with a preload there are only events
     found = "cycle" if "complete" in ds else "exact"
     if method is None:
