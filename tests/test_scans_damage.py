@@ -4,13 +4,11 @@ import os
 import re
 import signal
 import struct
-import subprocess
 import sys
 import time
 import warnings
 from collections import Counter
 from contextlib import contextmanager
-from pathlib import Path
 
 import h5py
 import netCDF4
@@ -176,13 +174,6 @@ def test_a_garbled_picture_is_doubted_and_real_ones_are_not():
         assert not any("are uncorrelated" in doubt for doubt in doubts(as_scan(height)))
 
 
-def test_no_real_scan_is_called_garbled(shared_scans):
-    for path in sorted(shared_scans.iterdir()):
-        if path.suffix not in (".md", ".zip") and not path.name.startswith("NEGATIVE"):
-            with warnings.catch_warnings(action="ignore"):
-                assert not any("are uncorrelated" in doubt for doubt in doubts(open_scan(path))), path.name
-
-
 def test_lines_that_have_nothing_in_common_are_doubted():
     lines = rough(64) + 200.0 * (np.arange(64) % 2)  # every second line, along x, has an offset
     places = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in "xy"}
@@ -231,15 +222,6 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     monkeypatch.undo()
     xr.testing.assert_identical(open_scan(sound), whole)
     assert reader_process._running[os.getpid(), vendor_reader.__file__] is not process
-
-
-def test_a_reader_that_dies_is_said_and_started_again(tmp_path):
-    rows = picture()
-    sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
-    whole = open_scan(sound)
-    reader_process._running[os.getpid(), vendor_reader.__file__].kill()
-    reader_process._running[os.getpid(), vendor_reader.__file__].wait()
-    xr.testing.assert_identical(open_scan(sound), whole)
 
 
 def looped(path):
@@ -297,23 +279,6 @@ def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys)
     with pytest.raises(UnreadableScan) as refusal:
         open_scan(other)
     assert not set("\x1b\x07\x9b\u202e") & set(str(refusal.value))
-
-
-@pytest.mark.soak
-def test_the_reading_process_goes_with_its_caller(tmp_path):
-    rows = picture()
-    path = WRITERS["bruker"](tmp_path, rows, size_of(rows))
-    code = (
-        "import roughxr, sys; from roughxr.scans import reader_process as v; roughxr.open_scan(sys.argv[1]);"
-        "print(*(p.pid for p in v._running.values()), 'SurfaceTopography' in sys.modules)"
-    )
-    out = subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True)
-    pid, imported = out.stdout.split()
-    assert imported == "False"
-    until = time.monotonic() + 20
-    while Path(f"/proc/{pid}").exists() and "Z" not in Path(f"/proc/{pid}/stat").read_text().split():
-        assert time.monotonic() < until
-        time.sleep(0.05)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])

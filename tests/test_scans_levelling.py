@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 
 from roughxr.scans import level
-from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 
@@ -83,35 +82,11 @@ def test_particles_do_not_shift_their_lines():
     np.testing.assert_allclose(flat, 100.0 * particles)
 
 
-def test_a_line_without_background_stays_where_it_is():
-    ds = scan(np.ones((8, 6)), PIXEL)
-    mask = ds["height"].copy(data=np.zeros((8, 6), dtype=bool))
-    mask[:, 2] = True
-    flat = level(ds, method="median", exclude=mask)["height"]
-    np.testing.assert_allclose(flat[:, 2], 1.0)
-    np.testing.assert_allclose(flat[:, 3], 0.0)
-    assert np.isfinite(level(ds, method="median_difference", exclude=mask)["height"]).all()
-
-
 @pytest.mark.parametrize("method", ["plane", "quadratic", "median"])
 def test_a_lazy_scan_is_loaded(method):
     _, ds = with_background(3)
     ds["height"][3, 4] = np.nan
     xr.testing.assert_identical(level(ds.chunk(x=7, y=11), method=method), level(ds, method=method))
-
-
-def test_a_lazy_mask_of_a_scan_in_memory():
-    _, ds = with_background(1)
-    mask = (ds["height"] > 30).chunk({"x": 7})
-    np.testing.assert_allclose(level(ds, exclude=mask)["height"], level(ds, exclude=mask.compute())["height"])
-
-
-def test_the_history_says_what_was_done():
-    _, ds = with_background(1)
-    steps = schema.history(level(level(ds, method="median"), method="polynomial", order=3))
-    assert [step["operation"] for step in steps] == ["level", "level"]
-    assert steps[0]["arguments"] == {"method": "median"}
-    assert steps[1]["arguments"] == {"method": "polynomial", "order": 3}
 
 
 def test_the_callers_scan_is_left_alone():

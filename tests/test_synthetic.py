@@ -1,12 +1,10 @@
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from datasets.make_glass import GlassModel, glass, particle_centres, write_glass
+from datasets.make_glass import glass, particle_centres, write_glass
 from roughxr.asperity.catalogue import asperities
 from roughxr.kernels.topography.random_surface import uniform
 from roughxr.scans.synthetic import self_affine
@@ -93,11 +91,6 @@ def test_bad_input_is_named(wrong, message):
         self_affine(given.pop("shape"), given.pop("pixel"), **given)
 
 
-def test_glass_refuses_particles_half_described():
-    with pytest.raises(ValueError, match="found 1 tops, 6 offsets, 6 half-widths"):
-        glass(model=GlassModel(tops=(27.0,)))
-
-
 def test_glass_is_a_scan_of_the_published_size(twin):
     schema.validate(twin, "scan")
     assert dict(twin.sizes) == {"x": 512, "y": 512}
@@ -131,14 +124,3 @@ def test_shipped_file_is_what_is_made(tmp_path, twin):
         made_attrs, shipped_attrs = ({k: v for k, v in ds.attrs.items() if k != "history"} for ds in (made, shipped))
         np.testing.assert_equal(made_attrs, shipped_attrs)
     assert SHIPPED.stat().st_size < 500_000
-
-
-def test_the_command_runs_and_leaves_one_file(tmp_path):
-    command = [sys.executable, "datasets/make_glass.py", str(tmp_path / "glass.nc")]
-    subprocess.run(command, check=True, capture_output=True, cwd=Path(__file__).parents[1])
-    assert [path.name for path in tmp_path.iterdir()] == ["glass.nc"]
-
-
-def test_a_missing_folder_is_named(tmp_path):
-    with pytest.raises(ValueError, match="expected a file in an existing folder"):
-        write_glass(tmp_path / "nowhere" / "glass.nc")
