@@ -270,8 +270,10 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     >>> round(hamaker_constant("silica", "alumina"), 4), round(hamaker_constant("silica", medium="water"), 5)
     (0.0994, 0.00392)
     """
-    one, other = (_own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second))
-    return substances.combined(one, other, _own_constant(medium, substances.MEDIA))
+    first_constant, second_constant = (
+        _own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)
+    )
+    return substances.combined(first_constant, second_constant, _own_constant(medium, substances.MEDIA))
 
 
 def _own_constant(given: Any, known: dict[str, Any]) -> float:

@@ -71,8 +71,8 @@ def convert(options: Namespace) -> None:
 
 def tell_attributes(ds: xr.Dataset) -> None:
     """Print what is stated of a file, a line each."""
-    told = {key: value for key, value in ds.attrs.items() if key != "history"}
-    print("\n".join(f"{key}: {printable(str(value)) or 'none'}" for key, value in told.items()))
+    attributes = {key: value for key, value in ds.attrs.items() if key != "history"}
+    print("\n".join(f"{key}: {printable(str(value)) or 'none'}" for key, value in attributes.items()))
 
 
 def drawn(figure: Any, path: str) -> None:

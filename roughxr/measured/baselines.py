@@ -183,14 +183,14 @@ def _solved(line: Baseline, z: np.ndarray, force: np.ndarray, variance: float) -
     return line._replace(coefficients=coefficients, covariance=scatter * inverse)
 
 
-def kept(recorded: xr.Dataset, contact_points: np.ndarray, share: float) -> xr.Dataset:
+def recorded_curves(recorded: xr.Dataset, contact_points: np.ndarray, share: float) -> xr.Dataset:
     """Return all curves on one axis of distances."""
     branches = recorded["branch"].values.tolist() if "branch" in recorded.dims else ["retraction"]
     shape = (recorded.sizes["subregion"], len(branches), recorded.sizes["sample"])
     distance = contact_points[:, None, None] - recorded["piezo"].values.reshape(shape)
     force = recorded["force"].values.reshape(shape)
     axis = _distances(distance)
-    values = [[_on(axis, *both, share) for both in zip(*curve)] for curve in zip(distance, force)]
+    values = [[_baseline_on(axis, *both, share) for both in zip(*curve)] for curve in zip(distance, force)]
     coords = {"branch": branches, "piezo_distance": axis}
     made = np.array(values).reshape(*shape[:2], axis.size)
     return xr.Dataset({"force": (("subregion", "branch", "piezo_distance"), made)}, coords)
@@ -206,7 +206,7 @@ def _distances(distance: np.ndarray) -> np.ndarray:
     return step * np.arange(np.ceil(known.min() / step), np.floor(known.max() / step) + 1)
 
 
-def _on(axis: np.ndarray, distance: np.ndarray, force: np.ndarray, share: float) -> np.ndarray:
+def _baseline_on(axis: np.ndarray, distance: np.ndarray, force: np.ndarray, share: float) -> np.ndarray:
     """Return one branch less its own baseline, interpolated between its samples; NaN beyond them."""
     good = np.isfinite(distance) & np.isfinite(force)
     if good.sum() < 10:

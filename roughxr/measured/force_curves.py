@@ -10,7 +10,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
-from .baselines import Baseline, baseline_of, kept
+from .baselines import Baseline, baseline_of, recorded_curves
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
@@ -124,7 +124,7 @@ def curves_pull_off(
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
     if curves:
-        out = out.merge(kept(recorded, out["contact_point"].values, baseline))
+        out = out.merge(recorded_curves(recorded, out["contact_point"].values, baseline))
     _warn_of_slope(out, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}

@@ -94,9 +94,9 @@ def open_pull_off(
     given = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = _together(paths, [_of_file(files.regular_file(one), image, place_units, given) for one in paths])
-    said = {**image._asdict(), **given._asdict(), "place_units": place_units}
-    return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **said)
+    ds = _together(paths, [_of_file(files.regular_file(file), image, place_units, given) for file in paths])
+    options = {**image._asdict(), **given._asdict(), "place_units": place_units}
+    return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
 
 
 def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -139,7 +139,7 @@ class _Selection(NamedTuple):
 def _of_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
-        return _told(path, _of_table(path, image, place_units, given))
+        return _with_source(path, _of_table(path, image, place_units, given))
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
     if family == "netcdf" and kind is None:
@@ -154,15 +154,15 @@ def _of_file(path: Path, image: _Selection, place_units: str | None, given: Cali
         channels = files.guarded(path, read, path)
         chosen = in_true_units(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
         ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
-    return _told(path, ds)
+    return _with_source(path, ds)
 
 
-def _told(path: Path, ds: xr.Dataset) -> xr.Dataset:
+def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
     """Return what was read with the file's name and checksum; raise where every value is missing."""
     if ds["pull_off_force"].isnull().all():
         raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_why(ds)}")
-    told = {"source_file": path.name, "source_sha256": files.file_hash(path)}
-    return ds.assign_attrs(missing="NaN where nothing was measured", **told)
+    source = {"source_file": path.name, "source_sha256": files.file_hash(path)}
+    return ds.assign_attrs(missing="NaN where nothing was measured", **source)
 
 
 def _of_curves(path: Path, kind: str, given: Calibration) -> xr.Dataset:
@@ -197,8 +197,8 @@ def _of_table(path: Path, image: _Selection, place_units: str | None, given: Cal
     column = force_column(path, columns, image.channel)
     values, how = _as_pulls(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
-    for axis, one in place_columns(path, columns, column).items():
-        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, one, place_units))
+    for axis, place in place_columns(path, columns, column).items():
+        ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
     counts = repeats(path, columns, column)
     if counts is not None and "subregion_x" not in ds.coords:
         ds = ds.isel(subregion=np.repeat(np.arange(values.size), counts))
@@ -222,9 +222,9 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     if direction is not None:
         schema.one_of(direction, ("trace", "retrace"), "direction")
     if channel is None:
-        fitting = [one for one in channels if "adhes" in one.name.lower()]
-        fitting = fitting or [one for one in channels if converts(one.units, "nN")]
-        fitting = fitting or [one for one in channels if len(channels) == 1 and one.units is None]
+        fitting = [candidate for candidate in channels if "adhes" in candidate.name.lower()]
+        fitting = fitting or [candidate for candidate in channels if converts(candidate.units, "nN")]
+        fitting = fitting or [candidate for candidate in channels if len(channels) == 1 and candidate.units is None]
     else:
         fitting = channels_named(channels, channel)
     fitting = of_direction(fitting, direction)

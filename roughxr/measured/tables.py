@@ -190,18 +190,20 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     if len(fitting) != 1:
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
-        listed = ", ".join(f"{one.name!r} [{one.units or '?'}]" for one in columns) or "no column of numbers"
+        listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
         raise UnreadableScan(path, f"expected {wanted}, found {len(fitting)} among {listed}; name it, channel='…'")
     return fitting[0]
 
 
 def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | None:
     """Return how many pull-offs each row of a histogram stands for, None for a list of them; raise for densities."""
-    others = [one for one in columns if one is not force and not _axis(one) and not one.units]
-    counts = [one for one in others if _COUNTS.fullmatch(one.name.strip())]
+    others = [column for column in columns if column is not force and not _axis(column) and not column.units]
+    counts = [column for column in others if _COUNTS.fullmatch(column.name.strip())]
     if len(counts) == 1 and (counts[0].values >= 0).all() and (counts[0].values % 1 == 0).all():
         return counts[0].values.astype(int)
-    wrong = next((one.name for one in counts + others if one in counts or _DISTRIBUTION.search(one.name)), None)
+    wrong = next(
+        (column.name for column in counts + others if column in counts or _DISTRIBUTION.search(column.name)), None
+    )
     if wrong is not None:
         raise UnreadableScan(
             path,
@@ -213,16 +215,18 @@ def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | No
 
 def _named(columns: list[Column], name: str) -> list[Column]:
     """Return the columns of a name, without regard to capitals where none has it exactly."""
-    return [one for one in columns if one.name == name] or [one for one in columns if one.name.lower() == name.lower()]
+    return [column for column in columns if column.name == name] or [
+        column for column in columns if column.name.lower() == name.lower()
+    ]
 
 
 def _likely_forces(columns: list[Column]) -> list[Column]:
     """Return the columns that may be forces: by their units, else by their names, else all but places and indices."""
-    others = [one for one in columns if not (_axis(one) or one.name.lower() in ("index", "subregion"))]
-    forces = [one for one in others if converts(one.units, "nN")]
+    others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
+    forces = [column for column in others if converts(column.units, "nN")]
     if forces:
-        return [one for one in forces if one.name == "pull_off_force"] or forces
-    return [one for one in others if _FORCE.search(one.name)] or others
+        return [column for column in forces if column.name == "pull_off_force"] or forces
+    return [column for column in others if _FORCE.search(column.name)] or others
 
 
 def _axis(column: Column) -> str:
@@ -233,8 +237,10 @@ def _axis(column: Column) -> str:
 
 def place_columns(path: Path, columns: list[Column], force: Column | None = None) -> dict[str, Column]:
     """Return the columns of places along x and y where there are any."""
-    places = {_axis(one): one for one in columns if one is not force and _axis(one)}
-    like = [one.name for one in columns if one is not force and (_axis(one) or _PLACE_LIKE.search(one.name))]
+    places = {_axis(column): column for column in columns if column is not force and _axis(column)}
+    like = [
+        column.name for column in columns if column is not force and (_axis(column) or _PLACE_LIKE.search(column.name))
+    ]
     if len(places) != 2 and like:
         raise UnreadableScan(
             path,
@@ -251,9 +257,9 @@ def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
         )
     units = column.units or place_units
     if units is None or not converts(units, "nm"):
-        found = repr(units) if units else "none"
+        stated = repr(units) if units else "none"
         raise UnreadableScan(
-            path, f"expected units of a length for {column.name!r}, found {found}; state place_units=, such as 'um'"
+            path, f"expected units of a length for {column.name!r}, found {stated}; state place_units=, such as 'um'"
         )
     if not np.isfinite(column.values).all():
         raise UnreadableScan(path, f"expected a place in every row, found empty cells in column {column.name!r}")

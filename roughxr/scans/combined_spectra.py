@@ -66,9 +66,9 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = _least(shortest, len(scans))
-    parts = [(_usable if "y" in one.dims else _of_line)(one, window, wave) for one, wave in zip(scans, least)]
+    parts = [(_usable if "y" in scan.dims else _of_line)(scan, window, wave) for scan, wave in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
-    if not sum(one.size for one in bins):
+    if not sum(scan.size for scan in bins):
         raise ValueError(f"shortest: expected at most the longest wave of some scan, found {min(least):g} nm")
     known = np.unique(np.concatenate(bins))
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])

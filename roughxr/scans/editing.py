@@ -120,7 +120,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     value = plain(value, "nm", axis)
     if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
         raise ValueError(f"{axis}: expected a pair (lowest, highest) in nm, found {value!r}")
-    low, high = (float(magnitude(one, "nm", axis)) for one in value)
+    low, high = (float(magnitude(end, "nm", axis)) for end in value)
     if not low < high:
         raise ValueError(f"{axis}: expected (lowest, highest) in nm, found {value!r}")
     return low, high

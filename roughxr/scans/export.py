@@ -26,11 +26,11 @@ _SI["1"] = (1.0, "")
 
 def _map(ds: xr.Dataset, name: str) -> xr.Dataset:
     """Return a Dataset that holds a map; raise for any other."""
-    maps = [str(one) for one in ds.data_vars if set(ds[one].dims) == {"x", "y"}]
+    maps = [str(variable) for variable in ds.data_vars if set(ds[variable].dims) == {"x", "y"}]
     if name not in maps:
-        found = tuple(ds[name].dims) if name in ds else "no such variable"
+        dims = tuple(ds[name].dims) if name in ds else "no such variable"
         raise ValueError(
-            f"name: expected a map along x and y ({', '.join(maps) or 'none here'}), found {name!r}: {found}"
+            f"name: expected a map along x and y ({', '.join(maps) or 'none here'}), found {name!r}: {dims}"
         )
     return ds
 

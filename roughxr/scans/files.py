@@ -80,7 +80,7 @@ def formats() -> list[tuple[str, str, str]]:
         ("matrix of numbers, with Gwyddion's head or size=", ".txt, .csv, .dat", "roughxr"),
         ("matrix of NumPy, with size= and height_units=", ".npy", "roughxr"),
     ]
-    return own + [(*one, "SurfaceTopography (extra afm)") for one in vendors.formats()]
+    return own + [(*row, "SurfaceTopography (extra afm)") for row in vendors.formats()]
 
 
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
@@ -184,9 +184,9 @@ def _completed(channels: list[Channel], height_units: str | None, path: Path) ->
         return channels
     if not is_length(height_units):
         raise ValueError(f"height_units: expected units of a length such as 'nm', found {height_units!r}")
-    if all(one.units for one in channels):
+    if all(channel.units for channel in channels):
         raise ValueError(f"{path}: height_units: the file states {listing(channels)}; leave height_units= out")
-    return [one if one.units else one._replace(units=height_units) for one in channels]
+    return [channel if channel.units else channel._replace(units=height_units) for channel in channels]
 
 
 def sized(channel: Channel, size: Any, path: Path) -> Channel:
@@ -277,9 +277,9 @@ def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -
 def _disagreement(channels: list[Channel]) -> list[str]:
     """Return a doubt where the images of one file have several sizes."""
     sizes = {
-        tuple(float(f"{v * factor(one.lateral_units, 'nm'):.6g}") for v in one.size)
-        for one in channels
-        if one.size and is_length(one.lateral_units)
+        tuple(float(f"{v * factor(channel.lateral_units, 'nm'):.6g}") for v in channel.size)
+        for channel in channels
+        if channel.size and is_length(channel.lateral_units)
     }
     return [f"its channels have several lateral sizes in nm: {sorted(sizes)}"] if len(sizes) > 1 else []
 

@@ -115,7 +115,7 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
     """Return the model of the spectra of a scan's parts; NaN where they show nothing."""
     least = wavelength.together(spectra, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
-    if all(one is None for one in spectra) or not np.isfinite(shown):
+    if all(spectrum is None for spectrum in spectra) or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
     model = _fitted(*in_band(spectra, steps, shown), shown, pixel=max(steps), hurst=hurst)
     return model._replace(lay=_lay_of(spectra, steps, shown))
@@ -123,7 +123,7 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
 
 def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     """Return the mean of exp(2iθ), weighted by power, of the waves next to the shortest that is shown; 0 by chance."""
-    known = [one for one in spectra if one is not None]
+    known = [spectrum for spectrum in spectra if spectrum is not None]
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
     across = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
     inside = (np.abs(across) * shown <= 1) & (np.abs(across) * _FIT_BAND * shown >= 1)
@@ -137,7 +137,7 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
 
 def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return `_rings` of the spectra of a scan's parts together, of the waves next to the shortest that is shown."""
-    known = [one for one in spectra if one is not None]
+    known = [spectrum for spectrum in spectra if spectrum is not None]
     q, psd, modes = _rings(np.mean(known, axis=0), steps)
     return _next_to(q, psd, modes * len(known), shown)
 
@@ -145,7 +145,7 @@ def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np
 def spectrum_by_wavevector(heights: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
     """Return wavevectors (1/nm) and C(q), nm⁴, of a scan's parts together."""
     spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
-    return _rings(np.mean([one for one in spectra if one is not None], axis=0), steps)[:2]
+    return _rings(np.mean([spectrum for spectrum in spectra if spectrum is not None], axis=0), steps)[:2]
 
 
 def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -158,8 +158,8 @@ def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | N
     """Return the model of these waves of a spectrum (nm⁻¹, nm⁴), and its errors."""
     model, spread, _ = fit_k_correlation(q, psd, modes, pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
-    plateau, rolloff, found = model.tolist()
-    return Spectrum(plateau, rolloff, found, shown, float(np.sqrt(spread[0, 0])), float(steeper))
+    plateau, rolloff, fitted_hurst = model.tolist()
+    return Spectrum(plateau, rolloff, fitted_hurst, shown, float(np.sqrt(spread[0, 0])), float(steeper))
 
 
 def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -171,9 +171,9 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     members = np.bincount(ring)
     scale = steps[0] * steps[1] * squares.size
     q, psd = (np.bincount(ring, weights=values.ravel()) / np.maximum(members, 1) for values in (per_nm, squares))
-    there = members > 0
-    there[0] = False
-    return 2 * np.pi * q[there], scale * psd[there], members[there] / _WAVES_PER_SAMPLE
+    occupied = members > 0
+    occupied[0] = False
+    return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _WAVES_PER_SAMPLE
 
 
 def add_fine_roughness(

@@ -31,8 +31,8 @@ def npy_channels(path: Path) -> list[Channel]:
     values = np.load(path, mmap_mode="r", allow_pickle=False)
     if values.ndim != 2 or values.dtype.kind not in "fiu":
         raise UnreadableScan(path, f"expected a matrix of real numbers, found shape {values.shape} of {values.dtype}")
-    if (found := path.stat().st_size - values.offset) != values.nbytes:
-        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found {found}: damaged")
+    if (size := path.stat().st_size - values.offset) != values.nbytes:
+        raise UnreadableScan(path, f"expected {values.nbytes} bytes of data, found {size}: damaged")
     read = partial(np.array, values, dtype=float)
     return [Channel(path.stem, None, values.shape, None, None, read)]
 
