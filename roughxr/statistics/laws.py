@@ -23,14 +23,15 @@ class Law(NamedTuple):
     def parameters(self, values: np.ndarray) -> tuple[float, ...]:
         """Return SciPy's parameters of the most likely law of this kind."""
         fixed = {"floc": 0.0} if self.positive else {}
-        return tuple(map(float, self._scipy.fit(values, **fixed)))
+        return tuple(map(float, self.scipy.fit(values, **fixed)))
 
     def frozen(self, parameters: Sequence[float]):
         """Return the law with these parameters, as a frozen distribution of SciPy."""
-        return self._scipy(*parameters)
+        return self.scipy(*parameters)
 
     @property
-    def _scipy(self):
+    def scipy(self):
+        """The law as SciPy has it."""
         from scipy import stats
 
         return getattr(stats, self.distribution)
@@ -142,28 +143,16 @@ def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
 
 def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) -> list[float]:
     """Return the results of one law, in their order."""
+    from scipy import stats
+
     if law.positive and values.min() <= 0:
         return [np.nan] * len(_RESULTS)
     parameters = law.parameters(values)
     likelihood = float(law.frozen(parameters).logpdf(values).sum())
-    distance = _distance(law, parameters, values)
-    shape = parameters[0] if law.positive else np.nan
-    chance = _chance(law, judged, simulations)
+    distance = stats.ks_1samp(values, law.frozen(parameters).cdf).statistic
+    shape, chance = parameters[0] if law.positive else np.nan, np.nan
+    if simulations:
+        how: dict[str, Any] = {"known_params": {"loc": 0.0}} if law.positive else {}
+        how |= {"statistic": "ks", "n_mc_samples": simulations, "random_state": np.random.default_rng(0)}
+        chance = stats.goodness_of_fit(law.scipy, judged, **how).pvalue
     return [shape, *parameters[-2:], likelihood, 2 * 2 - 2 * likelihood, distance, chance]
-
-
-def _distance(law: Law, parameters: Any, values: np.ndarray) -> float:
-    """Return the largest distance (Kolmogorov's) of the samples' steps from the law's distribution function."""
-    steps, below = np.arange(values.size + 1) / values.size, law.frozen(parameters).cdf(np.sort(values))
-    return float(max((steps[1:] - below).max(), (below - steps[:-1]).max()))
-
-
-def _chance(law: Law, values: np.ndarray, simulations: int) -> float:
-    """Return the share of samples of the law itself that lie as far from their own fit, the given one among them."""
-    if simulations == 0:
-        return np.nan
-    rng, parameters = np.random.default_rng(0), law.parameters(values)
-    distance = _distance(law, parameters, values)
-    drawn = law.frozen(parameters).rvs((simulations, values.size), random_state=rng)
-    farther = sum(_distance(law, law.parameters(row), row) >= distance for row in drawn)
-    return (1 + farther) / (1 + simulations)

@@ -193,11 +193,6 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
     return xr.Variable(variable.dims, data * ratio if ratio != 1.0 else data, {**variable.attrs, "units": units})
 
 
-def mass_power(units: str) -> float:
-    """Return the power of mass in units: 1 for forces, pressures, energies and works, 0 for lengths."""
-    return float(_registry().Quantity(1.0, units).dimensionality.get("[mass]", 0.0))
-
-
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     """Return ``array`` in ``units``, lazily where it is lazy; raise where its ``units`` are missing or wrong."""
     if not array.attrs.get("units"):
