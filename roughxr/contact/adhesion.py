@@ -336,12 +336,12 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
-    """Return the gap (nm) at which a sphere snaps in under an exponential attraction of this length (nm).
+    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere, 2.64 µ^{3/7} z₀.
 
-    Its attraction 2πRw exp(−u/ρ) then grows faster with the approach than the elastic force on the area of radius
-    √(2Rρ) that it pulls up: 2πRw/ρ exp(−u/ρ) = 2E*√(2Rρ), u = ρ ln(π/√2 µ^{3/2}) by Tabor's parameter µ.
+    By Tabor's parameter µ; below 1 a sphere does not jump (Ciavarella, Greenwood & Barber, J. Mech. Phys. Solids 107
+    (2017) 284). The gap is that before the attraction bends the sphere.
     """
-    return length * max(float(np.log(np.pi / np.sqrt(2) * parameter**1.5)), 0.0) if parameter > 0 else 0.0
+    return 2.64 * parameter ** (3 / 7) * length if parameter > 1 else 0.0
 
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:

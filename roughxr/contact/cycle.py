@@ -170,7 +170,6 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         return cycles, {"refinement": meshes[0]}
     of_step = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
     of_splines = _change_by_splines(place, problem, adhesion, cycles)
-    settling = _settling_error(place, problem, adhesion, cycles)
     if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
     n, of_mesh = meshes[0], np.full_like(of_step, np.nan)
@@ -180,7 +179,8 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         of_splines = _change_by_splines(place, problem, adhesion, cycles) if of_splines is None else of_splines
         if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
-    errors = {"mesh_error": of_mesh, "step_error": of_step, "settling_error": settling}
+    errors = {"mesh_error": of_mesh, "step_error": of_step}
+    errors["settling_error"] = _settling_error(place, problem, adhesion, cycles)
     errors["interpolation_error"] = 0.0 * of_mesh if of_splines is None else of_splines
     errors["pull_off_error"] = np.sqrt(sum(error**2 for error in errors.values()))
     return cycles, {"refinement": n, **errors}
