@@ -48,8 +48,8 @@ ROWS = (
     Row(0.1, 1000, seed=6, rolloff=160),
     Row(0.2, 1000, seed=7, hurst=0.5, refine=8),
     Row(0.3, 1000, seed=8, rolloff=160, refine=8),
-    Row(0.6, 500, seed=9, refine=8),
-    Row(1.0, 500, seed=10, rolloff=160, refine=8),
+    Row(0.6, 1000, rms=4, seed=9, refine=8),
+    Row(1.0, 2000, rms=2, seed=10, refine=8),
 )
 
 
