@@ -55,8 +55,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     >>> to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """
-    ds = schema.entered(ds)
-    write = None if path is None else _writer(Path(path).suffix)
+    ds, write = schema.entered(ds), None if path is None else _writer(Path(path).suffix)
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
         raise ValueError(

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.accessor import _TASKS, ContactAccessor
+from roughxr.accessor import ContactAccessor
 
 from .surfaces import glass_pair, rough, scan
 
@@ -101,10 +101,6 @@ assert not {"numba", "scipy", "dask.array", "matplotlib", "netCDF4"} & set(sys.m
 assert sorted(dir(roughxr)) == sorted(roughxr.__all__), "names that are not public"
 """
     subprocess.run([sys.executable, "-c", program], check=True)
-
-
-def test_every_verb_belongs_to_one_task():
-    assert sorted(verb for _, _, names in _TASKS for verb in names.split()) == sorted(VERBS)
 
 
 def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):

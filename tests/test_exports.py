@@ -84,17 +84,6 @@ def test_parquet_keeps_units(pull, tmp_path):
     assert table.attrs["units"]["pull_off_force"] == "nN"
 
 
-def test_without_pyarrow_it_is_said_what_to_install(pull, tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "pyarrow", None)
-    with pytest.raises(ImportError, match=r"pip install pyarrow"):
-        to_table(pull, tmp_path / "pull.parquet")
-
-
-def test_other_endings_are_refused(pull, tmp_path):
-    with pytest.raises(ValueError, match=r"'\.xlsx', '\.parquet'"):
-        to_table(pull, tmp_path / "pull.txt")
-
-
 def test_text_in_a_csv_is_no_formula(tmp_path):
     names = ["=1+1", "+cmd", "-2", "@SUM(A1)", "quartz", "µ = 3"]
     ds = xr.Dataset({"name": ("k", names), "force": ("k", [-1.0, 2, 3, 4, 5, 6], {"units": "nN"})})

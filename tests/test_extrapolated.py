@@ -55,7 +55,7 @@ def test_the_answer_is_the_best_estimate_with_its_interval(found, capsys):
     answered = found.contact.answer()
     assert float(answered.low) == float(found.pull_off_lower) and float(answered.high) == float(found.pull_off_upper)
     assert float(answered.pull_off_force) == float(found.pull_off_mean)
-    assert "best estimate" in capsys.readouterr().out
+    assert "Best estimate" in capsys.readouterr().out
 
 
 def test_patches_packed_side_by_side_hold_every_cell_once():

@@ -7,7 +7,6 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr.cli import main
-from roughxr.report import measured_section as beside_measured
 
 from .surfaces import glass_pair, rough, scan
 
@@ -59,24 +58,3 @@ def test_quantiles_are_drawn_where_they_are():
     assert line.get_label() == "means: × 2"
     (drawn,) = (line for line in ax.lines if line.get_xdata().size == 99)
     np.testing.assert_allclose(drawn.get_ydata(), 2 * drawn.get_xdata())
-
-
-def test_the_report_sets_what_was_measured_beside_the_prediction(run, capsys):
-    assert main(["report", str(run), "-o", str(run / "with.html"), "--measured", str(run / "own.csv")]) == 0
-    page = (run / "with.html").read_text(encoding="utf-8")
-    assert "What was measured" in page and "times the predicted (95 % interval" in page
-    assert "Predicted and measured: Left: both distributions" in page
-    assert main(["report", str(run), "-o", str(run / "without.html")]) == 0
-    assert "What was measured" not in (run / "without.html").read_text(encoding="utf-8")
-
-
-def test_the_reports_numbers_are_those_of_the_comparison(run):
-    groups = {name: ds.load() for name, ds in roughxr.archive.load(run / "run.nc").items()}
-    predicted = groups["statistics/energy"]
-    measured = predicted.assign(pull_off_force=2 * predicted.pull_off_force)
-    told = beside_measured.compared({"statistics/energy": predicted, "measured/pull_off": measured})
-    assert float(roughxr.report.measured_table(told).loc["mean", "ratio"]) == pytest.approx(2.0)
-    assert any("distributions differ significantly" in words for words in roughxr.report.measured_words(told))
-    same = beside_measured.compared({"statistics/energy": predicted, "measured/pull_off": predicted})
-    assert any("do not differ significantly" in words for words in roughxr.report.measured_words(same))
-    assert roughxr.report.measured_words({"measured/pull_off": measured}) == []

@@ -41,7 +41,7 @@ def test_the_source_archive_holds_what_its_tests_read(folder):
 def test_the_wheel_holds_what_runs_and_nothing_else():
     found = released(WheelBuilder)
     assert found == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
-    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/explorer/page.js"} <= found
+    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/web/explorer.js"} <= found
 
 
 def test_the_version_stands_in_one_place():

@@ -26,7 +26,7 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._with_adhesion(specimen_of(scan), plan, {"subregions": plan.subregions}, analysis._UNTOLD)
+        groups = analysis._with_adhesion(analysis._Task(specimen_of(scan), plan))
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
@@ -44,21 +44,23 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
     scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
     plan, stream = analysis.plan(specimen_of(scan), subregions=(5, 4)), io.StringIO()
     options = {"subregions": plan.subregions}
-    with warnings.catch_warnings(), roughxr.progress(stream), Stages({"mesh": 1, "adhesive": 1}, {}) as stage:
+    with warnings.catch_warnings(), roughxr.progress(stream), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         groups = roughxr.checkpointed(
-            lambda: analysis._with_adhesion(specimen_of(scan), plan, options, stage), tmp_path / "run.nc", scan=scan
+            lambda: analysis._with_adhesion(analysis._Task(specimen_of(scan), plan, stage)),
+            tmp_path / "run.nc",
+            scan=scan,
         )
         alone = scan.contact.adhesive(mesh=replace(plan.mesh, accuracy=None), **options)
-    told = [line for line in stream.getvalue().splitlines() if "pull-off" in line]
-    assert [re.search(r"by (\d+) places", line)[1] for line in told] == ["4", "4", "16", "20"]
-    assert told[0].startswith("first estimate, its mesh not checked yet: ") and "mesh and step" in told[1]
+    told = [line for line in stream.getvalue().splitlines() if "Mean pull-off" in line]
+    assert [re.search(r"(\d+) places", line)[1] for line in told] == ["4", "4", "20"]
+    assert told[0].startswith("First estimate, its mesh not checked yet: ") and "mesh and step" in told[1]
     mean = float(groups["solutions/adhesive"].pull_off_force.mean())
     for line in told:  # each interval holds what is found in the end
         low, high, unit = re.search(r"interval ([\d.]+) … ([\d.]+) (.)N", line).groups()
         assert float(low) <= mean / {"n": 1, "µ": 1e3, "m": 1e6}[unit] <= float(high)
     kept = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]
-    assert kept == [f"adhesive: {some} subregions kept" for some in ("0 of 4", "0 of 4", "4 of 16", "16 of 20")]
+    assert kept == [f"adhesive: {some} subregions kept" for some in ("0 of 4", "0 of 4", "4 of 20")]
     np.testing.assert_array_equal(groups["solutions/adhesive"].pull_off_force, alone.pull_off_force)
 
 

@@ -18,7 +18,6 @@ from roughxr import archive, checkpointed, direct
 from roughxr.contact import elastic
 from roughxr.jobs import checkpoint
 from roughxr.jobs.checkpoint import item_keys
-from roughxr.jobs.progress import progress
 from roughxr.jobs.spread import Work
 from roughxr.scans import regions
 
@@ -343,19 +342,6 @@ def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
     a_run.run(path)
     assert any(line == "direct: 29 of 30 subregions kept" for line in log(path))
     assert any("direct: subregion 0 failed" in line for line in log(path))
-
-
-def test_what_is_taken_from_an_earlier_call_is_told(tmp_path, undisturbed, monkeypatch, capsys):
-    """A run that was stopped while its archive was written has nothing left to compute, and says so."""
-    path = tmp_path / "run.nc"
-    with monkeypatch.context() as patch:
-        patch.setattr(archive, "save", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
-        with pytest.raises(KeyboardInterrupt):
-            a_run.run(path)
-    with progress():
-        a_run.run(path)
-    assert capsys.readouterr().err.count("30 subregions, all kept") == 3
-    same(path, undisturbed[0])
 
 
 def test_large_results_stay_on_the_disk(tmp_path, undisturbed, monkeypatch):

@@ -17,12 +17,8 @@ from .test_runs import finish, kill, only, pytestmark, same, start, undisturbed 
 
 OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 
-#: Stages of such a run, each with what interrupts it, and a group that the archive has by then.
-MOMENTS = {
-    "asperities": ("reconstruct", None),
-    "rigid": ("_rigid_bodies", "solutions/adhesive"),
-    "rolling": ("_detachment", "statistics/energy"),
-}
+#: Stages of such a run that are interrupted, each with a group that the archive has by then.
+MOMENTS = {"asperities": None, "rigid": "solutions/adhesive", "rolling": "statistics/energy"}
 
 
 @pytest.fixture(scope="module")
@@ -59,13 +55,14 @@ def test_a_run_killed_at_any_moment_leaves_its_stages_readable(tmp_path, undistu
 def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
     surface, whole, moment, tmp_path, monkeypatch, capsys
 ):
-    where, there = MOMENTS[moment]
+    there = MOMENTS[moment]
     path = tmp_path / "run.nc"
 
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(analysis, where, interrupted)
+    parts = [part._replace(make=interrupted) if part.name == moment else part for part in analysis._PARTS]
+    monkeypatch.setattr(analysis, "_PARTS", parts)
     with pytest.raises(KeyboardInterrupt):
         roughxr.run(surface, path, **OPTIONS)
     monkeypatch.undo()

@@ -133,12 +133,13 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
     pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})
     found = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
     told = capsys.readouterr().out
-    assert told.startswith("1.2 µN (95 % interval ") and "3 places of 4" in told and "mesh and step 2 %" in told
+    assert told.startswith("Mean pull-off 1.2 µN (95 % interval ")
+    assert "3 places of 4" in told and "± 2 % by mesh and step" in told
     assert float(found.pull_off_force) == 1200 and int(found.places) == 3 and float(found.mesh_error) == 0.02
     assert float(found.low) < 900 and float(found.high) > 1500  # three places show no tail
     assert found.pull_off_force.units == found.low.units == "nN"
     one = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
-    assert np.isnan(one.low) and capsys.readouterr().out.startswith("1 nN (1 place)")
+    assert np.isnan(one.low) and capsys.readouterr().out.startswith("Mean pull-off 1 nN (1 place)")
     with pytest.raises(ValueError, match="at least one place that pulls"):
         roughxr.answer(pull * np.nan)
     with pytest.raises(ValueError, match="at least one place that pulls"):
@@ -151,11 +152,10 @@ def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coars
     smooth = times * np.pi * 0.06 * 500.0
     pull = xr.Dataset({"pull_off_force": ("subregion", [smooth])}, pair, {"method": method})
     assert float(reduction(pull).pull_off_ratio[0]) == pytest.approx(1.0)
-    roughxr.answer(pull)
-    assert "100 % of the pull-off from a smooth flat; for the surface as scanned" in capsys.readouterr().out
+    assert float(roughxr.answer(pull).smooth_share) == pytest.approx(1.0)
     found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
     told = capsys.readouterr().out
-    assert "overestimated through the size of cells by about 22 %" in told and float(found.mesh_error) == pytest.approx(
+    assert "overestimated by about 22 % through the size of cells" in told and float(found.mesh_error) == pytest.approx(
         0.22
     )
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..particles.adhesion_parameters import by_place
-from ..report.detachment_section import leading
+from ..report.detachment import leading
 from ..statistics.sampling import shares
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.schema import is_wet, one_of
@@ -27,27 +27,63 @@ _PICTURES = (".png", ".pdf", ".svg", ".jpg")
 
 
 def detach(options: Namespace) -> None:
-    """Print at what strength of a load the spheres come off, and write what is asked for."""
+    """Print at what strength of a load the spheres of a run, or of each run in a folder, move; write what is given."""
     _check_files(options)
-    groups = _load(options.run)
+    runs = _runs(Path(options.run))
+    tables = {}
+    for name, path in runs.items():
+        if len(runs) > 1:
+            print(f"{name}:")
+        tables[name] = _detach_run(options, path)
+    if options.output:
+        table = next(iter(tables.values()))
+        if len(runs) > 1:
+            table = xr.concat([_named(one, name) for name, one in tables.items()], "scan")
+        print(f"written to {exports.to_table(table, options.output)}")
+
+
+def _runs(path: Path) -> dict[str, Path]:
+    """Return the run at a path, or those in the folders of several scans."""
+    if path.is_dir() and not [*path.glob("*.nc")]:
+        return {file.parent.name: file.parent for file in sorted(path.glob("*/run.nc"))} or {path.name: path}
+    return {path.name: path}
+
+
+def _named(table: xr.Dataset, name: str) -> xr.Dataset:
+    """Return a table of places with the name of its scan in each row."""
+    rows = table.drop_vars("subregion", errors="ignore").rename_dims(subregion="scan")
+    return rows.assign_coords(scan=[name] * table.sizes["subregion"])
+
+
+def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
+    """Print and write what is given of one run, and return its table of places."""
+    groups = _load(path)
     method = options.method or leading(groups)
-    held = report.moments_of(groups, method)
-    wet = is_wet(held)
+    moments = report.moments_of(groups, method)
+    wet = is_wet(moments)
     if options.fluid == "water" and wet:
         raise ValueError(
-            f"--fluid water: expected a dry run, found one at {percent(held['humidity'])} relative humidity; "
+            f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "
             "run again without --humidity, with the --work-of-adhesion under water"
         )
     body, slides = _body(options)
-    critical = particles.critical_load(held, **body, **slides)
+    critical = particles.critical_load(moments, **body, **slides)
     source = f"{options.load} in {options.fluid}, pull-off forces of {method!r}"
-    work = f"work of adhesion {number(held['work_of_adhesion'], 'J/m²')} as in the run"
-    _tell_critical(critical, f"{source}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places")
+    work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
+    _print_critical(
+        critical, f"{source}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places"
+    )
     if "solutions/rolling_landed" in groups:
-        _tell_rests(groups, body, slides)
-    _write(options, groups, held, critical)
+        _print_rests(groups, body, slides)
+    if options.parameters:
+        numbers = particles.parameters(moments, catalogue=groups["asperities"])
+        print(f"written to {exports.to_table(numbers, options.parameters)}")
+    for code, file in options.dem:
+        Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
+        print(f"written to {file}")
     if options.picture:
-        _draw(critical, held, options.picture, source)
+        _draw(critical, moments, options.picture, source)
+    return by_place(moments).merge(critical, compat="override", combine_attrs="override")
 
 
 def _check_files(options: Namespace) -> None:
@@ -58,10 +94,13 @@ def _check_files(options: Namespace) -> None:
         one_of(Path(options.picture).suffix, _PICTURES, f"{options.picture}'s ending")
     for code, _ in options.dem:
         one_of(code, PARTICLE_CODES, "--dem")
+    files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
+    if files and len(_runs(Path(options.run))) > 1:
+        raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
 
 
-def _load(run: str) -> Mapping[str, xr.Dataset]:
-    groups = archive.load(archive.of_run(Path(run)))
+def _load(run: Path) -> Mapping[str, xr.Dataset]:
+    groups = archive.load(archive.of_run(run))
     if not set(report.COMING_OFF) <= set(groups):
         raise ValueError(
             f"{run}: expected a run with resisting moments, found none; a run has none without adhesion, with "
@@ -78,20 +117,7 @@ def _body(options: Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
     return {"load": options.load, "particle_density": density, "flow": options.fluid}, slides
 
 
-def _write(options: Namespace, groups: Mapping[str, xr.Dataset], held: xr.Dataset, critical: xr.Dataset) -> None:
-    """Write the tables, and the lines for particle codes, that are asked for."""
-    if options.output:
-        table = by_place(held).merge(critical, compat="override", combine_attrs="override")
-        print(f"written to {exports.to_table(table, options.output)}")
-    if options.parameters:
-        numbers = particles.parameters(held, catalogue=groups["asperities"])
-        print(f"written to {exports.to_table(numbers, options.parameters)}")
-    for code, path in options.dem:
-        Path(path).write_text(particles.to_dem(held, code=code), encoding="utf-8")
-        print(f"written to {path}")
-
-
-def _tell_critical(critical: xr.Dataset, source: str, places: str) -> None:
+def _print_critical(critical: xr.Dataset, source: str, places: str) -> None:
     """Print the critical strength of a load, and how the sphere comes off."""
     name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
     values = critical[name].where(np.isfinite(critical[name]))
@@ -111,21 +137,21 @@ def _quantile(values: xr.DataArray, part: float) -> float:
     return float(values.weighted(shares(values)).quantile(part))
 
 
-def _tell_rests(groups: Mapping[str, xr.Dataset], body: dict[str, Any], slides: dict[str, Any]) -> None:
+def _print_rests(groups: Mapping[str, xr.Dataset], body: dict[str, Any], slides: dict[str, Any]) -> None:
     """Print what half of the particles of a run stand at rest and where they landed."""
     at = {"at rest": "solutions/rolling_superposed", "where they landed": "solutions/rolling_landed"}
     critical = {where: particles.critical_load(groups[name], **body, **slides) for where, name in at.items()}
-    told = [(where, next(iter(ds.data_vars.values()))) for where, ds in critical.items()]
-    medians = ", ".join(f"{where} {number(_quantile(values, 0.5))}" for where, values in told)
-    print(f"the median by superposed asperities: {medians} {told[0][1].attrs['units']}")
+    loads = {where: next(iter(ds.data_vars.values())) for where, ds in critical.items()}
+    medians = ", ".join(f"{where} {number(_quantile(values, 0.5))}" for where, values in loads.items())
+    print(f"the median by superposed asperities: {medians} {loads['at rest'].attrs['units']}")
 
 
-def _draw(critical: xr.Dataset, held: xr.Dataset, path: str, title: str) -> None:
+def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
     left, strength = figure.add_subplot(1, 2, 1), next(iter(critical.data_vars))
     alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
     figures.subregion_map(critical, strength, ax=left) if alike else figures.subregion_map(critical, "mode", ax=left)
-    figures.moment_rose(held, ax=figure.add_subplot(1, 2, 2, projection="polar"))
+    figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title.replace("_", " "))
     drawn(figure, path)

@@ -144,7 +144,6 @@ def _cells(text: str) -> int | str:
 def _pages(commands: Any) -> None:
     command = _command(commands, "report", "pages:report", "write the report of a finished run, one HTML file")
     _add(command, _RUN, ("-o --output", "HTML", "default: report.html beside the archive"))
-    _add_measurement(command, "--measured", "measured pull-off forces to show with the prediction, as for `compare`")
     command = _command(commands, "explore", "pages:explore", "write an interactive page of a finished run")
     _add(command, _RUN, ("-o --output", "HTML", "default: explore.html beside the archive"))
     command.add_argument("--open", action="store_true", help="show the page in the browser")
@@ -167,12 +166,12 @@ def _files(commands: Any) -> None:
 def _measurements(commands: Any) -> None:
     does = "print what a file of measured pull-off forces contains"
     command = _command(commands, "measured", "measurements:describe", does)
-    _add_measurement(command, "file")
+    _add_measurement(command)
     _add(command, ("-o --output", "TABLE", "write them as a table, OUT.csv or OUT.parquet"))
     does = "compare the pull-off forces of a run with measured ones"
     command = _command(commands, "compare", "measurements:compare_with_run", does)
     _add(command, _RUN)
-    _add_measurement(command, "file")
+    _add_measurement(command)
     words = "method of the prediction: adhesive, energy, rigid, …; default: %(default)s"
     command.add_argument("--method", default="adhesive", help=words)
     _add(command, ("--picture", "PNG", "draw both distributions, and their quantiles"))
@@ -181,7 +180,7 @@ def _measurements(commands: Any) -> None:
 def _detach(commands: Any) -> None:
     does = "print the flow, vibration, tilt or rotation that detaches the sphere"
     command = _command(commands, "detach", "detach:detach", does)
-    _add(command, _RUN)
+    _add(command, ("run", "RUN", f"{_RUN[2]}, or the folder of several scans"))
     command.add_argument("--load", default="wall_shear", choices=LOADS, help=_DEFAULT)
     words = "at 20 °C; the adhesion stays that of the run"
     command.add_argument("--fluid", default="air", choices=FLUIDS, help=words)
@@ -206,8 +205,8 @@ def _detach(commands: Any) -> None:
 _MEASURED = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
 
 
-def _add_measurement(command: Any, name: str, help: str = _MEASURED) -> None:
-    _add(command, (name, "FILE...", help))
+def _add_measurement(command: Any) -> None:
+    _add(command, ("file", "FILE...", _MEASURED))
     group = command.add_argument_group("what to read from the file, and what the file does not state")
     group.add_argument("--channel", help="name of the column, name or number of the image")
     group.add_argument("--direction", choices=_DIRECTIONS, help="of an image; default: trace (forward)")

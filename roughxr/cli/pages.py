@@ -6,13 +6,11 @@ import webbrowser
 from argparse import Namespace
 
 from ..report import write_explorer, write_report
-from .measurements import measurement
 
 
 def report(options: Namespace) -> None:
-    """Write the report, with measured pull-offs beside the prediction where they are given."""
-    measured = measurement(options.measured, options) if options.measured else None
-    print(f"written to {write_report(options.run, options.output, measured=measured)}")
+    """Write the report."""
+    print(f"written to {write_report(options.run, options.output)}")
 
 
 def explore(options: Namespace) -> None:

@@ -15,6 +15,7 @@ from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
 from ..jobs.spread import on_scheduler
 from ..runs import analysis, several
+from ..statistics.headline import headline
 from .files import opened
 from .options import AIR, BODIES
 from .words import REFUSALS, in_words, numbers, tell
@@ -43,12 +44,17 @@ def _run_each(options: Namespace, output: Path) -> None:
         except REFUSALS as error:
             tell(f"{file}: cannot be read and is left out: {in_words(error)}")
     folders = several.folders(options.scan, output)
-    places, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.together(places, refused, output)
-    print(f"written to {output}: index.html, places.csv, and a folder for each scan")
+    finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
+    answer = several.together(finished, refused, output)
+    for name, one in finished.items():
+        print(f"{name}: {headline(one.summary)}")
     for name, reason in refused.items():
         tell(f"{name}: left out: {reason}")
-    print(f"{answer} {len(refused)} of {len(options.scan)} files were left out." if refused else answer)
+    print(
+        f"written to {output}: {output.name}.csv (a row for each scan), places.csv, index.html, a folder for each scan"
+    )
+    left = f"{len(refused)} of {len(options.scan)} files were left out." if refused else ""
+    print(" ".join(filter(None, [answer, left])))
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:

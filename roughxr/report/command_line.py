@@ -34,11 +34,8 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
 
 def _options(given: dict[str, Any]) -> list[str]:
     """Return the options of `run` as its summary records them."""
-    parts = ["--particle"] if given.get("particle") else []
-    for name in ("subregions", "delta", "preload", "law", "mesh", "budget"):
-        if name in given:
-            parts += [f"--{name}", *_listed(given[name])]
-    return parts
+    particle = ["--particle"] if given.get("particle") else []
+    return particle + _named(given, "subregions", "delta", "preload", "law", "mesh", "budget")
 
 
 def _is_the_papers(scan: xr.Dataset) -> bool:
@@ -50,14 +47,12 @@ def _is_the_papers(scan: xr.Dataset) -> bool:
 
 def _image(scan: xr.Dataset) -> list[str]:
     """Return which image of the file was read, how, and how missing pixels were filled."""
-    opened, parts = schema.arguments_of(scan, "open_scan"), []
-    channel = scan.attrs.get("channel") or opened.get("channel")
-    options = {"channel": channel, **{name: opened.get(name) for name in ("direction", "size", "height_units")}}
+    opened = schema.arguments_of(scan, "open_scan")
+    options = {"channel": scan.attrs.get("channel") or opened.get("channel")} | {
+        name: opened.get(name) for name in ("direction", "size", "height_units")
+    }
     options["fill"] = schema.arguments_of(scan, "fill").get("method")
-    for name, value in options.items():
-        if value not in (None, ""):
-            parts += [f"--{name.replace('_', '-')}", *_listed(value)]
-    return parts
+    return _named({name: value for name, value in options.items() if value not in (None, "")})
 
 
 def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
@@ -67,25 +62,24 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     if "materials" in given:
         parts += ["--materials", "/".join(_listed(given["materials"]))]
     elif {"young_modulus", "poisson_ratio"} <= set(given):
-        for name in ("young_modulus", "poisson_ratio"):
-            parts += [f"--{name.replace('_', '-')}", *_listed(given[name])]
+        parts += _named(given, "young_modulus", "poisson_ratio")
     else:
         parts += ["--contact-modulus", repr(modulus)]
-    for name in ("adhesion_range", "hamaker_constant", "retardation", "hardness"):
-        if name in scan.coords:
-            parts += [f"--{name.replace('_', '-')}", repr(float(scan[name]))]
+    assigned = ("adhesion_range", "hamaker_constant", "retardation", "hardness")
+    parts += _named({name: float(scan[name]) for name in assigned if name in scan.coords})
     if schema.is_wet(scan):
         parts += ["--humidity", repr(float(scan["humidity"]))]
-        parts += _as_given(given, "contact_angle", "temperature", "liquid", "film")
+        parts += _named(given, "contact_angle", "temperature", "liquid", "film")
         return [*parts, "--work-of-adhesion", repr(work), repr(work * float(scan["share_under_liquid"]))]
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]
 
 
-def _as_given(given: dict[str, Any], *names: str) -> list[str]:
-    """Return options of these names as they were given, where they were."""
-    return [part for name in names if name in given for part in (f"--{name.replace('_', '-')}", *_listed(given[name]))]
+def _named(given: dict[str, Any], *names: str) -> list[str]:
+    """Return options of these names, by default of all, where they are given."""
+    known = [name for name in names or given if name in given]
+    return [part for name in known for part in (f"--{name.replace('_', '-')}", *_listed(given[name]))]
 
 
 def _listed(value: Any) -> list[str]:

@@ -1,4 +1,4 @@
-"""The summary of a run: its answer with all known errors, computed once and read by every page, table and the shell."""
+"""The summary of a run and its table of places, computed once; every page, table and the shell read them."""
 
 from __future__ import annotations
 
@@ -7,76 +7,42 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
-from ..statistics import smooth_pull_off
-from ..statistics.headline import answered, best_estimate
-from ..statistics.sampling import at_first_preload
+from ..statistics import bootstrap
+from ..statistics.headline import answered, best_estimate, with_units
+from ..statistics.headline import headline as in_words
+from ..statistics.sampling import at_first_preload, shares
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, is_too_wide, number, percent, quantity
+from ..vocabulary.numbers import number
 
 Run = Mapping[str, xr.Dataset]
 
-BUDGET = "statistics/error_budget"
-SUMMARY = "statistics/summary"
+#: Groups of the error budget, the summary, the table of places, and where particles rest.
+BUDGET, SUMMARY, PLACES, RESTS = (f"statistics/{name}" for name in ("error_budget", "summary", "places", "rests"))
 
 #: Shortest wavelength (nm) of a scan too coarse for the question: contacts at pull-off are smaller.
 _COARSE_WAVELENGTH = 50.0
 
-#: Entry of the error budget, and what reduces it.
-_REMEDIES = {
-    "sampling": "solve more places, or scan a larger area",
-    "mesh": "solve on a finer mesh (--mesh)",
-    "pixel": "measure a scan with finer pixels",
-    "tip": "measure with a sharper tip",
-    "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
-    "modulus": "measure the modulus of the softer body",
-    "sphere radius": "measure the radius of the sphere",
-    "range of the law": "state the range of adhesion of this pair (adhesion_range)",
-    "shorter waves": "measure a smaller scan with finer pixels",
-}
+_POSITION = ("subregion_x", "subregion_y")
 
+#: Significant digits of a table of places.
+_DIGITS = 4
 
-def summary(run: Run) -> xr.Dataset:
-    """Return the answer of a run as scalars with units, empty where the run holds no simulation with adhesion.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    Dataset
-        The scalars of `answer`; ``total_error``, the relative error by all known sources; ``best_estimate``,
-        ``best_low`` and ``best_high`` (nN), with the roughness below the pixel extrapolated; ``largest_error``, the
-        largest entry of the error budget. NaN for what the run does not know. The attribute ``words`` is the headline.
-    """
-    if SUMMARY in run:
-        return run[SUMMARY]
-    if "statistics/adhesive" not in run:
-        return xr.Dataset()
-    pull = at_first_preload(run["statistics/adhesive"])
-    if not bool((pull["pull_off_force"] > 0).any()):
-        return xr.Dataset(attrs={"words": "The sphere adheres at no place."})
-    finer = run.get("solutions/finer")
-    change = None if finer is None else float(abs(mesh_change(run)).median())
-    out = answered(pull, mesh_error=change)[0].load()
-    best = best_estimate(run) or (np.nan, np.nan, np.nan)
-    names = ("best_estimate", "best_low", "best_high")
-    total, largest, source = np.nan, np.nan, ""
-    if BUDGET in run:
-        errors = run[BUDGET]["relative_error"]
-        entries = errors.where(errors["entry"] != "shorter waves", drop=True).fillna(0.0)
-        total, largest = float(run[BUDGET]["total_error"]), float(entries.max())
-        source = str(entries["entry"][int(np.argmax(entries.values))].item())
-    out = out.assign({**dict(zip(names, best)), "total_error": total, "largest_error": largest})
-    for name, words in zip(names, ("best estimate of the mean pull-off force", "its lower end", "its upper end")):
-        out[name].attrs = {"units": "nN", "long_name": words}
-    out["total_error"].attrs = {"units": "1", "long_name": "relative error by all known sources"}
-    out["largest_error"].attrs = {"units": "1", "long_name": "relative error by its largest source"}
-    out.attrs["largest_source"] = source
-    out.attrs["words"] = " ".join(filter(None, [*_sentences(out, run, pull), _next(out, run)]))
-    return out
+#: Group, variable and name in the table of places; of a variable with directions the mean over these.
+_COLUMNS = (
+    (RESTS, "landing_share", "landing_share"),
+    (RESTS, "carriers", "carriers"),
+    (RESTS, "barrier", "barrier"),
+    ("statistics/adhesive", "pull_off_force", "pull_off_force"),
+    ("statistics/adhesive", "pull_off_error", "pull_off_error"),
+    ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
+    ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
+    ("solutions/rolling", "contacts", "contacts"),
+    ("solutions/rolling", "lever", "lever"),
+    ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity"),
+    ("statistics/detachment", "mode", "gives_way_first"),
+)
 
 
 def headline(run: Run) -> str:
@@ -90,7 +56,7 @@ def headline(run: Run) -> str:
     Returns
     -------
     str
-        Empty where the run holds no simulation with adhesion.
+        Empty where the run has no simulation with adhesion.
 
     Examples
     --------
@@ -98,65 +64,53 @@ def headline(run: Run) -> str:
     >>> print(headline({"statistics/adhesive": pull}))
     Mean pull-off 40 nN (1 place) for the surface as scanned.
     """
-    return str(summary(run).attrs.get("words", ""))
+    return in_words(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
 
 
-def mesh_change(run: Run) -> xr.DataArray:
-    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
-    finer, whole = run["solutions/finer"], run["statistics/adhesive"]
-    same = [
-        int(np.argmin(np.hypot(whole["subregion_x"] - x, whole["subregion_y"] - y).values))
-        for x, y in zip(finer["subregion_x"].values, finer["subregion_y"].values)
-    ]
-    coarse = finer["pull_off_force"].copy(data=whole["pull_off_force"].isel(subregion=same).values)
-    return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
+def run_summary(run: Run) -> xr.Dataset:
+    """Return the answer of a run as scalars with units, see `SCALARS`; empty without a simulation with adhesion."""
+    if SUMMARY in run:
+        return run[SUMMARY]
+    if "statistics/adhesive" not in run:
+        return xr.Dataset()
+    pull = at_first_preload(run["statistics/adhesive"])
+    if not bool((pull["pull_off_force"] > 0).any()):
+        return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
+    out = answered(pull, mesh_error=mesh_error(run)).load()
+    best = best_estimate(run) or (np.nan, np.nan, np.nan)
+    out = out.assign(dict(zip(("best_estimate", "best_low", "best_high"), best)))
+    if "statistics/extrapolated" in run:
+        attrs = run["statistics/extrapolated"].attrs
+        if np.isfinite(best[0]):
+            out.attrs |= {name: attrs[name] for name in ("longest_added",) if name in attrs}
+        else:
+            out.attrs["not_extrapolated"] = attrs["known"]
+    if BUDGET in run:
+        errors = run[BUDGET]["relative_error"]
+        entries = errors.where(errors["entry"] != "shorter waves", drop=True).fillna(0.0)
+        out = out.assign(total_error=float(run[BUDGET]["total_error"]), largest_error=float(entries.max()))
+        out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())
+    if advice := _advice(run, out):
+        out.attrs["advice"] = advice
+    return with_units(out.assign(_flow(run)))
 
 
-def _sentences(out: xr.Dataset, run: Run, pull: xr.Dataset) -> list[str]:
-    mean, low, high = (float(out[name]) for name in ("pull_off_force", "low", "high"))
-    known, count = int(out["places"]), pull["pull_off_force"].size
-    places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
-    said = f"95 % interval {interval(low, high, 'nN')}, {places}" if np.isfinite(low) else places
-    if np.isfinite(out["total_error"]):
-        said += f"; ± {percent(out['total_error'])} with all known errors"
-    elif np.isfinite(out["mesh_error"]):
-        said += f"; ± {percent(out['mesh_error'])} by mesh and step"
-    air = f" at {percent(pull['humidity'])} relative humidity" if "humidity" in pull.coords else ""
-    sentences = [f"Mean pull-off {quantity(mean)} ({said}) for the surface as scanned{air}."]
-    smooth = smooth_pull_off(pull) if "sphere_radius" in pull.coords else np.nan
-    if mean > smooth > 0:
-        sentences.append(
-            f"This is {percent(mean / smooth)} of the pull-off from a smooth flat, a limit for soft bodies that stiff "
-            "bodies can exceed by up to a third."
-        )
-    if np.isfinite(best := float(out["best_estimate"])):
-        ends = interval(float(out["best_low"]), float(out["best_high"]), "nN")
-        effect = "lowers it" if best < mean else "hardly changes it"
-        shown = run["statistics/extrapolated"].attrs.get("longest_added")
-        finer = f"finer than {float(shown):.3g} nm" if shown is not None else "finer than the pixel"
-        sentences.append(
-            f"Roughness {finer}, which this scan does not show, {effect}: best estimate {quantity(best)} ({ends})."
-        )
-    elif "statistics/extrapolated" in run:
-        sentences.append(str(run["statistics/extrapolated"].attrs["known"]))
-    if out.attrs["largest_source"]:
-        sentences.append(
-            f"The largest uncertainty is the {out.attrs['largest_source']} (± {percent(out['largest_error'])})."
-        )
-    return sentences
+def _flow(run: Run) -> dict[str, float]:
+    """Return the air flow that moves the sphere at the median place, with its interval, and how many contacts bear."""
+    if not {"statistics/detachment", "solutions/rolling"} <= set(run):
+        return {}
+    name, critical = "critical_friction_velocity", run["statistics/detachment"]
+    ends = (float(critical[name].weighted(shares(critical)).quantile(0.5)), np.nan, np.nan)
+    if int(critical[name].notnull().sum()) > 1:
+        median = bootstrap(critical[[name]], name, statistics=["q50"]).sel(resampling="block").isel(statistic=0)
+        ends = tuple(float(median[end]) for end in ("estimate", "low", "high"))
+    flow = dict(zip((name, f"{name}_low", f"{name}_high"), ends))
+    stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
+    contacts = run["solutions/rolling"]["contacts"]
+    return flow | stress | {"supports": float(contacts.weighted(shares(contacts)).quantile(0.5))}
 
 
-def _next(out: xr.Dataset, run: Run) -> str:
-    """Return one sentence on what to do next; empty where nothing is known that would help."""
-    if small := _scan_too_small(run):
-        return small
-    if is_too_wide(float(out["low"]), float(out["high"])):
-        return "Next: solve more places, or scan a larger area."
-    remedy = _REMEDIES.get(out.attrs["largest_source"], "")
-    return f"Next: {remedy}." if remedy else ""
-
-
-def _scan_too_small(run: Run) -> str:
+def _advice(run: Run, out: xr.Dataset) -> str:
     """Return what to do about a scan that is smaller than the region of contact, or too coarse for the contacts."""
     if "scan" not in run or "sphere_radius" not in run["scan"].coords:
         return ""
@@ -166,18 +120,99 @@ def _scan_too_small(run: Run) -> str:
     touched = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(scan["height"].values)))
     if side < 2 * touched:
         return (
-            f"Next: measure a larger scan. All places share a few summits, since the sphere can touch "
-            f"{number(touched, 'nm')} of the {number(side, 'nm')} of this scan."
+            f"measure a larger scan, since the sphere can touch {number(touched, 'nm')} of the {number(side, 'nm')} of "
+            "this one, so that all places share a few summits"
         )
     known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
-    if known is not None and float(known) > _COARSE_WAVELENGTH and not np.isfinite(best_estimate(run) or np.nan).all():
+    if known is not None and float(known) > _COARSE_WAVELENGTH and not np.isfinite(out["best_estimate"]):
         return (
-            f"Next: measure a finer scan. This scan does not resolve roughness finer than {number(known, 'nm')}, which "
-            "probably lowers the pull-off much."
+            f"measure a finer scan, since this scan does not resolve roughness finer than {number(known, 'nm')}, which "
+            "probably lowers the pull-off much"
         )
     return ""
 
 
-def recorded(run: Run, places: xr.Dataset, **options) -> dict[str, xr.Dataset]:
+def mesh_change(run: Run) -> xr.DataArray:
+    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
+    finer, every = run["solutions/finer"], run["statistics/adhesive"]
+    coarse = _at(every, finer)
+    return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
+
+
+def mesh_error(run: Run) -> float | None:
+    """Return the median relative error by mesh and step, None where the run has no finer solution."""
+    return None if "solutions/finer" not in run else float(abs(mesh_change(run)).median())
+
+
+def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
+    """Return a run whose pull-offs state their error by mesh and step, where only a finer solution shows it."""
+    solved = run["solutions/adhesive"]
+    if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
+        return dict(run)
+    error = _among(solved, abs(mesh_change(run)))
+    names = ("solutions/adhesive", "statistics/adhesive")
+    return {**run, **{name: schema.label(run[name].assign(pull_off_error=error.variable)) for name in names}}
+
+
+def by_place(run: Run) -> xr.Dataset:
+    """Return what a run states of each of its places, as far as it has it: one row each, without empty columns."""
+    if PLACES in run:
+        return run[PLACES]
+    columns = {}
+    for group, variable, name in _COLUMNS:
+        if group not in run or variable not in run[group]:
+            continue
+        column = at_first_preload(run[group][variable])
+        column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
+        if column.dims == ("subregion",):
+            column = column.drop_vars([axis for axis in column.coords if axis not in ("subregion", *_POSITION)])
+            # the numbers of rests are those of all rests of the scan
+            numbered = column.assign_coords(subregion=np.arange(column.size))
+            columns[name] = numbered if "subregion" in column.coords else column
+    if "solutions/extrapolated" in run and "solutions/adhesive" in run:
+        mean = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
+        columns["pull_off_force_extrapolated"] = _among(run["solutions/adhesive"], mean)
+    known = {name: column for name, column in columns.items() if bool(column.notnull().any())}
+    return xr.Dataset(known)
+
+
+def recorded(run: Run, **options) -> dict[str, xr.Dataset]:
     """Return the groups of the summary and of the table of places, with the options of the run in their history."""
-    return {"statistics/places": places} | {SUMMARY: schema.record(summary(run), "run", run["scan"], **options)}
+    made = schema.record(run_summary(run), "run", run["scan"], **options)
+    return {PLACES: by_place(run), SUMMARY: made}
+
+
+def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
+    """Return a table of places for readers: a row each, named by the scan, with few digits, and errors as forces."""
+    few = places.drop_vars("subregion", errors="ignore").reset_coords()
+    if "pull_off_error" in few:
+        error = few["pull_off_force"] * few["pull_off_error"]
+        words = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
+        few = few.assign(pull_off_error=error.assign_attrs(words)).rename(pull_off_error="pull_off_force_error")
+    few = few.map(lambda column: _few_digits(column) if column.dtype.kind == "f" else column, keep_attrs=True)
+    count = few.sizes["subregion"]
+    position = {name: few[name] for name in _POSITION if name in few}
+    first = xr.Dataset({"place": ("subregion", np.arange(count)), **position})
+    table = first.merge(few.drop_vars(list(position))).rename_dims(subregion="scan")
+    return table.assign_coords(scan=[label] * count)
+
+
+def _few_digits(values: xr.DataArray) -> xr.DataArray:
+    return values.copy(data=[float(f"{value:.{_DIGITS}g}") for value in values.values])
+
+
+def _at(every: xr.Dataset, some: xr.Dataset) -> xr.DataArray:
+    """Return the pull-off of all places at some of them."""
+    same = [
+        int(np.argmin(np.hypot(every["subregion_x"] - x, every["subregion_y"] - y).values))
+        for x, y in zip(some["subregion_x"].values, some["subregion_y"].values)
+    ]
+    return some["pull_off_force"].copy(data=every["pull_off_force"].isel(subregion=same).values)
+
+
+def _among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
+    """Return the values of some places at all of them, NaN at the others."""
+    some = at_first_preload(some)
+    known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))
+    values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
+    return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=some.attrs)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from .. import figures, report
 from ..bodies.pair import assign_pair
-from ..runs.analysis import Plan, kept, show, told
+from ..runs.analysis import Plan, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
 from ..statistics import debris, force_ratio
@@ -63,12 +63,9 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     """
     scan = specimen_of(assign_pair(open_sample("glass"), **PAIR))
     folder = Path(output)
-    path = folder / "paper.nc"
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    with told(scan, wanted, path) as say:
-        groups = kept(scan, wanted, say, path)
-        show(groups, (scan_table(groups), contact_table(groups)), say, path, folder, [TWIN], _figures)
-    return groups
+    tables = (scan_table, contact_table)
+    return execute(scan, wanted, folder / "paper.nc", folder, tables=tables, notes=[TWIN], drawn=_figures)
 
 
 def _figures(run: Run) -> Iterator[tuple[str, object]]:

@@ -41,19 +41,18 @@ from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
 from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, about, is_shown
-from ..jobs.progress import say as tell
+from ..jobs.progress import say as print_line
 from ..jobs.records import loading
 from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
 from ..particles.simulated_moments import rigid_moments, simulated_moments
+from ..report.summary import BUDGET
 from ..scans import level, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
-from ..statistics.headline import answered
-from ..statistics.sampling import at_first_preload
+from ..statistics.headline import answered, headline
 from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.parameter_grid import vary
-from ..studies.short_waves import quietly
 from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
 from ..tables import to_table
 from ..vocabulary import schema
@@ -74,9 +73,6 @@ HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 #: Dimensions of places and seeds.
 _ALONG = ("subregion", "seed")
-
-#: The answer is told again each time that this many times as many places are solved.
-_TELLING_FACTOR = 4
 
 #: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
@@ -103,27 +99,8 @@ class Plan(NamedTuple):
     budget: int = 8  # most places solved again under each change of the error budget; 0: no budget
 
 
-#: The stages of a run, in words.
-_WORDS = {
-    "asperities": "asperities",
-    "mesh": "choice of the mesh",
-    "adhesive": "simulation with adhesion",
-    "extrapolated": "roughness extrapolated below the scan",
-    "rigid": "rigid bodies",
-    "humidity": "rigid bodies over humidity",
-    "direct": "simulation without adhesion",
-    "superposition": "superposed asperities",
-    "rolling": "resisting moments and detachment",
-    "waves": "shorter waves added or cut off",
-    "budget": "error budget",
-    "pages": "figures and report",
-}
-
-#: About how long one place takes in the simulation with adhesion, s, with two cores.
-_SECONDS_PER_PLACE = 1.0
-
-#: Stages of which nothing is told.
-_UNTOLD = Stages({}, {})
+#: Stages that are not shown.
+_SILENT = Stages({}, {})
 
 #: Times the scan's side from which on no rough surface keeps a smooth sphere's contact within the scan.
 _WIDEST_CONTACT = 3.0
@@ -148,31 +125,27 @@ def run(
     levelling: str = "plane",
     budget: int = 8,
 ) -> dict[str, xr.Dataset]:
-    """Analyse a scan, and write archive, figures and tables; called again after an interruption, it resumes.
+    """Analyse a scan, and write archive, figures, tables and report; called again after an interruption, it resumes.
 
     Parameters
     ----------
     scan : Dataset
         A scan with an assigned pair.
     output : path
-        A folder for the archive ``run.nc``, figures named by what they show, and tables,
-        or a file ending in ``.nc`` for the archive alone.
+        A folder, or a file ending in ``.nc`` for the archive alone.
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     particle : bool
         The sphere is no probe but a particle: it lands on the grid of ``subregions`` and is solved where it comes to
-        rest from there, each place weighted by the share of landings (`resting`). What it takes to roll it off is also
-        computed where it landed.
+        rest from there, each place weighted by the share of landings (`resting`).
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
     preload : number or quantity
         One force that presses the sphere on before it is retracted, nN; 0: it settles under its own adhesion.
     law, mesh
-        Options of the simulation with adhesion, see `adhesive`; steps of 0.4 nm unless a `Mesh` states others. "auto":
-        the mesh is refined until the pull-off of four places changes by less than its accuracy in the median, or to
-        sixteen cells per pixel. These places are also solved on a mesh twice as fine with half the steps, to estimate
-        the error of both.
+        Options of the simulation with adhesion, see `adhesive`. "auto": the mesh is refined until the pull-off of four
+        places changes by less than its accuracy in the median, or to sixteen cells per pixel.
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
@@ -181,19 +154,15 @@ def run(
     Returns
     -------
     dict of str to Dataset
-        The groups of the archive.
+        The groups of the archive. Subregions are solved on the active ``distributed.Client``, on the scheduler that
+        ``dask.config.set(scheduler=…)`` names, or else on threads.
 
     Raises
     ------
     ValueError
-        If the output holds another run, or the simulation with adhesion finds no pull-off at its first four places.
+        If the output contains another run, or the simulation with adhesion has no pull-off at its first four places.
     BlockingIOError
         If another process is computing it.
-
-    Notes
-    -----
-    Subregions are solved on the active ``distributed.Client``, on the scheduler that ``dask.config.set(scheduler=…)``
-    names, or else on threads.
 
     Examples
     --------
@@ -216,42 +185,48 @@ def run(
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
-    path = output if output.suffix == ".nc" else output / "run.nc"
-    with told(specimen, wanted, path) as say:
-        groups = kept(specimen, wanted, say, path)
-        tables = (report.scan_table(groups), report.contact_table(groups))
-        show(groups, tables, say, path, None if path == output else output)
-    return groups
+    alone = output.suffix == ".nc"
+    return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output)
 
 
-def told(specimen: Specimen, plan: Plan, path: Path) -> Stages:
-    """Return the stages of a run; where its archive is not there yet say what it will do, and about how long."""
-    expected = _expected(specimen, plan)
+def execute(
+    specimen: Specimen,
+    plan: Plan,
+    path: Path,
+    folder: Path | None,
+    *,
+    tables: Sequence[Callable] = (report.scan_table, report.contact_table),
+    notes: Sequence[str] = (),
+    drawn: Callable = figures.run_figures,
+) -> dict[str, xr.Dataset]:
+    """Return the groups of a run, computed as far as its archive lacks them; write its files, and print its tables."""
+    task = _Task(specimen, plan)
+    expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 15.0}
     if is_shown() and not path.exists():
-        count = _count(specimen, plan)
         words = ", ".join(_WORDS[name] for name in expected)
-        time = about(sum(expected.values()))
-        lines = fill(
-            f"{count} places on {' x '.join(map(str, specimen.heights.shape))} pixels: {words}. {time.capitalize()} as "
-            "most runs take, several times that on surfaces with sharp or soft summits; the first places will tell. "
-            "Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted.",
-            100,
+        announced = (
+            f"{task.places} places on {' x '.join(map(str, specimen.heights.shape))} pixels: {words}. "
+            f"{about(sum(expected.values())).capitalize()} as most runs take, several times that on sharp or soft "
+            "summits. Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted."
         )
-        tell(lines)
-    return Stages(expected, _WORDS)
-
-
-def kept(specimen: Specimen, plan: Plan, say: Stages, path: Path):
-    """Return the groups of a run, read from its archive as far as they are there, else computed and kept."""
-    return checkpointed(
-        lambda: analyse(specimen, plan, say),
-        path,
-        scan=specimen.scan,
-        arguments=plan._asdict(),
-        derived=("direct_deltas", "sweep", "contact_delta"),
-        title=specimen.bodies.attrs.get("title", ""),
-        missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
-    )
+        print_line(fill(announced, 100))
+    with Stages(expected, _WORDS) as say:
+        groups = checkpointed(
+            lambda: analyse(specimen, plan, say),
+            path,
+            scan=specimen.scan,
+            arguments=plan._asdict(),
+            derived=("direct_deltas", "sweep", "contact_delta"),
+            title=specimen.bodies.attrs.get("title", ""),
+            missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
+        )
+        made = [make(groups) for make in tables]
+        printed = _tables_text(made, notes, groups)
+        if folder is not None:
+            say("pages")
+            _write_folder(groups, made, printed, path, folder, drawn)
+    print(printed.rstrip("\n"))
+    return groups
 
 
 def _one_preload(preload: Any) -> float:
@@ -270,54 +245,82 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
     return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
 
 
-def analyse(specimen: Specimen, plan: Plan, say: Stages = _UNTOLD) -> Iterator[dict[str, xr.Dataset]]:
+class _Task(NamedTuple):
+    """A run as far as it is computed."""
+
+    specimen: Specimen
+    plan: Plan
+    say: Stages = _SILENT
+    groups: dict[str, xr.Dataset] = {}  # noqa: RUF012
+
+    @property
+    def places(self) -> int:
+        """The number of places."""
+        return _count(self.specimen, self.plan)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The places, as the solvers take them."""
+        return {"subregions": self.plan.subregions}
+
+
+def analyse(specimen: Specimen, plan: Plan, say: Stages = _SILENT) -> Iterator[dict[str, xr.Dataset]]:
     """Yield the groups of a run after each of its stages, at last all."""
-    say("asperities")
-    scan, bodies, suited = specimen.scan, specimen.bodies, specimen.derived(asperities)
-    catalogue = suited if plan.patch == "auto" else asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    groups: dict[str, xr.Dataset] = {}
+    for part in _parts(_Task(specimen, plan)):
+        say(part.name)
+        groups |= part.make(_Task(specimen, plan, say, groups))
+        yield groups
+    yield groups | report.recorded(groups, **_options(plan))
+
+
+def _surface(task: _Task) -> dict[str, xr.Dataset]:
+    """Return the scan, its asperities and its roughness."""
+    scan, plan = task.specimen.scan, task.plan
+    catalogue = task.specimen.derived(asperities)
+    if plan.patch != "auto":
+        catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
             f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); for a "
             "smooth flat use JKR's formula, or roughxr.direct and roughxr.adhesive, which need no asperities"
         )
-    groups = {
+    return {
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
         "reconstruction": reconstruct(scan, catalogue),
         "statistics/roughness": roughness(scan, spectra=True),
     }
-    yield groups
-    options = {"subregions": plan.subregions}
-    if float(bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(bodies):
-        yield (groups := groups | _with_adhesion(specimen, plan, options, say))
-        yield (groups := groups | _below_the_scan(specimen, plan, say))
-        yield (groups := groups | _rigid_bodies(specimen, options, say))
-    if schema.is_wet(bodies):
-        say("humidity")
-        yield (groups := groups | {"statistics/humidity": _over_humidity(specimen, options)})
-    say("direct", f", {plan.direct_deltas.size} displacements at {_count(specimen, plan)} places")
-    groups |= _pressed(specimen, plan, options)
-    groups["solutions/contact"] = _one_contact(specimen, plan, groups["solutions/direct"])
-    flat = scan.assign(height=xr.zeros_like(scan["height"]))
-    groups["solutions/smooth"] = loading(direct(flat, delta=plan.direct_deltas))
-    # without yield, to show its effect beside it
-    groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **options)
-    yield groups
-    say("superposition")
-    ways = {} if schema.is_wet(bodies) else COMPARED  # neighbours' menisci merge: no sum over asperities
-    for name, way in ways.items():
+
+
+def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
+    """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
+    specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
+    solved = direct(specimen, delta=plan.direct_deltas, **task.options)
+    flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
+    groups = {
+        "solutions/direct": loading(solved),
+        "solutions/contact": _one_contact(specimen, plan, loading(solved)),
+        "solutions/smooth": loading(direct(flat, delta=plan.direct_deltas)),
+        # without yield, to show its effect beside it
+        "solutions/hertz": superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **task.options),
+    }
+    if "branch" in solved.dims:  # where the body yields
+        groups["solutions/retraction"] = solved.sel(branch="retraction", drop=True)
+    return groups
+
+
+def _superposed(task: _Task) -> dict[str, xr.Dataset]:
+    """Return superposed asperities by each formulation, and their pull-off."""
+    specimen, groups = task.specimen, {}
+    if _is_wet(task):
+        return groups  # neighbours' menisci merge: no sum over asperities
+    for name, way in COMPARED.items():
         fit = fit_of(name)  # the paper's own asperities for its own formulas
-        summed = asperities(scan, **fit) if fit else suited
-        groups[f"solutions/{name}"] = superpose(elastic(summed), delta=plan.sweep, **way, **options)
-    for name in ways:
-        groups[f"statistics/{name}"] = pull_off(groups[f"solutions/{name}"])
-    yield groups
-    if "solutions/adhesive" in groups and "sphere_radius" in bodies.coords:
-        say("rolling")
-        yield (groups := groups | _detachment(specimen, suited, options, groups))
-    if plan.budget and "solutions/adhesive" in groups:
-        groups |= _error_budget(specimen, plan, groups, say)
-    yield groups | report.recorded(groups, report.by_place(groups), **_options(plan))
+        summed = asperities(specimen.scan, **fit) if fit else specimen.derived(asperities)
+        swept = superpose(elastic(summed), delta=task.plan.sweep, **way, **task.options)
+        groups |= {f"solutions/{name}": swept, f"statistics/{name}": pull_off(swept)}
+    return groups
 
 
 def _options(plan: Plan) -> dict[str, Any]:
@@ -329,60 +332,27 @@ def _options(plan: Plan) -> dict[str, Any]:
     return options | {"law": plan.law, "mesh": plan.mesh.refine, "budget": plan.budget}
 
 
-def _expected(specimen: Specimen, plan: Plan) -> dict[str, float]:
-    """Return the stages of a run, and about how long each takes, s: the median of runs on two cores."""
-    wet, places = schema.is_wet(specimen.bodies), _count(specimen, plan)
-    adheres = float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or wet
-    found = {"asperities": 5.0}
-    if adheres:
-        found |= {"mesh": 20.0} if plan.mesh.refine == "auto" else {}
-        found |= {"adhesive": _SECONDS_PER_PLACE * places}
-        some, hard = min(plan.extrapolated, places), {"hardness", "hardness_estimate"} & set(specimen.bodies.coords)
-        found |= {"extrapolated": 10.0 + some} if some and hard and not wet else {}
-        found |= {"rigid": 5.0 + 0.3 * places}
-    found |= {"humidity": 10.0} if wet else {}
-    found |= {"direct": 3.0 + 0.1 * places, "superposition": 5.0}
-    if adheres:
-        found |= {"rolling": 5.0} if "sphere_radius" in specimen.bodies.coords else {}
-        found |= _of_budget(plan, _SECONDS_PER_PLACE) if plan.budget else {}
-    return found | {"pages": 15.0}
-
-
-def _of_budget(plan: Plan, place: float) -> dict[str, float]:
-    """Return about how long the error budget takes, s, where a place takes so long: twelve changes at a few."""
-    few = min(plan.budget, 4)
-    return {"waves": 5.0 + 3 * few * place, "budget": 14 * few * place}
-
-
-def _error_budget(specimen: Specimen, plan: Plan, groups: dict[str, xr.Dataset], say: Stages):
+def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
-    solved, preload = groups["solutions/adhesive"], plan.preload
+    plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
-    scan = specimen.scan
-    say("waves")
-    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=preload)
-    say("budget", f", up to {plan.budget} places again under each change")
-    finer = groups.get("solutions/finer")
-    changes = changes_of(scan, solved, most=plan.budget, finer=finer, preload=preload, mesh=mesh)
-    budget = budget_of(scan, solved, changes, scales)
-    how = {"preload": preload, "mesh": mesh, "law": solved.attrs["law"], "places": plan.budget}
-    found = {
-        "statistics/error_budget": schema.record(budget, "error_budget", scan, **how),
-    }
-    return found if scales is None else found | {"statistics/shorter_waves": scales}
+    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=plan.preload)
+    finer = task.groups.get("solutions/finer")
+    changes = changes_of(scan, solved, most=plan.budget, finer=finer, preload=plan.preload, mesh=mesh)
+    how = {"preload": plan.preload, "mesh": mesh, "law": solved.attrs["law"], "places": plan.budget}
+    recorded = schema.record(budget_of(scan, solved, changes, scales), "error_budget", scan, **how)
+    return {BUDGET: recorded} | ({} if scales is None else {"statistics/shorter_waves": scales})
 
 
-def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr.Dataset]:
+def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
-    if not plan.extrapolated:
-        return {}
-    if schema.is_wet(specimen.bodies):
+    specimen, plan = task.specimen, task.plan
+    if _is_wet(task):
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
         why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, why)}
     some = regions.sample(specimen.centres(plan.subregions), plan.extrapolated)
-    say("extrapolated", f", at {some.sizes['subregion']} places")
     try:
         estimate = extrapolated(specimen, subregions=some, preload=plan.preload)
     except ValueError as error:
@@ -394,23 +364,21 @@ def _below_the_scan(specimen: Specimen, plan: Plan, say: Stages) -> dict[str, xr
     }
 
 
-def _detachment(
-    specimen: Specimen, catalogue: xr.Dataset, options: dict[str, Any], groups: dict[str, xr.Dataset]
-) -> dict[str, xr.Dataset]:
+def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     """Return resisting moments and the flow that overcomes them.
 
     Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
     humid air, where a simulation takes minutes and no asperities are summed, they are those of rigid bodies.
     """
-    places, wet = options["subregions"], schema.is_wet(specimen.bodies)
-    solved = at_first_preload(groups["solutions/adhesive"])
+    specimen, groups, places, wet = task.specimen, task.groups, task.plan.subregions, _is_wet(task)
+    catalogue, solved = specimen.derived(asperities), groups["solutions/adhesive"]
     moments = rigid_moments(specimen, solved) if wet else simulated_moments(specimen, solved)
     out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
     if not wet:
         at = places
         if is_rests(places):  # on the vertices of the asperities that are summed
             at = resting(specimen.scan, landings=places.attrs["landings"], on=catalogue)
-        out["solutions/rolling_superposed"] = rolling(catalogue, **options | {"subregions": at})
+        out["solutions/rolling_superposed"] = rolling(catalogue, subregions=at)
         more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     known = groups | out
@@ -423,17 +391,9 @@ def _detachment(
     return out
 
 
-def _pressed(specimen: Specimen, plan: Plan, options: dict[str, Any]) -> dict[str, xr.Dataset]:
-    """Return the direct simulation; where the body yields, with its retraction as a group of its own."""
-    solved = direct(specimen, delta=plan.direct_deltas, **options)
-    if "branch" not in solved.dims:
-        return {"solutions/direct": solved}
-    back = solved.sel(branch="retraction", drop=True)
-    return {"solutions/direct": loading(solved), "solutions/retraction": back}
-
-
-def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
+def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
+    specimen, plan, say, options = task.specimen, task.plan, task.say, task.options
     _warn_of_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
     mesh, finer, error = replace(plan.mesh, accuracy=None), None, None
@@ -443,36 +403,21 @@ def _with_adhesion(specimen: Specimen, plan: Plan, options: dict[str, Any], say:
         some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
             mesh, finer, error = _fine_enough_mesh(specimen, plan, some, say)
-        say("adhesive", f" at {_count(specimen, plan)} places")
-        if plan.mesh.refine != "auto" and some["subregions"].sizes["subregion"] < _count(specimen, plan):
+        elif some["subregions"].sizes["subregion"] < task.places:
             _expect_pulls(first := adhesive(specimen, mesh=mesh, **some))
-            _tell_so_far(first, say)
-        solved = _in_shares(specimen, plan, options | how | {"mesh": mesh}, say, error)
-        say.expect(**_of_budget(plan, say.passed() / _count(specimen, plan)))
+            _show_answer(first, say)
+        solved = adhesive(specimen, mesh=mesh, **options | how)
+        _show_answer(solved, say, error)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     return groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
 
 
-def _in_shares(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages, mesh_error: float | None):
-    """Return the simulation with adhesion at all places; the answer is shown as their number grows."""
-    shares, count = [], _TELLING_FACTOR * plan.checked
-    while count < _count(specimen, plan):  # of these, what was solved already is not solved again
-        shares.append(regions.sample(specimen.centres(plan.subregions), count))
-        count *= _TELLING_FACTOR
-    for places in shares:
-        _tell_so_far(quietly(adhesive, specimen, **options | {"subregions": places}), say, mesh_error)
-    solved = adhesive(specimen, **options | {"subregions": plan.subregions})
-    _tell_so_far(solved, say, mesh_error)
-    return solved
-
-
-def _tell_so_far(solved: xr.Dataset, say: Stages, mesh_error: float | None = None) -> None:
-    """Tell the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
-    if not bool(solved["pull_off_force"].notnull().any()):
+def _show_answer(solved: xr.Dataset, say: Stages, mesh_error: float | None = None) -> None:
+    """Show the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
+    if not bool((solved["pull_off_force"] > 0).any()):
         return
-    mean, words = answered(solved, mesh_error=mesh_error)
-    first = "" if np.isfinite(mean["mesh_error"]) else "first estimate, its mesh not checked yet: "
-    say.answer(f"{first}pull-off {words}")
+    first = "" if mesh_error is not None else "First estimate, its mesh not checked yet: "
+    say.answer(first + headline(answered(solved, mesh_error=mesh_error)))
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
@@ -496,10 +441,10 @@ def _warn_of_soft(specimen: Specimen) -> None:
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > side:
-        told = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
+        words = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
         if wide > _WIDEST_CONTACT * side:
-            raise ValueError(f"sphere_radius: {told}; {_REMEDY}")
-        warn(f"{told}: the simulation may take long, and end without a pull-off; {_REMEDY}")
+            raise ValueError(f"sphere_radius: {words}; {_REMEDY}")
+        warn(f"{words}: the simulation may take long, and end without a pull-off; {_REMEDY}")
 
 
 def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:
@@ -508,29 +453,27 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
     count, before = options["subregions"].sizes["subregion"], 0.0
-    say("mesh", f", the simulation with adhesion at {count} places")
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(specimen, mesh=mesh, **options)
     _expect_pulls(coarse)
-    _tell_so_far(coarse, say)
+    _show_answer(coarse, say)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
         took, before = say.passed() - before, say.passed()
         each = took / count
-        say.expect(mesh=before + 8 * took, adhesive=_count(specimen, plan) * each, **_of_budget(plan, each))
+        say.expect(budget=17 * min(plan.budget, 4) * each)  # so many changes at a few places
         finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
         change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
-        _tell_so_far(finer, say, change)
+        _show_answer(finer, say, change)
         if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer, change
         mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
     return mesh, None, None
 
 
-def _rigid_bodies(specimen: Specimen, options: dict[str, Any], say: Stages) -> dict[str, xr.Dataset]:
+def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
-    say("rigid")
-    refine = _rigid_mesh(specimen)
+    specimen, options, refine = task.specimen, task.options, _rigid_mesh(task.specimen)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
         summed = rigid(specimen, delta=[0.0], refine=refine, **options)
@@ -546,14 +489,15 @@ def _rigid_mesh(specimen: Specimen) -> int:
     return int(np.clip(np.ceil(specimen.pixel / _RIGID_CELL), 1, 8))
 
 
-def _over_humidity(specimen: Specimen, options: dict[str, Any]) -> xr.Dataset:
+def _over_humidity(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies over humidity, the scan's own among it, as far as menisci are thin."""
-    own = {float(one) for name, one in specimen.bodies.coords.items() if name == "humidity"}
-    thin = [one for one in sorted({*HUMIDITIES} | own) if liquid.is_thin(specimen.scan, one)]
+    scan, refine = task.specimen.scan, _rigid_mesh(task.specimen)
+    humidities = sorted({*HUMIDITIES, *(float(scan[name]) for name in ("humidity",) if name in scan.coords)})
+    thin = [value for value in humidities if liquid.is_thin(scan, value)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = vary(specimen.scan, rigid, humidity=thin, delta=[0.0], refine=_rigid_mesh(specimen), **options)
-    return found[["pull_off_force", "pull_off_delta", "meniscus_error"]]
+        varied = vary(scan, rigid, humidity=thin, delta=[0.0], refine=refine, **task.options)
+    return {"statistics/humidity": varied[["pull_off_force", "pull_off_delta", "meniscus_error"]]}
 
 
 def _count(specimen: Specimen, plan: Plan) -> int:
@@ -570,70 +514,86 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
     return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
 
 
-def show(
-    groups: dict[str, xr.Dataset],
-    tables: tuple,
-    say: Stages,
-    path: Path,
-    folder: Path | None,
-    notes: Sequence[str] = (),
-    drawn: Callable = figures.run_figures,
-) -> None:
-    """Put tables and figures into a folder, then print the tables and the notes below them."""
-    if words := report.headline(groups):
-        notes = [words, *notes]
-    printed = _tables_text(tables, [*notes, *report.superposed(groups)], groups)
-    if folder is not None:
-        _write_folder(groups, tables, printed, say, path, folder, drawn)
-    print(printed.rstrip("\n"))
+class _Part(NamedTuple):
+    """A stage of a run; about how long it takes: seconds, and seconds for each place, medians of runs on two cores."""
+
+    name: str
+    words: str
+    applies: Callable[[_Task], bool]
+    fixed: float
+    each: float
+    make: Callable[[_Task], dict[str, xr.Dataset]]
+
+
+def _always(_: _Task) -> bool:
+    return True
+
+
+def _is_wet(task: _Task) -> bool:
+    return schema.is_wet(task.specimen.bodies)
+
+
+def _adheres(task: _Task) -> bool:
+    return float(task.specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or _is_wet(task)
+
+
+def _has_levers(task: _Task) -> bool:
+    return _adheres(task) and "sphere_radius" in task.specimen.bodies.coords
+
+
+def _has_budget(task: _Task) -> bool:
+    return _adheres(task) and task.plan.budget > 0
+
+
+#: The stages of a run, in order.
+_PARTS = (
+    _Part("asperities", "asperities", _always, 5.0, 0.0, _surface),
+    _Part("adhesive", "simulation with adhesion", _adheres, 20.0, 1.0, _with_adhesion),
+    _Part("extrapolated", "roughness extrapolated below the scan", _adheres, 10.0, 0.3, _below_the_scan),
+    _Part("rigid", "rigid bodies", _adheres, 5.0, 0.3, _rigid_bodies),
+    _Part("humidity", "rigid bodies over humidity", _is_wet, 10.0, 0.0, _over_humidity),
+    _Part("direct", "simulation without adhesion", _always, 3.0, 0.1, _without_adhesion),
+    _Part("superposition", "superposed asperities", _always, 5.0, 0.0, _superposed),
+    _Part("rolling", "resisting moments and detachment", _has_levers, 5.0, 0.0, _detachment),
+    _Part("budget", "error budget", _has_budget, 70.0, 0.0, _error_budget),
+)
+
+_WORDS = {part.name: part.words for part in _PARTS} | {"pages": "figures and report"}
+
+
+def _parts(task: _Task) -> list[_Part]:
+    return [part for part in _PARTS if part.applies(task)]
 
 
 def _write_folder(
-    groups: dict[str, xr.Dataset], tables: tuple, printed: str, say: Stages, path: Path, folder: Path, drawn: Callable
+    groups: dict[str, xr.Dataset], tables: Sequence, printed: str, path: Path, folder: Path, drawn: Callable
 ) -> None:
     """Write tables, figures and report; what a killed process left half-written is removed."""
     remove_leftovers(folder)
     for part, table in zip(("scan", "contact"), tables):
         with whole(folder / f"table-{part}.csv") as temporary:
             table.to_csv(temporary, float_format="%.6g")
-    _write_places(groups.get("statistics/places", xr.Dataset()), folder)
+    if places := report.by_place(groups):
+        label = Path(groups["scan"].attrs.get("source_file", "scan")).name
+        for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
+            to_table(report.place_table(places, label), folder / f"places{ending}")
     with whole(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
-    say("pages")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in drawn(groups):
         with whole(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=220)
     with whole(folder / "report.html") as temporary:
-        text = report.page(groups, archive_name=path.name, folder=folder)
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
 
 
-def _write_places(places: xr.Dataset, folder: Path) -> None:
-    """Write the table of places as text and, where openpyxl is installed, as a workbook."""
-    if not places:
-        return
-    rounded = places.map(
-        lambda one: one if one.dtype.kind in "OUTb" else xr.apply_ufunc(_six_digits, one, keep_attrs=True)
-    )
-    rounded = rounded.assign_coords(
-        {name: rounded[name].round(4) for name in ("subregion_x", "subregion_y") if name in rounded}
-    )
-    for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
-        to_table(rounded, folder / f"places{ending}")
-
-
-def _six_digits(values: np.ndarray) -> np.ndarray:
-    return np.vectorize(lambda value: float(f"{value:.6g}"), otypes=[float])(values)
-
-
-def _tables_text(tables: tuple, notes: list[str], groups: dict[str, xr.Dataset]) -> str:
-    """Return the tables, and below them the notes needed to read them."""
+def _tables_text(tables: Sequence, notes: Sequence[str], groups: dict[str, xr.Dataset]) -> str:
+    """Return the answer, the tables, and the notes needed to read them."""
     parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
     if "statistics/error_budget" in groups:
         parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
     if set(report.COMING_OFF) <= set(groups):
         parts.append(report.text(report.detachment_table(groups), "Coming off in a flow of air"))
-        notes = [*notes, *report.coming_off_words(groups)]
-    lines = "\n".join([*parts, *(fill(note, 100) for note in notes)])
-    return lines + "\n" * bool(notes)
+    below = [*notes, *report.superposed(groups), *report.coming_off_words(groups)]
+    answer = [fill(words, 100) + "\n"] if (words := report.headline(groups)) else []
+    return "\n".join([*answer, *parts, *(fill(note, 100) for note in below)]) + "\n"

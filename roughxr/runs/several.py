@@ -1,26 +1,45 @@
-"""Several scans in one folder: a run of each, one table of all places, the pooled mean, and a page that compares."""
+"""Several scans in one folder: a run of each, a table with one row for each scan, one of all places, and a page."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from html import escape
+from datetime import date
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
 from .. import report
+from .._version import __version__
 from ..archive import whole
 from ..jobs.progress import about, say
-from ..statistics import bootstrap, pooled
+from ..report.report_page import filled, pair_facts, title
+from ..report.summary import place_table
+from ..scans.regions import extent
+from ..statistics import pooled
+from ..statistics.headline import SCALARS
 from ..tables import to_table
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, quantity, sure
+from ..vocabulary.numbers import interval, number, percent, quantity, sure
 
 _FORCE = "pull_off_force"
+
+#: Sizes and pixels that differ by less than this are alike.
+_ALIKE = 0.02
+
+
+class Finished(NamedTuple):
+    """What the table and the page of all scans take from one run."""
+
+    label: str
+    pair: list[tuple[str, str]]
+    size: np.ndarray  # sides and pixel, nm
+    summary: xr.Dataset
+    places: xr.Dataset
+    cautions: list[str]
 
 
 def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
@@ -33,81 +52,107 @@ def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     return chosen
 
 
-def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Any]):
-    """Return the places of each scan that could be analysed, and why the others could not.
+def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping[str, xr.Dataset]]):
+    """Return what is known of each scan that could be analysed, and why the others could not.
 
     Called again after an interruption it goes on from there, as every run does.
     """
-    places, refused, begun = {}, {}, time.monotonic()
-    for number, (scan, folder) in enumerate(scans.items(), start=1):
-        each = (time.monotonic() - begun) / max(number - 1, 1)
-        left = f", {about(each * (len(scans) - number + 1))} left for all of them" if number > 1 else ""
-        say(f"scan {number} of {len(scans)}: {scan.name}{left}")
+    finished: dict[str, Finished] = {}
+    refused: dict[str, str] = {}
+    took: list[float] = []
+    for count, (scan, folder) in enumerate(scans.items()):
+        left = f", {about(np.mean(took) * (len(scans) - count))} left for all of them" if took else ""
+        say(f"scan {count + 1} of {len(scans)}: {scan.name}{left}")
+        begun = time.monotonic()
         try:
-            places[scan.name] = report.by_place(run_one(scan, folder))
+            finished[scan.name] = _finished(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:
             refused[scan.name] = str(error)
             say(f"{scan.name}: left out: {error}")
-    if not any(_FORCE in one for one in places.values()):
+            continue
+        took.append(time.monotonic() - begun)
+    if not any(_FORCE in one.summary for one in finished.values()):
         raise ValueError("expected at least one scan with a pull-off, found none: " + "; ".join(refused.values()))
-    return {name: one for name, one in places.items() if _FORCE in one}, refused
+    return {name: one for name, one in finished.items() if _FORCE in one.summary}, refused
 
 
-def together(places: Mapping[str, xr.Dataset], refused: Mapping[str, str], output: Path) -> str:
-    """Write the table of all places and the page of all scans; return the pooled answer in words."""
-    frames = [one.to_dataframe().reset_index().assign(scan=name) for name, one in places.items()]
-    every = xr.Dataset.from_dataframe(pd.concat(frames, ignore_index=True).rename_axis("row"))
-    for name in every.data_vars:
-        every[name].attrs = next((one[name].attrs for one in places.values() if name in one.variables), {})
-    to_table(schema.label(every), output / "places.csv")
-    rows = {name: _mean(one) for name, one in places.items()}
-    answer = _pooled_words(places) if len(places) > 1 else ""
+def _finished(run: Mapping[str, xr.Dataset]) -> Finished:
+    scan = run["scan"]
+    x_low, x_high, y_low, y_high = extent(scan)
+    size = np.array([x_high - x_low, y_high - y_low, max(schema.pixel(scan))])
+    places = report.by_place(run)
+    return Finished(title(scan), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
+
+
+def together(finished: Mapping[str, Finished], refused: Mapping[str, str], output: Path) -> str:
+    """Write the tables of scans and of all places, and the page of all scans; return the pooled answer in words."""
+    every = xr.concat([place_table(one.places, name) for name, one in finished.items()], "scan", join="outer")
+    endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
+    for ending in endings:
+        to_table(scan_table(finished), output / f"{output.name}{ending}")
+        to_table(every, output / f"places{ending}")
+    answer = _pooled_words(finished)
+    page = filled(
+        "index.html",
+        version=__version__,
+        today=date.today().isoformat(),
+        title=f"{len(finished)} scans",
+        table=f"{output.name}{endings[-1]}",
+        answer=answer,
+        pair=next(iter(finished.values())).pair,
+        rows=[(name, Path(name).stem, _cells(one)) for name, one in finished.items()],
+        cautions={name: one.cautions for name, one in finished.items() if one.cautions},
+        refused=refused,
+    )
     with whole(output / "index.html") as temporary:
-        temporary.write_text(_page(rows, refused, answer), encoding="utf-8")
+        temporary.write_text(page, encoding="utf-8")
     return answer
 
 
-def _mean(places: xr.Dataset) -> tuple[str, str, str]:
-    """Return mean, interval and number of places of one scan as they are printed."""
-    known = int(places[_FORCE].notnull().sum())
-    mean = quantity(float(places[_FORCE].mean()))
-    if known < 2:
-        return mean, "–", str(known)
-    ends = bootstrap(places[[_FORCE]], _FORCE, statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    return mean, interval(float(ends["low"]), float(ends["high"]), "nN"), str(known)
+def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
+    """Return the summaries as one row for each scan, without empty columns."""
+    out = xr.Dataset({"label": ("scan", [one.label for one in finished.values()])}, {"scan": list(finished)})
+    for name, (units, meaning) in SCALARS.items():
+        values = np.array([float(one.summary[name]) if name in one.summary else np.nan for one in finished.values()])
+        column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
+        if np.isfinite(values).any():
+            out[column] = ("scan", [float(f"{v:.4g}") for v in values], {"units": units, "long_name": meaning})
+    out["warnings"] = ("scan", [len(one.cautions) for one in finished.values()])
+    return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 
-def _pooled_words(places: Mapping[str, xr.Dataset]) -> str:
-    """Return the mean over scans with its interval, and how much scans differ."""
-    each = [one[[_FORCE]].where(one[_FORCE].notnull(), drop=True) for one in places.values()]
-    enough = [one for one in each if one.sizes["subregion"] > 1]
+def _pooled_words(finished: Mapping[str, Finished]) -> str:
+    """Return the mean over scans with its interval, and how much scans differ, where they are alike."""
+    enough = {name: one for name, one in finished.items() if int(one.places[_FORCE].notnull().sum()) > 1}
     if len(enough) < 2:
         return ""
-    padded = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in enough]
-    pooled_mean = pooled(xr.concat(padded, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
+    sizes = np.array([one.size for one in enough.values()])
+    if np.ptp(sizes, axis=0).max() > _ALIKE * sizes.max():
+        return "The scans differ in size or pixel: each mean is that of its own scan, and none is pooled."
+    each = [one.places[[_FORCE]].where(one.places[_FORCE].notnull(), drop=True) for one in enough.values()]
+    numbered = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in each]
+    pooled_mean = pooled(xr.concat(numbered, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
-    mean = sure(value, low, high)
     return (
-        f"Pull-off force, mean over {len(enough)} scans: {mean}; "
+        f"Mean pull-off over {len(enough)} scans, as scanned: {sure(value, low, high)}; "
         f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places."
     )
 
 
-def _page(rows: Mapping[str, tuple[str, str, str]], refused: Mapping[str, str], answer: str) -> str:
-    """Return the page that compares the scans."""
-    cells = "".join(
-        f"<tr><td><a href='{escape(Path(name).stem)}/report.html'>{escape(name)}</a></td>"
-        + "".join(f"<td>{escape(one)}</td>" for one in row)
-        + "</tr>\n"
-        for name, row in rows.items()
-    )
-    left = "".join(f"<li>{escape(name)}: {escape(reason)}</li>\n" for name, reason in refused.items())
-    return (
-        "<!DOCTYPE html>\n<html lang='en'><meta charset='utf-8'><title>Scans compared · roughxr</title>\n"
-        "<style>body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem}"
-        "td,th{text-align:left;padding:.2rem 1.5rem .2rem 0}</style>\n"
-        f"<h1>Scans compared</h1>\n<p>{escape(answer)}</p>\n<table>\n<tr><th>scan</th><th>mean pull-off</th>"
-        f"<th>95 % interval over places</th><th>places</th></tr>\n{cells}</table>\n"
-        + (f"<h2>Left out</h2>\n<ul>{left}</ul>\n" if left else "")
-        + "</html>\n"
-    )
+def _cells(one: Finished) -> list[str]:
+    """Return the row of a scan on the page, and nothing where it has no pull-off."""
+    value = {name: float(one.summary[name]) if name in one.summary else np.nan for name in SCALARS}
+    speed = value["critical_friction_velocity"]
+    ends = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
+    return [
+        quantity(value[_FORCE]),
+        interval(value["low"], value["high"], "nN"),
+        quantity(value["best_estimate"]),
+        interval(value["best_low"], value["best_high"], "nN"),
+        percent(value["total_error"]),
+        f"{number(speed, 'm/s')} ({interval(*ends)})" if np.isfinite(speed) else "–",
+        quantity(value["wall_shear_stress"], "Pa"),
+        number(value["places"]),
+        number(value["supports"]),
+        str(len(one.cautions)),
+    ]

@@ -1,4 +1,4 @@
-"""The answer in one line: how hard it sticks on average, and how sure that is."""
+"""The answer in words: how hard it sticks on average, how sure that is, what limits it, and what to do next."""
 
 from __future__ import annotations
 
@@ -8,9 +8,45 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent, quantity, sure
+from ..vocabulary.numbers import is_too_wide, number, percent, quantity, sure
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
+
+#: Sources of error, and what reduces them.
+_REMEDIES = {
+    "sampling": "solve more places, or scan a larger area",
+    "mesh": "solve on a finer mesh",
+    "pixel": "measure a scan with finer pixels",
+    "tip": "measure with a sharper tip",
+    "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
+    "modulus": "measure the modulus of the softer body",
+    "sphere radius": "measure the radius of the sphere",
+    "range of the law": "state the range of adhesion of this pair (adhesion_range)",
+    "shorter waves": "measure a smaller scan with finer pixels",
+}
+
+#: Units and meaning of the scalars of an answer, and of a run's summary.
+SCALARS = {
+    "pull_off_force": ("nN", "mean pull-off force of the surface as scanned"),
+    "low": ("nN", "lower end of its 95 % interval over places"),
+    "high": ("nN", "upper end of its 95 % interval over places"),
+    "places": ("1", "number of places that pull"),
+    "solved_places": ("1", "number of places that were solved"),
+    "mesh_error": ("1", "relative error by mesh and step, median"),
+    "smooth_share": ("1", "mean pull-off force over that from a smooth flat"),
+    "total_error": ("1", "relative error by all known sources"),
+    "largest_error": ("1", "relative error by its largest source"),
+    "best_estimate": ("nN", "mean pull-off force with the roughness below the scan extrapolated"),
+    "best_low": ("nN", "lower end of its interval"),
+    "best_high": ("nN", "upper end of its interval"),
+    "critical_friction_velocity": ("m/s", "friction velocity of air that moves the sphere, median place"),
+    "critical_friction_velocity_low": ("m/s", "lower end of its 95 % interval"),
+    "critical_friction_velocity_high": ("m/s", "upper end of its 95 % interval"),
+    "wall_shear_stress": ("Pa", "wall shear stress of air that moves the sphere, median place"),
+    "wall_shear_stress_low": ("Pa", "lower end of its 95 % interval"),
+    "wall_shear_stress_high": ("Pa", "upper end of its 95 % interval"),
+    "supports": ("1", "contacts that support the sphere, median place"),
+}
 
 
 def answer(ds: xr.Dataset) -> xr.Dataset:
@@ -26,40 +62,39 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Scalars: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high`` (nN), the ends of its
-        interval over places, ``places``, and ``mesh_error``, the median of the relative errors by mesh and step, of
-        `rigid` by its cells; NaN for what is not known, such as the interval of one place.
+        interval over places, ``places`` of ``solved_places``, ``mesh_error``, the median of the relative errors by mesh
+        and step, of `rigid` by its cells, and ``smooth_share``, the mean over the pull-off from a smooth flat; NaN for
+        what is not known, such as the interval of one place.
 
     Raises
     ------
     ValueError
-        If ``ds`` holds no force, or no place pulls.
+        If ``ds`` contains no force, or no place pulls.
 
     Examples
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
-    >>> found = answer(schema.label(pull))
-    593 nN (95 % interval 230 … 1607 nN) by 3 places; for the surface as scanned, without roughness below its pixels
+    >>> mean = answer(schema.label(pull))
+    Mean pull-off 593 nN (95 % interval 230 … 1607 nN, 3 places) for the surface as scanned.
     """
     ds = schema.entered(ds)
-    mean, words = answered(ds) if "pull_off_mean" not in ds else _extrapolated_answer(ds)
-    print(words)
+    mean = answered(ds) if "pull_off_mean" not in ds else _extrapolated_answer(ds)
+    print(headline(mean))
     return mean
 
 
-def _extrapolated_answer(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
-    """Return the best estimate of `extrapolated` and its interval, and the same in words."""
+def _extrapolated_answer(ds: xr.Dataset) -> xr.Dataset:
+    """Return the best estimate of `extrapolated` and its interval."""
     ends = {"pull_off_force": "pull_off_mean", "low": "pull_off_lower", "high": "pull_off_upper"}
     out = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
-    words = sure(*(float(out[name]) for name in ends))
-    return out, f"best estimate {words}, with the roughness below the pixel; {ds.attrs['assumed']}"
+    return out.assign_attrs(assumed=ds.attrs["assumed"])
 
 
-def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dataset, str]:
-    """Return what `answer` does, and its words; the error by mesh and step may be given where ``ds`` holds none."""
+def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
+    """Return what `answer` does, without printing; the error by mesh and step may be given where ``ds`` has none."""
     if "pull_off_force" not in ds and "force" not in ds:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
-    pull = ds if "pull_off_force" in ds else pull_off(ds)
-    pull = at_first_preload(pull)
+    pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
     force = pull["pull_off_force"].load()
     _refuse_several(force)
     if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
@@ -73,20 +108,30 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> tuple[xr.Dat
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
     low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
     own = next((name for name in ("pull_off_error", "cell_error") if name in pull), None)
-    error = float(np.abs(pull[own]).median()) if own else np.nan
-    told = {
-        "pull_off_force": float(by_share(force).mean()),
+    if mesh_error is None:
+        mesh_error = float(np.abs(pull[own]).median()) if own else np.nan
+    mean = float(by_share(force).mean())
+    has_smooth = {"sphere_radius", "work_of_adhesion"} <= set(pull.coords)
+    smooth = smooth_pull_off(pull) if has_smooth else 0.0
+    scalars = {
+        "pull_off_force": mean,
         "low": low,
         "high": high,
         "places": known,
-        "mesh_error": error if mesh_error is None else mesh_error,
+        "solved_places": force.size,
+        "mesh_error": mesh_error,
+        "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
-    out = xr.Dataset(told, coords=schema.travelling(pull))
-    for name in ("low", "high"):
-        out[name].attrs = {"units": "nN", "long_name": f"{name} end of the mean pull-off's interval"}
-    out["places"].attrs = {"units": "1", "long_name": "number of places that pull"}
-    out["mesh_error"].attrs = {"units": "1", "long_name": "relative error by mesh and step, median"}
-    return schema.record(schema.label(out), "answer", pull), _in_words(told, force.size, pull)
+    out = schema.record(with_units(xr.Dataset(scalars, coords=schema.travelling(pull))), "answer", pull)
+    return out.assign_attrs(rigid="yes") if own == "cell_error" else out
+
+
+def with_units(summary: xr.Dataset) -> xr.Dataset:
+    """Return scalars of an answer with their units and meaning."""
+    for name in set(SCALARS) & set(summary.data_vars):
+        units, meaning = SCALARS[name]
+        summary[name].attrs = {"units": units, "long_name": meaning}
+    return summary
 
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
@@ -101,8 +146,8 @@ def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] |
     """
     if "statistics/extrapolated" not in run:
         return None
-    found = run["statistics/extrapolated"]
-    mean, lower, upper = (float(found[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    extrapolated = run["statistics/extrapolated"]
+    mean, lower, upper = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     return (mean, lower, upper) if np.isfinite(mean) else None
 
 
@@ -121,18 +166,47 @@ def _refuse_several(force: xr.DataArray):
         )
 
 
-def _in_words(told: dict[str, float], places: int, pull: xr.Dataset) -> str:
-    """Return the answer as a line."""
-    of = f"{told['places']} place{'s' * (told['places'] > 1)}" + f" of {places}" * (told["places"] < places)
-    mean = quantity(told["pull_off_force"]) + f" ({of})"
-    if told["places"] > 1:
-        mean = f"{sure(told['pull_off_force'], told['low'], told['high'])} by {of}"
-    said = [mean]
-    if np.isfinite(told["mesh_error"]):
-        cells = "overestimated through the size of cells by about" if "cell_error" in pull else "error of mesh and step"
-        said.append(f"{cells} {percent(told['mesh_error'])}")
-    if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) and (smooth := smooth_pull_off(pull)):
-        share = told["pull_off_force"] / smooth
-        doubt = ", which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
-        said.append(f"{number(100 * share, '%')} of the pull-off from a smooth flat" + doubt * bool(share > 1.02))
-    return "; ".join([*said, "for the surface as scanned, without roughness below its pixels"])
+def headline(summary: xr.Dataset) -> str:
+    """Return an answer, or a run's summary, in words: the same sentences wherever it is shown."""
+    if "pull_off_force" not in summary:
+        return str(summary.attrs.get("missing", ""))
+    value = {name: float(summary[name]) if name in summary else np.nan for name in SCALARS}
+    if "assumed" in summary.attrs:
+        words = sure(*(value[name] for name in ("pull_off_force", "low", "high")))
+        return f"Best estimate {words}, with the roughness below the pixel; {summary.attrs['assumed']}"
+    mean, known, count = value["pull_off_force"], int(value["places"]), int(value["solved_places"])
+    places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
+    known_ends = np.isfinite(value["low"])
+    opening = sure(mean, value["low"], value["high"]).removesuffix(")") + ", " if known_ends else f"{quantity(mean)} ("
+    spread = places
+    if np.isfinite(value["total_error"]):
+        spread += f"; ± {percent(value['total_error'])} with all known errors"
+    elif np.isfinite(error := value["mesh_error"]):
+        rigid = "rigid" in summary.attrs
+        cells = f"overestimated by about {percent(error)} through the size of cells"
+        spread += f"; {cells}" if rigid else f"; ± {percent(error)} by mesh and step"
+    air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
+    sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}."]
+    if value["smooth_share"] > 1:
+        limit = "a limit for soft bodies that stiff bodies can exceed by up to a third"
+        if "rigid" in summary.attrs:
+            limit = "which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
+        sentences.append(f"This is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
+    if np.isfinite(best := value["best_estimate"]):
+        effect = "lowers it" if best < mean else "hardly changes it"
+        longest = summary.attrs.get("longest_added")
+        finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
+        estimate = sure(best, value["best_low"], value["best_high"]).replace("95 % interval ", "")
+        sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
+    sentences.append(str(summary.attrs.get("not_extrapolated", "")))
+    if source := summary.attrs.get("largest_source"):
+        sentences.append(f"The largest uncertainty is the {source} (± {percent(value['largest_error'])}).")
+    return " ".join(filter(None, [*sentences, _next(summary, value)]))
+
+
+def _next(summary: xr.Dataset, value: Mapping[str, float]) -> str:
+    """Return one sentence on what to do next; empty where nothing is known that would help."""
+    advice = summary.attrs.get("advice") or _REMEDIES.get(summary.attrs.get("largest_source", ""))
+    if not summary.attrs.get("advice") and is_too_wide(value["low"], value["high"]):
+        advice = "solve more places, or scan a larger area"
+    return f"Next: {advice}." if advice else ""

@@ -48,7 +48,7 @@ COMMANDS = {
 _ENDS = (0, 130, -signal.SIGINT)
 
 #: A line of progress with an estimate.
-_ESTIMATE = re.compile(r"(?:first estimate.*: )?(pull-off \d.*?\))")
+_ESTIMATE = re.compile(r"(?:First estimate.*: )?(Mean pull-off \d.*?\))")
 
 #: Options of `roughxr run` for each pair.
 PAIRS = {

@@ -2,7 +2,7 @@
 // Draws what the archive contains of the chosen place. All numbers are in nm, nN, GPa; null is a missing number.
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = id => document.getElementById(id);
-const state = { place: 0, values: {}, map: null, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
+const state = { place: 0, map: null, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
 const COLOURS = { adhesive: "#0173b2", direct: "#222222", energy: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
 
 function draw(svg, name, attributes, text = "") {
@@ -54,9 +54,8 @@ const missing = value => value === null || value === undefined;
 const digits = value => missing(value) ? "–" : typeof value === "string" ? value : minus(Number(value.toPrecision(3)));
 const forceUnit = most => most >= 1e3 ? ["µN", 1e3] : most >= 1 || most === 0 ? ["nN", 1] : ["pN", 1e-3];
 const force = value => { const [unit, size] = forceUnit(Math.abs(value)); return missing(value) ? "–" : `${digits(value / size)} ${unit}`; };
-const stored = (result, field) => result && result[field][result.over.map(name => data.axes.find(axis => axis.name === name).words[state.values[name] || 0]).join(";")];
 const method = () => data.pulls.find(result => result.name === state.method) || data.pulls[0];
-const pullOffs = () => stored(method(), "values") || [];
+const pullOffs = () => method()?.values || [];
 
 /** Draw a square picture of part of the surface with its axes; return how numbers become pixels. */
 function drawPicture(svg, picture, [x0, x1, y0, y1], words) {
@@ -82,7 +81,7 @@ function drawScan() {
 }
 
 function drawForce() {
-  const svg = at("force"), all = data.curves.map(curve => ({ ...curve, lines: (stored(curve, "lines") || [])[state.place] || [] }));
+  const svg = at("force"), all = data.curves.map(curve => ({ ...curve, lines: curve.lines[state.place] }));
   at("legend").replaceChildren(...all.map(curve => {
     const shown = !state.hidden.has(curve.name), toggle = () => { shown ? state.hidden.add(curve.name) : state.hidden.delete(curve.name); drawForce(); };
     const button = html("button", { type: "button", onclick: toggle }, html("span", { style: `color: ${COLOURS[curve.name]}` }, curve.events ? "● " : "— "), curve.label);
@@ -112,7 +111,7 @@ function drawPulls() {
   const svg = at("pulls"), chosen = method(), values = pullOffs(), known = values.filter(value => !missing(value)), words = at("pulls-words");
   at("method").replaceChildren(...data.pulls.map(result => html("option", { value: result.name, selected: result === chosen }, result.label)));
   at("method").parentElement.style.display = chosen ? "" : "none";
-  if (!known.length) { clear(svg, 10); words.textContent = chosen ? "Not in the archive at these values." : "The archive contains no pull-off: bodies without adhesion."; return; }
+  if (!known.length) { clear(svg, 10); words.textContent = "The archive contains no pull-off: bodies without adhesion."; return; }
   const low = Math.min(...known), high = Math.max(...known), span = high - low || 1, count = Math.max(1, Math.min(30, Math.ceil(Math.sqrt(known.length) * 1.5)));
   const weighted = data.places.some(place => place.share), weight = k => missing(values[k]) ? 0 : weighted ? data.places[k].share || 0 : 1, bins = new Array(count).fill(0);
   values.forEach((value, k) => { if (!missing(value)) bins[Math.min(count - 1, Math.floor((value - low) / span * count))] += weight(k); });
@@ -147,8 +146,7 @@ function drawAll() {
   at("current").textContent = `Place ${state.place} at x = ${digits(place.x)}, y = ${digits(place.y)} nm${missing(own) ? "" : `, pull-off force ${force(own)}`}.`;
   at("place").value = state.place;
   for (const panel of [drawScan, drawForce, drawPulls, drawMap, drawFacts]) panel();
-  const words = [`place=${state.place}`, ...data.axes.map(axis => `${axis.name}=${axis.words[state.values[axis.name]]}`)];
-  try { history.replaceState(null, "", `#${words.join("&")}`); } catch { /* a page inside another page */ }
+  try { history.replaceState(null, "", `#place=${state.place}`); } catch { /* a page inside another page */ }
 }
 
 function choose(place) {
@@ -180,17 +178,9 @@ at("place").onchange = event => choose(event.target.valueAsNumber);
 at("state").oninput = event => { state.map = event.target.valueAsNumber; drawMap(); };
 at("method").onchange = event => { state.method = event.target.value; drawAll(); };
 
-for (const axis of data.axes) {
-  const words = html("output", {}), slider = html("input", { type: "range", min: 0, max: axis.values.length - 1, step: 1, id: `slide-${axis.name}` });
-  axis.set = k => { slider.value = state.values[axis.name] = k; words.textContent = `${axis.words[k]} ${axis.unit}`; };
-  slider.oninput = () => { axis.set(slider.valueAsNumber); drawAll(); };
-  at("controls").append(html("label", { htmlFor: slider.id }, axis.label), slider, words);
-}
-
 /** Show the state that the address names. */
 function fromAddress() {
   const address = new URLSearchParams(location.hash.slice(1));
-  for (const axis of data.axes) axis.set(Math.max(0, axis.words.indexOf(address.get(axis.name))));
   choose(address.has("place") ? Number(address.get("place")) : 0);
 }
 

@@ -1,9 +1,11 @@
-"""The interactive page of a run: its data, taken from the archive as they are, and the page written."""
+"""A run as an interactive page: a map of the scan with its places, and the results at the place that is chosen.
+
+The page draws what the archive contains. It is self-contained: it needs no network, no server and no library.
+"""
 
 from __future__ import annotations
 
 import io
-import itertools
 import json
 import os
 from collections.abc import Iterator, Mapping
@@ -13,25 +15,18 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ... import archive
-from ..._version import __version__
-from ...figures.images import colour_map
-from ...figures.style import in_words
-from ...jobs.records import BRANCHES
-from ...statistics.sampling import SHARE
-from ...vocabulary import schema
-from ..budget import humid_words
-from ..embedded_figures import picture_of
-from ..intervals import flagged
-from ..places import by_place
-from ..run_warnings import cautions
-from ..summary import headline
-from ..template import as_uri, filled, title, written
+from .. import archive
+from .._version import __version__
+from ..figures.images import colour_map
+from ..jobs.records import BRANCHES
+from ..statistics.sampling import SHARE
+from ..vocabulary import schema
+from .caveats import cautions
+from .report_page import as_uri, filled, humid_words, humidity_picture, title, written
+from .run_tables import flagged
+from .summary import by_place, headline
 
 Run = Mapping[str, xr.Dataset]
-
-#: Parameters that may be dimensions of a result besides the places; each becomes a slider.
-PARAMETERS = ("preload", "sphere_radius", "contact_modulus", "work_of_adhesion", "cycle")
 
 #: Solutions of which force and pull-off are shown, by their names in the legend.
 METHODS = {
@@ -44,6 +39,9 @@ METHODS = {
     "rigid": "rigid bodies",
 }
 
+#: Parameters along which a result has several conditions.
+_PARAMETERS = ("preload", "sphere_radius", "contact_modulus", "work_of_adhesion", "cycle")
+
 #: Groups with the pressure of some of the places.
 _FIELDS = ("adhesive", "direct", "contact")
 
@@ -55,15 +53,12 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     """Write a run's archive as one self-contained, interactive HTML page.
 
     A click on a place of the scan shows its force over displacement, its position among all pull-offs, its numbers,
-    and the map of its contact where the archive contains the pressure. Each parameter that the archive varies, such as
-    preload, radius, modulus or work of adhesion, has a slider.
+    and the map of its contact where the archive contains the pressure.
 
     Parameters
     ----------
-    path : path
-        The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
-    output : path, optional
-        The page, by default ``explore.html`` beside the archive; it appears under this name once it is complete.
+    path, output : path
+        As for `write_report`; by default ``explore.html`` beside the archive.
 
     Returns
     -------
@@ -72,13 +67,9 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     Raises
     ------
     ValueError
-        If the file contains no scan, or no results at places of it.
+        If the file contains no scan, no results at places of it, or results for several values of a parameter.
     OSError
         If the file is absent or no NetCDF-4.
-
-    See Also
-    --------
-    write_report : the same run as a page to read and to print.
 
     Examples
     --------
@@ -103,7 +94,7 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
     """Return the page as text."""
     data = page_data(run)
     return filled(
-        "roughxr.report.explorer",
+        "explorer.html",
         title=title(run["scan"]),
         headline=headline(run),
         archive_name=archive_name,
@@ -111,7 +102,7 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
         count=len(data["places"]),
         cautions=cautions(run),
         humid=humid_words(run),
-        humidity_picture=picture_of("Pull-off over humidity", run),
+        humidity_picture=humidity_picture(run),
         # within a script, escape whatever could end it, since a file's own text may contain anything
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
@@ -131,7 +122,6 @@ def page_data(run: Run) -> dict[str, Any]:
     return {
         "scan": _scan(scan),
         "places": _rows(run, places),
-        "axes": _axes([ds for ds in [*solved.values(), *pulls.values()] if ds is not None]),
         "curves": list(_curves(run, places, solved)),
         "pulls": list(_pull_offs(pulls)),
         "facts": _facts(by_place(run), places),
@@ -154,61 +144,43 @@ def _at_places(run: Run, places: xr.Dataset, group: str) -> xr.Dataset | None:
     ds = run.get(group)
     if ds is None or "subregion_x" not in ds.coords or ds.sizes.get("subregion") != places.sizes["subregion"]:
         return None
+    if others := [name for name in _PARAMETERS if name in ds.dims]:
+        raise ValueError(
+            f"{group}: expected one condition, found several along {', '.join(others)}; save one of each, "
+            f"isel({others[0]}=0)"
+        )
     return ds if all(np.allclose(ds[name], places[name]) for name in ("subregion_x", "subregion_y")) else None
-
-
-def _over(ds: xr.Dataset) -> list[str]:
-    return [name for name in PARAMETERS if name in ds.dims]
-
-
-def _cases(ds: xr.Dataset) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield a result for each combination of its parameters, with their values as text."""
-    names = _over(ds)
-    for at in itertools.product(*(range(ds.sizes[name]) for name in names)):
-        case = ds.isel(dict(zip(names, at)))
-        yield ";".join(f"{float(case[name]):.10g}" for name in names), case
-
-
-def _axes(results: list[xr.Dataset]) -> list[dict[str, Any]]:
-    """Return the sliders: each parameter with the values in any of the results."""
-    axes = []
-    for name in PARAMETERS:
-        values = sorted({float(value) for ds in results if name in ds.dims for value in ds[name].values})
-        label, _, unit = in_words(name).partition(" [")
-        row = {"name": name, "label": label, "unit": unit.removesuffix("]"), "values": values}
-        axes += [row | {"words": [f"{value:.10g}" for value in values]}] if values else []
-    return axes
 
 
 def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
     """Return the places, which of them contain debris by the rule, and what share of particles rests there."""
-    flags, rests = flagged(run), _at_places(run, places, "statistics/rests")
-    debris = flags.values if flags is not None and flags.size == places.sizes["subregion"] else None
-    shares = None if rests is None else _numbers(rests[SHARE].values)
+    count, flags, rests = places.sizes["subregion"], flagged(run), _at_places(run, places, "statistics/rests")
+    debris = flags.values if flags is not None and flags.size == count else np.zeros(count, bool)
+    shares = [None] * count if rests is None else _numbers(rests[SHARE].values)
+    positions = zip(*(places[f"subregion_{axis}"].values.tolist() for axis in "xy"))
     return [
-        {"x": x, "y": y, "debris": bool(debris is not None and debris[k]), "share": shares[k] if shares else None}
-        for k, (x, y) in enumerate(zip(places["subregion_x"].values.tolist(), places["subregion_y"].values.tolist()))
+        {"x": x, "y": y, "debris": bool(flag), "share": share} for (x, y), flag, share in zip(positions, debris, shares)
     ]
 
 
 def _curves(run: Run, places: xr.Dataset, solved: dict[str, xr.Dataset]) -> Iterator[dict[str, Any]]:
     """Yield the force over displacement from the highest peak of each method that has it; of events, their points."""
-    rigid = solved.get("rigid")
-    touch = rigid["touch_delta"] if rigid is not None and "touch_delta" in rigid else None
+    touch = solved.get("rigid", xr.Dataset()).get("touch_delta")
     for name, ds in solved.items():
-        from_touch = ds.attrs.get("datum") == "first_contact"
-        if from_touch and (touch is None or touch.dims != ("subregion",) or "sphere_radius" in ds.dims):
-            continue  # its displacements have no common origin
-        offset = touch.values if from_touch and touch is not None else np.zeros(places.sizes["subregion"])
+        offset = np.zeros(places.sizes["subregion"])
+        if ds.attrs.get("datum") == "first_contact":
+            if touch is None or touch.dims != ("subregion",) or "sphere_radius" in ds.dims:
+                continue  # its displacements have no common origin
+            offset = touch.values
         if "delta" in ds.dims and "force" in ds and ds.sizes["delta"] > 1:
             retraction = _at_places(run, places, "solutions/retraction") if name == "direct" else None
-            lines = {key: _lines(case, retraction, offset) for key, case in _cases(ds[["force"]])}
+            lines = _lines(ds[["force"]], retraction, offset)
         elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
-            lines = {key: _events(case, offset) for key, case in _cases(ds)}
+            lines = _events(ds, offset)
         else:
             continue
         events = "delta" not in ds.dims
-        yield {"name": name, "label": METHODS[name], "over": _over(ds), "events": events, "lines": lines}
+        yield {"name": name, "label": METHODS[name], "events": events, "lines": lines}
 
 
 def _lines(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
@@ -216,12 +188,9 @@ def _lines(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) 
     thin = case.isel(delta=slice(None, None, -(-case.sizes["delta"] // _POINTS)))
     parts = [thin.sel(branch=way) for way in BRANCHES] if "branch" in case.dims else [thin]
     parts += [] if retraction is None else [retraction]
-    forces = [part["force"].transpose("subregion", "delta").values for part in parts]
+    forces = [(part["delta"].values, part["force"].transpose("subregion", "delta").values) for part in parts]
     return [
-        [
-            {"delta": _numbers(part["delta"].values + shift), "force": _numbers(force[k])}
-            for part, force in zip(parts, forces)
-        ]
+        [{"delta": _numbers(delta + shift), "force": _numbers(force[k])} for delta, force in forces]
         for k, shift in enumerate(offset)
     ]
 
@@ -236,12 +205,9 @@ def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
 def _pull_offs(pulls: Mapping[str, xr.Dataset | None]) -> Iterator[dict[str, Any]]:
     """Yield the pull-off of every place by every method that has it."""
     for name, ds in pulls.items():
-        if ds is None or "pull_off_force" not in ds:
-            continue
-        force = ds["pull_off_force"]
-        if not set(force.dims) - {"subregion", *PARAMETERS} and bool(force.notnull().any()):
-            values = {key: _numbers(case["pull_off_force"].values) for key, case in _cases(ds[["pull_off_force"]])}
-            yield {"name": name, "label": METHODS[name], "over": _over(force.to_dataset()), "values": values}
+        force = None if ds is None else ds.get("pull_off_force")
+        if force is not None and force.dims == ("subregion",) and bool(force.notnull().any()):
+            yield {"name": name, "label": METHODS[name], "values": _numbers(force.values)}
 
 
 def _facts(table: xr.Dataset, places: xr.Dataset) -> list[dict[str, Any]]:
@@ -274,8 +240,7 @@ def _maps(run: Run, places: xr.Dataset) -> dict[int, list[dict[str, Any]]]:
     for ds in (run[f"solutions/{name}"] for name in _FIELDS if f"solutions/{name}" in run):
         if "pressure" not in ds or "subregion_x" not in ds.coords:
             continue
-        _, case = next(_cases(ds))
-        case = case.sel(branch=BRANCHES[0]) if "branch" in case.dims else case
+        case = ds.sel(branch=BRANCHES[0]) if "branch" in ds.dims else ds
         for k in range(case.sizes["subregion"]):
             place = case.isel(subregion=k)
             far = np.hypot(*(centres - [float(place["subregion_x"]), float(place["subregion_y"])]).T)

@@ -1,69 +1,57 @@
-"""The main numbers of a run as tables."""
+"""The tables of a run: scan, contact by method, main numbers with intervals, error budget, formulas, measured."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
+from .. import statistics
 from ..contact.certificate import SOLVED, checked
 from ..scans.regions import extent
 from ..statistics import force_ratio, smooth_pull_off
-from ..statistics.sampling import SHARE, by_share
-from ..vocabulary.numbers import number, prefixed
-from .intervals import counted_from, marked
-from .summary import mesh_change
+from ..statistics.sampling import SHARE, at_first_preload, by_share
+from ..vocabulary.numbers import number, prefixed, sure
+from .summary import BUDGET, mesh_change
 
 Run = Mapping[str, xr.Dataset]
 
-#: Columns of the comparison, for the methods that a run holds.
+#: Columns of the comparison, for the methods that a run has.
 METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
 
 _MICRO = 1e-3  # µm per nm
 
 _PARTING = "displacement beyond which superposition differs by over 10 %, median place [nm]"
 
+#: The main numbers of pull-off: words and statistic.
+_MAIN = {"mean": "pull-off force, mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
+
+#: Fewer places have no quantiles near the ends.
+_MANY = 20
+
 
 def contact_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
     """Return the contact's main numbers by method."""
     pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
-    columns = {}
-    for method in METHODS:
-        for name, one in _by_preload(run, method) if f"solutions/{method}" in run else ():
-            columns[name] = _column(one, method, deltas, *unit) | _kept(one[f"solutions/{method}"], method)
+    known = [method for method in METHODS if f"solutions/{method}" in run]
+    columns = {
+        method: _column(run, method, deltas, *unit) | _violated(run[f"solutions/{method}"], method) for method in known
+    }
     return pd.DataFrame(columns).rename_axis("quantity")
-
-
-def _by_preload(run: Run, method: str) -> list[tuple[str, Run]]:
-    """Return a run for each preload of a method, and what its column is called; the run itself where there is one."""
-    pull = run.get(f"statistics/{method}", xr.Dataset())
-    if pull.sizes.get("preload", 1) == 1:
-        return [(method, run)]
-    of_one = [name for name, ds in run.items() if "preload" in ds.dims]
-    return [
-        (f"{method}, {load:g} nN", {**run, **{name: run[name].isel(preload=k) for name in of_one}})
-        for k, load in enumerate(pull["preload"].values)
-    ]
 
 
 def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: float) -> dict[str, float]:
     if method == "direct":
         return _direct_column(run, deltas)
     rows = _pull_off_rows(run, method, unit, size)
-    if method == "adhesive":
-        return rows | _mesh_rows(run)
-    if method == "rigid":
-        return rows
-    return rows | {
-        "contacts beyond their patch at pull-off [%]": share_at_pull_off(run, method, "contacts_beyond_patch"),
-        "contacts overlapping at pull-off [%]": share_at_pull_off(run, method, "contacts_overlapping"),
-    }
+    return rows | _mesh_rows(run) if method == "adhesive" else rows
 
 
-def _kept(solution: xr.Dataset, method: str) -> dict[str, float]:
+def _violated(solution: xr.Dataset, method: str) -> dict[str, float]:
     """Return how many conditions of its contact a solution misses."""
     if method not in SOLVED or "converged" not in solution:
         return {}
@@ -91,8 +79,8 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
         f"pull-off, std [{unit}]": _spread(force),
         f"pull-off, largest [{unit}]": float(force.max()),
         "pull-off, rough / smooth": float(by_share(force).mean()) / smooth if smooth > 0 else np.nan,
-        f"displacement at pull-off {counted_from(pull)}, mean [nm]": float(by_share(delta).mean()),
-        f"displacement at pull-off {counted_from(pull)}, std [nm]": _spread(delta),
+        f"displacement at pull-off {_origin(pull)}, mean [nm]": float(by_share(delta).mean()),
+        f"displacement at pull-off {_origin(pull)}, std [nm]": _spread(delta),
         "places that pull": float(force.notnull().sum()),
     }
 
@@ -104,26 +92,18 @@ def _spread(values: xr.DataArray) -> float:
     return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
 
 
-def share_at_pull_off(run: Run, method: str, name: str) -> float:
-    """Return the share of contacts at the pull-off of their subregion that are counted as ``name``, in per cent."""
-    sweep, at = run[f"solutions/{method}"], run[f"statistics/{method}"]["pull_off_delta"]
-    pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
-    there = pulling.sel(delta=at.dropna("subregion"), method="nearest")
-    contacts = float(there["contacts"].sum())
-    return 100 * float(there[name].sum()) / contacts if contacts else np.nan
-
-
 def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     direct = run["solutions/direct"]
-    deltas = deltas or marked(direct)
+    every = direct["delta"].values
+    deltas = deltas or sorted({float(every[every.size // 2]), float(every[-1])})
     unit, size = prefixed(float(direct["force"].isel(delta=-1).mean()))
     force = direct["force"] / size
     rows = {}
     for delta in deltas:
-        here = force.sel(delta=delta, method="nearest")
-        rows[f"force at {number(delta, 'nm')}, mean [{unit}]"] = float(here.mean())
-        rows[f"force at {number(delta, 'nm')}, std [{unit}]"] = _spread(here)
-        rows[f"force at {number(delta, 'nm')}, largest [{unit}]"] = float(here.max())
+        at = force.sel(delta=delta, method="nearest")
+        rows[f"force at {number(delta, 'nm')}, mean [{unit}]"] = float(at.mean())
+        rows[f"force at {number(delta, 'nm')}, std [{unit}]"] = _spread(at)
+        rows[f"force at {number(delta, 'nm')}, largest [{unit}]"] = float(at.max())
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
         for delta in deltas:
@@ -158,7 +138,6 @@ def scan_table(run: Run) -> pd.DataFrame:
         "peak height, median [nm]": float(catalogue["height"].median()),
         "axis ratio b/a, mean": float(ratio.mean()),
         "axis ratio b/a, std": float(ratio.std()),
-        "less than ten times as long as wide [%]": 100 * float((ratio > 0.1).sum() / ratio.notnull().sum()),
         "directions, least / greatest of twelve bins": _evenness(catalogue["orientation"].values),
         "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
     }
@@ -201,6 +180,80 @@ def _evenness(angles: np.ndarray) -> float:
     """Return the ratio of the least to the most frequent of twelve bins of directions: 1 where all are equal."""
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
     return float(counts.min() / counts.max()) if counts.max() else np.nan
+
+
+def main_numbers(run: Run) -> pd.DataFrame:
+    """Return the main numbers of the pull-off with their 95 % intervals, for all places and without debris, as text."""
+    pull, flags = prediction(run)[["pull_off_force"]], flagged(run)
+    rows = {"all places": pull}
+    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull.sizes["subregion"]:
+        rows["without debris"] = pull.isel(subregion=np.flatnonzero(~flags.values))
+    table = {}
+    for places, samples in rows.items():
+        known = int(samples["pull_off_force"].notnull().sum())
+        if known < 2:
+            continue
+        chosen = [name for name in _MAIN if known >= _MANY or name in ("mean", "q50")]
+        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull).sel(resampling="block")
+        for name in chosen:
+            at = ends.sel(statistic=name)
+            words = sure(*(float(at[end]) for end in ("estimate", "low", "high"))).removesuffix(")")
+            count = number(at["independent_places"], digits=2)
+            table[f"{_MAIN[name]}, {places}"] = [*words.split(" (95 % interval "), count]
+    columns = ["estimate", "95 % interval", "independent places"]
+    return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
+
+
+def flagged(run: Run) -> xr.DataArray | None:
+    """Return which of the places that were solved contain debris, None where the run does not state it."""
+    solved = (ds for name, ds in run.items() if name.startswith("solutions/") and "subregion_x" in ds.coords)
+    places = next(solved, None)
+    if places is None or places.sizes.get("subregion", 0) < 2 or "asperities" not in run:
+        return None
+    return statistics.debris(run["asperities"], places)
+
+
+def _origin(ds: xr.Dataset) -> str:
+    """Return from where a result counts its displacements, in words."""
+    return "from first touch" if ds.attrs.get("datum") == "first_contact" else "from the highest point"
+
+
+def budget_table(run: Run) -> pd.DataFrame:
+    """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
+
+    The total comes before the entry that is no part of it; its change is what all known biases amount to.
+
+    Examples
+    --------
+    >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
+    >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
+    >>> entries |= {"standard_error": ("entry", [0.01] * 3), "pull_off_change": ("entry", [-0.03, 0.08, -0.1])}
+    >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
+    >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
+    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
+    """
+    budget = run[BUDGET]
+    values = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
+    rows = {str(name): row for name, *row in zip(budget["entry"].values, *values, budget["how"].values)}
+    outside = rows.pop("shorter waves", None)
+    error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
+    shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
+    words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
+    rows["all of these"] = [error, own, shift, words]
+    if outside is not None:
+        rows["shorter waves*"] = [*outside[:3], f"not in the total: {outside[3]}"]
+    columns = ["error [%]", "± [%]", "change [%]", "how it was computed"]
+    return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
+
+
+def _percent(part: Any) -> float:
+    """Return a part in per cent, to three digits: it is known to no more."""
+    return float(f"{100 * float(part):.3g}")
+
+
+def prediction(run: Run) -> xr.Dataset:
+    """Return the pull-off of the main numbers: of the simulation, else of superposed asperities."""
+    return at_first_preload(run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"])
 
 
 def text(table: pd.DataFrame, title: str) -> str:

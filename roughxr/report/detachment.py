@@ -15,6 +15,7 @@ from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
+from .summary import RESTS
 
 Run = Mapping[str, xr.Dataset]
 
@@ -25,18 +26,12 @@ COMING_OFF = (
     "statistics/detachment",
 )
 
-#: The group that runs of particles have besides: where they rest.
-RESTS = "statistics/rests"
-
 #: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {
     "extrapolated": "statistics/detachment_extrapolated",
     "adhesive": "statistics/detachment",
     "energy": "statistics/detachment_superposed",
 }
-
-#: Number of speeds for the fraction remaining, and how far they extend beyond the critical ones.
-_SPEEDS, _SPEED_FACTOR = 40, 3.0
 
 #: Number of contacts from which on a sphere does not settle sideways.
 _STABLE_CONTACTS = 3
@@ -51,7 +46,7 @@ def detachment_table(run: Run) -> pd.DataFrame:
 
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
-    held, method = run["solutions/rolling"], method or leading(run)
+    moments, method = run["solutions/rolling"], method or leading(run)
     if f"statistics/{method}" not in run:
         present = [name for name in ("extrapolated", "adhesive", "energy") if f"statistics/{name}" in run]
         raise ValueError(
@@ -60,8 +55,8 @@ def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     if method == "energy":
         return run["solutions/rolling_superposed"]
     if method == "extrapolated":
-        return _as_extrapolated(held, run)
-    return with_pull_off(held, at_first_preload(run["statistics/adhesive"]))
+        return _as_extrapolated(moments, run)
+    return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
 
 def leading(run: Run) -> str:
@@ -69,93 +64,78 @@ def leading(run: Run) -> str:
     return "extrapolated" if best_estimate(run) else "adhesive"
 
 
-def _as_extrapolated(held: xr.Dataset, run: Run) -> xr.Dataset:
+def _as_extrapolated(moments: xr.Dataset, run: Run) -> xr.Dataset:
     """Return moments with the pull-off of the extrapolated surfaces; each place of each of them counts as a place."""
     extrapolated = run["solutions/extrapolated"]["pull_off_force"]
-    at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(held["subregion_x"], held["subregion_y"]))}
+    at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(moments["subregion_x"], moments["subregion_y"]))}
     which = [at[float(x), float(y)] for x, y in zip(extrapolated["subregion_x"], extrapolated["subregion_y"])]
-    every = held.isel(subregion=np.tile(which, extrapolated.sizes["seed"]))
+    every = moments.isel(subregion=np.tile(which, extrapolated.sizes["seed"]))
     every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
     force = xr.zeros_like(every["pull_off_force"]) + extrapolated.transpose("seed", "subregion").values.ravel()
     return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
 
-def _column(held: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    moment, lever, share = held["resisting_moment"], held["lever"], shares(held)
-    speed = critical["critical_friction_velocity"].weighted(share)
-    weakest = moment.min("direction")
-    ratio = moment.max("direction") / weakest.where(weakest > 0)
+def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
+    share, speed = shares(moments), critical["critical_friction_velocity"]
+    moment, lever = (float(moments[name].weighted(share).quantile(0.5)) for name in ("resisting_moment", "lever"))
     rows = {
-        "resisting moment, median over places and directions [nN nm]": float(moment.weighted(share).quantile(0.5)),
-        "lever arm, median over places and directions [nm]": float(lever.weighted(share).quantile(0.5)),
-        "lever arm over the sphere's radius, median": float(
-            lever.weighted(share).quantile(0.5) / held["sphere_radius"]
-        ),
-        "stiffest / weakest direction, median": float(ratio.weighted(share).quantile(0.5)),
-        "critical friction velocity, mean [m/s]": float(speed.mean()),
+        "resisting moment, median over places and directions [nN nm]": moment,
+        "lever arm, median over places and directions [nm]": lever,
     }
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
-        rows[f"critical friction velocity, {words} [m/s]"] = float(speed.quantile(part))
+        rows[f"critical friction velocity, {words} [m/s]"] = float(speed.weighted(share).quantile(part))
     for mode in MODES:
         rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
     rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_STABLE_CONTACTS} contacts"] = float(_not_settled(held).sum())
+    rows[f"places on fewer than {_STABLE_CONTACTS} contacts"] = float(_unstable(moments).sum())
     return rows
 
 
-def _not_settled(held: xr.Dataset) -> xr.DataArray:
-    return (held["contacts"] < _STABLE_CONTACTS) & held["resisting_moment"].notnull().all("direction")
+def _unstable(moments: xr.Dataset) -> xr.DataArray:
+    return (moments["contacts"] < _STABLE_CONTACTS) & moments["resisting_moment"].notnull().all("direction")
 
 
 def coming_off_words(run: Run) -> list[str]:
     """Return the caveats of the table: one sentence each, none for a run without its groups."""
     if not set(COMING_OFF) <= set(run):
         return []
-    critical, hard = run[_CRITICAL[leading(run)]], "hardness" in run["solutions/rolling"].coords
+    critical, moments = run[_CRITICAL[leading(run)]], run["solutions/rolling"]
     lies = "came to rest" if RESTS in run else "was placed"
     stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
-    said = [
+    levers = "rigid bodies' contacts" if schema.is_wet(moments) else "the simulation's contacts"
+    sentences = [
         f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
         "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
         f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
-        "force, by the method named in the column header, times the lever arm of "
-        + ("rigid bodies' contacts." if schema.is_wet(run["solutions/rolling"]) else "the simulation's contacts.")
-        + hard * " Superposed asperities stay elastic: yielded ones would be flatter and their lever arm longer."
+        f"force, by the method named in the column header, times the lever arm of {levers}."
     ]
+    if "hardness" in moments.coords:
+        sentences.append("Superposed asperities stay elastic: yielded ones would be flatter, with longer lever arms.")
     known = np.isfinite(critical["critical_friction_velocity"].values)
-    out = int((known & ~critical["in_range"].values.astype(bool)).sum())
-    if out:
-        said.append(
+    if out := int((known & ~critical["in_range"].values.astype(bool)).sum()):
+        sentences.append(
             f"At {out} of {known.size} places the critical flow is beyond the range of the formulas for drag and "
             "torque (r u*/ν above 1): there it is an extrapolation."
         )
-    held = run["solutions/rolling"]
-    few, count = int(_not_settled(held).sum()), held.sizes["subregion"]
     if RESTS in run:
-        said.append(_particles(run))
-    elif few:
-        said.append(
-            f"At {few} of {count} places the sphere rests on fewer than three contacts: a free particle would roll "
-            "on until three support it. These places come off first here."
+        stable = 100 * float((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
+        words = (
+            f"Particles rolled from where they landed to where they rest: {stable:.0f} % of them then rest on three "
+            "contacts or more."
         )
-    return said
-
-
-def _particles(run: Run) -> str:
-    """Return how particles at rest differ from the same where they landed, in a sentence."""
-    moments = run["solutions/rolling"]
-    stable = 100 * float((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
-    words = (
-        f"Particles rolled from where they landed to where they rest: {stable:.0f} % of them then rest on three "
-        "contacts or more."
-    )
-    if "statistics/detachment_landed" in run:
-        rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
-        words += (
-            f" By superposition half of them begin to roll at {rested:.2g} m/s at rest, and at {landed:.2g} m/s where "
-            "they landed."
+        if "statistics/detachment_landed" in run:
+            rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
+            words += (
+                f" By superposition half of them begin to roll at {rested:.2g} m/s at rest, and at {landed:.2g} m/s "
+                "where they landed."
+            )
+        sentences.append(f"{words} Light particles may stick before they reach the bottom.")
+    elif few := int(_unstable(moments).sum()):
+        sentences.append(
+            f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
+            "particle would roll on until three support it. These places come off first here."
         )
-    return words + " Light particles may stick before they reach the bottom."
+    return sentences
 
 
 def _middle(critical: xr.Dataset) -> float:
@@ -169,5 +149,5 @@ def remaining(run: Run) -> xr.Dataset:
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere comes off at no place in a flow")
-    speeds = np.geomspace(speed.min() / _SPEED_FACTOR, speed.max() * _SPEED_FACTOR, _SPEEDS)
+    speeds = np.geomspace(speed.min() / 3, speed.max() * 3, 40)
     return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

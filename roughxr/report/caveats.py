@@ -1,0 +1,227 @@
+"""Cautions about a run's numbers, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+import numpy as np
+import xarray as xr
+
+from ..contact.certificate import SOLVED, checked
+from ..scans.plausibility import doubts
+from ..statistics import smooth_pull_off
+from ..vocabulary import schema
+from ..vocabulary.numbers import number, percent
+from .run_tables import flagged
+from .summary import BUDGET, mesh_error
+
+Run = Mapping[str, xr.Dataset]
+
+#: Share of the force above the hardness from which on a caution is given.
+_YIELDED_SHARE = 0.005
+
+#: Median change of the pull-off, on a finer mesh with shorter steps, at which a caution is given.
+_LARGEST_CHANGE = 0.1
+
+#: Share of contacts or asperities from which on a caution is given.
+_SOME = 0.05
+
+
+def cautions(run: Run) -> list[str]:
+    """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+        The groups of a run.
+
+    Returns
+    -------
+    list of str
+
+    Examples
+    --------
+    >>> from roughxr.scans.synthetic import self_affine
+    >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
+    'The scan is synthetic: generated from a random seed, not measured.'
+    """
+    run = {name: schema.entered(ds) for name, ds in run.items()}
+    return [sentence for find in _FINDERS for sentence in find(run)]
+
+
+def superposed(run: Run) -> list[str]:
+    """Return what to expect of a run's superposed pull-off, and at how many places it exceeds the possible."""
+    ds = run.get("solutions/energy", xr.Dataset())
+    return (
+        [f"Superposed asperities: {ds.attrs['expectation']}.{_above_smooth(ds)}"] if "expectation" in ds.attrs else []
+    )
+
+
+def _above_smooth(ds: xr.Dataset) -> str:
+    above = int((ds["pull_off_force"] > smooth_pull_off(ds)).sum()) if "pull_off_force" in ds else 0
+    if not above:
+        return ""
+    return (
+        f" At {above} of {ds.sizes['subregion']} places the sum exceeds the pull-off from a smooth flat: there it is "
+        "wrong, because the fitted patch is too wide or overlapping contacts are counted twice."
+    )
+
+
+def _of_the_scan(run: Run) -> Iterator[str]:
+    if "scan" not in run:
+        return
+    if run["scan"].attrs.get("synthetic") == "yes":
+        yield "The scan is synthetic: generated from a random seed, not measured."
+    for doubt in doubts(run["scan"]):
+        yield f"About the scan: {doubt}."
+
+
+def _debris(run: Run) -> Iterator[str]:
+    flags = flagged(run)
+    if flags is not None and flags.any():
+        limit = number(flags.attrs["threshold_value"], flags.attrs["threshold_units"])
+        places = f"{int(flags.sum())} of {flags.size} places hold debris"
+        rule = f"by the rule ({flags.attrs['comment']}, {limit})"
+        yield f"{places} {rule}; the main numbers are given with and without them."
+
+
+def _elastic(run: Run) -> Iterator[str]:
+    """Yield cautions where nothing touches, there is only one place, or pixels are too coarse for the contacts."""
+    if "solutions/direct" not in run:
+        return
+    direct = run["solutions/direct"]
+    if direct.sizes["subregion"] == 1:
+        yield "Only one place was computed: nothing is known of how places differ."
+    if not bool((direct["force"] > 0).any()):
+        yield "Nothing touches at any displacement of the direct simulation: go deeper."
+    if "scan" in run and "contact_area" in direct:
+        area, cell = direct["contact_area"].values, float(np.prod(schema.pixel(run["scan"])))
+        share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
+        if share >= _SOME:
+            few = f"In {percent(share)} of the elastic contacts fewer than ten pixels touch"
+            yield f"{few}: the scan does not resolve them."
+
+
+def _solved(run: Run) -> Iterator[str]:
+    """Yield which solutions miss a condition of their contact, and whether the mesh is too coarse."""
+    for name, ds in run.items():
+        kind, _, method = name.partition("/")
+        if kind == "solutions" and method in SOLVED and "converged" in ds:
+            certificate = checked(ds)
+            missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
+            if missed.any():
+                words = "; ".join(certificate.words.values[missed])
+                yield f"Conditions of the contact are violated ({method}): {words}."
+    change = mesh_error(run) if "statistics/adhesive" in run else None
+    if change is not None and change > _LARGEST_CHANGE:
+        words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
+        yield f"{words}: the main numbers have at least this error; take a finer mesh."
+
+
+def _yielding(run: Run) -> Iterator[str]:
+    """Yield cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
+    solved = {
+        "solutions/direct": "in the direct simulation at its largest displacement",
+        "solutions/adhesive": "in the simulation with adhesion at its preload",
+    }
+    known = [group for group in solved if group in run and "yielded_fraction" in run[group]]
+    for group in known:
+        yield from _above_hardness(run[group], solved[group])
+    if known and any("plastic_work" in ds for ds in run.values()):
+        yield "Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid."
+
+
+def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
+    name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
+    last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
+    force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
+    if not force > _YIELDED_SHARE:
+        return
+    shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
+    if "plastic_work" in ds:
+        yield f"The softer body yields: {shares} at its hardness, {number(ds[name], 'GPa')}."
+        return
+    known = "the hardness" if name == "hardness" else "the hardness estimated for these materials"
+    yield (
+        f"The contact may not stay elastic: {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
+        "yield; give the hardness to include this."
+    )
+
+
+def _truncated(run: Run) -> Iterator[str]:
+    for words, group in (("direct simulation", "solutions/direct"), ("superposition", "solutions/energy")):
+        if "truncated" not in run.get(group, xr.Dataset()):
+            continue
+        flags = run[group]["truncated"].astype(bool)
+        places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
+        if places:
+            yield (
+                f"At {places} of {flags.sizes['subregion']} places the contact reaches the scan's edge ({words}): the "
+                "surface beyond it is missing, so the force is too low."
+            )
+
+
+def _pull_offs(run: Run) -> Iterator[str]:
+    for name, ds in run.items():
+        kind, _, method = name.partition("/")
+        if kind == "statistics" and "bracketed" in ds:
+            pulls = ds["pull_off_force"].notnull()
+            bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
+            if bad:
+                yield f"Places whose sweep was too short ({method}): {bad}; there the largest pull is at its end."
+            if none:
+                yield f"Places where nothing pulls ({method}), left out of the pull-off statistics: {none}."
+
+
+def _resolution(run: Run) -> Iterator[str]:
+    """Yield how well pixels and tip resolve the contacts, where there is doubt."""
+    if BUDGET not in run:
+        return
+    budget = run[BUDGET]
+    if float(budget["contact_radius_pixels"]) < 2:
+        yield str(budget.attrs["resolved"])
+    sharp, tip = float(budget["sharper_than_tip"]), float(budget["tip_radius"])
+    if sharp >= _SOME:
+        yield (
+            f"{percent(sharp)} of the asperities are too sharp for a tip of {tip:g} nm radius to image them truly: if "
+            "the tip of the scan was as blunt, the surface is rougher than the scan and sticks less."
+        )
+
+
+def _superposition(run: Run) -> Iterator[str]:
+    """Yield what to expect of superposed asperities, and how many of their contacts or peaks do not fit the sum."""
+    yield from superposed(run)
+    if {"solutions/energy", "statistics/energy"} <= set(run):
+        beyond, over = (_share_at_pull_off(run, f"contacts_{kind}") for kind in ("beyond_patch", "overlapping"))
+        if max(beyond, over) >= _SOME:
+            yield (
+                f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
+                f"paraboloid, and {percent(over)} overlap a neighbour: superposition of single asperities is not valid "
+                "for these."
+            )
+    saddles = run["asperities"]["saddle"] if "saddle" in run.get("asperities", xr.Dataset()) else None
+    if saddles is not None and (share := float(saddles.astype(bool).mean())) >= _SOME:
+        yield f"{percent(share)} of the peaks have a saddle as fitted paraboloid, and are left out of superposition."
+
+
+def _share_at_pull_off(run: Run, name: str) -> float:
+    """Return the share of superposed contacts at the pull-off of their subregion that are counted as ``name``."""
+    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
+    pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
+    nearest = pulling.sel(delta=at.dropna("subregion"), method="nearest")
+    contacts = float(nearest["contacts"].sum())
+    return float(nearest[name].sum()) / contacts if contacts else 0.0
+
+
+#: What looks for cautions, in the order of the page.
+_FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
+    _of_the_scan,
+    _debris,
+    _elastic,
+    _solved,
+    _yielding,
+    _truncated,
+    _pull_offs,
+    _resolution,
+    _superposition,
+)
