@@ -79,7 +79,7 @@ def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
     solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}
     (words,) = [sentence for sentence in report.cautions(solved) if "may not stay elastic" in sentence]
-    assert "above the hardness estimated for these materials, 1 GPa" in words and "--hardness" in words
+    assert "above the hardness estimated for these materials, 1 GPa" in words and "give the hardness" in words
     hard = roughxr.assign_pair(surface(), sphere_radius=500, materials="alumina")
     assert not any(
         "may not stay elastic" in one
