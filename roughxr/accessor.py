@@ -50,17 +50,14 @@ class ContactAccessor:
         self._of = ds
 
     def __repr__(self) -> str:
-        lines = [
-            f"{title}\n" + "\n".join(f"  .{name:20s} {_words(type(self), name)}" for name in names)
-            for title, names in _fitting(self._of)
-        ]
+        lines = [f"  .{name:20s} {_words(type(self), name)}" for name in _fitting(self._of)]
         return "\n".join([f"<roughxr: {_described(self._of)}>", *lines])
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(repr(self))}</pre>"
 
     def __dir__(self) -> list[str]:
-        return sorted(name for _, names in _fitting(self._of) for name in names)
+        return sorted(_fitting(self._of))
 
     # scans
     assign_pair = _method(assign_pair)
@@ -109,41 +106,32 @@ class ContactAccessor:
     to_table = _method(exports.to_table)
 
 
-#: Verbs by task, and the kinds of Dataset that they take, see `_kinds`.
-_TASKS: tuple[tuple[str, set[str], str], ...] = (
-    ("the bodies", {"scan"}, "assign_pair fit_sphere placements"),
-    ("the scan", {"scan"}, "level fill"),
-    ("its roughness", {"scan"}, "roughness asperities"),
-    ("its asperities", {"asperities"}, "reconstruct"),
-    ("how hard it presses and sticks", {"scan"}, "adhesive extrapolated direct rigid resting"),
-    ("the same by single asperities", {"scan", "asperities"}, "superpose pull_off_map rolling"),
-    ("which model, and how sure", {"scan"}, "regime formulas vary error_budget scale_dependence"),
-    ("the answer", {"force", "pull_off"}, "answer pull_off certificate"),
-    ("over all places", {"samples", "map"}, "summary bootstrap pdf fit"),
-    ("coming off", {"moments"}, "critical_load resuspension"),
-    ("beside what was measured", {"pull_off"}, "compare fit_pair"),
-    ("pictures and tables", {"any"}, "plot to_table"),
-)
+#: Kinds of Datasets, and the verbs that fit each.
+_FITTING = {
+    "scan": "assign_pair fit_sphere placements level fill roughness asperities adhesive extrapolated direct rigid "
+    "resting superpose pull_off_map rolling regime formulas vary error_budget scale_dependence",
+    "asperities": "reconstruct superpose pull_off_map rolling",
+    "force": "answer pull_off certificate",
+    "pull_off": "answer pull_off certificate compare fit_pair",
+    "samples": "summary bootstrap pdf fit",
+    "moments": "critical_load resuspension",
+    "any": "plot to_table",
+}
 
 
-def _kinds(ds: xr.Dataset) -> set[str]:
-    """Return what a Dataset is, by its variables and dimensions, for the verbs that fit it."""
-    signs = {
+def _fitting(ds: xr.Dataset) -> list[str]:
+    """Return the verbs that fit a Dataset, by its variables and dimensions."""
+    is_map = any(set(array.dims) == {"x", "y"} for array in ds.data_vars.values()) and "height" not in ds
+    kinds = {
         "scan": schema.kind_of(ds) == "scan",
-        "map": any(set(array.dims) == {"x", "y"} for array in ds.data_vars.values()) and "height" not in ds,
         "asperities": "asperity" in ds.dims,
         "force": "force" in ds,
         "pull_off": "pull_off_force" in ds,
+        "samples": is_map or bool({"subregion", "asperity"} & set(ds.dims)),
         "moments": "resisting_moment" in ds,
-        "samples": bool({"subregion", "asperity"} & set(ds.dims)),
+        "any": True,
     }
-    return {"any"} | {kind for kind, fits in signs.items() if fits}
-
-
-def _fitting(ds: xr.Dataset) -> list[tuple[str, list[str]]]:
-    """Return the verbs that fit a Dataset, by task."""
-    kinds = _kinds(ds)
-    return [(title, names.split()) for title, fits, names in _TASKS if fits & kinds]
+    return list(dict.fromkeys(verb for kind, fits in kinds.items() if fits for verb in _FITTING[kind].split()))
 
 
 def _described(ds: xr.Dataset) -> str:

@@ -38,7 +38,8 @@ def detach(options: Namespace) -> None:
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
-            table = xr.concat([_named(one, name) for name, one in tables.items()], "scan")
+            rows = [_named(one, name) for name, one in tables.items()]
+            table = xr.concat(rows, "scan", data_vars="all", coords="minimal", compat="override")
         print(f"written to {exports.to_table(table, options.output)}")
 
 

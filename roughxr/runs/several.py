@@ -86,7 +86,8 @@ def _finished(run: Mapping[str, xr.Dataset]) -> Finished:
 
 def together(finished: Mapping[str, Finished], refused: Mapping[str, str], output: Path) -> str:
     """Write the tables of scans and of all places, and the page of all scans; return the pooled answer in words."""
-    every = xr.concat([place_table(one.places, name) for name, one in finished.items()], "scan", join="outer")
+    tables = [place_table(one.places, name) for name, one in finished.items()]
+    every = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
     for ending in endings:
         to_table(scan_table(finished), output / f"{output.name}{ending}")
@@ -131,7 +132,8 @@ def _pooled_words(finished: Mapping[str, Finished]) -> str:
         return "The scans differ in size or pixel: each mean is that of its own scan, and none is pooled."
     each = [one.places[[_FORCE]].where(one.places[_FORCE].notnull(), drop=True) for one in enough.values()]
     numbered = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in each]
-    pooled_mean = pooled(xr.concat(numbered, "scan", join="outer"), _FORCE, statistics=["mean"]).isel(statistic=0)
+    every = xr.concat(numbered, "scan", join="outer", data_vars="all", coords="minimal", compat="override")
+    pooled_mean = pooled(every, _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
     return (
         f"Mean pull-off over {len(enough)} scans, as scanned: {sure(value, low, high)}; "
