@@ -188,7 +188,7 @@ def headline(summary: xr.Dataset) -> str:
     air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
     sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}."]
     if value["smooth_share"] > 1:
-        limit = "a limit for soft bodies that stiff bodies can exceed by up to a third"
+        limit = "a limit for soft bodies that stiff bodies can exceed"
         if "rigid" in summary.attrs:
             limit = "which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
         sentences.append(f"This is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
