@@ -257,6 +257,25 @@ def test_cf_files_that_lack_a_label_are_refused(tmp_path):
     refused(ds, "expected one variable of heights with units of length.*topography")
 
 
+def test_a_matrix_in_an_hdf5_file_of_others_opens_with_its_size(tmp_path):
+    import h5py
+
+    rows = picture()
+    with h5py.File(tmp_path / "scan.topostats", "w") as file:
+        file["measurement/image"] = rows
+        file["measurement/phase"] = np.ones(rows.shape)
+        file["measurement/image"].attrs["unit"] = "nm"
+    path, size = tmp_path / "scan.topostats", size_of(rows)
+    with pytest.raises(UnreadableScan, match=r"HDF5 file open with channel=, size=.*'/measurement/image'  ?\[nm\]"):
+        open_scan(path)
+    for given_channel in (None, "/measurement/image"):
+        assert_same(open_scan(path, channel=given_channel, size=size), scan_of(rows, size))
+    with pytest.raises(UnreadableScan, match="lateral size, found none"):
+        open_scan(path, channel="/measurement/phase", height_units="nm")
+    doubled = open_scan(path, channel="/measurement/phase", height_units="um", size=size)
+    assert float(doubled.height.min()) == 1000
+
+
 def test_half_of_surfacetopographys_convention_is_no_convention(tmp_path):
     rows = picture()
     path = write_surfacetopography(tmp_path, rows, size_of(rows))

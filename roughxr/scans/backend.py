@@ -74,11 +74,13 @@ def open_scan(
     Parameters
     ----------
     path : str or path
-        Bruker, Asylum, Park, Nanosurf, Digital Surf and other vendors' files, ``.gwy`` and ``.gsf`` (these
-        need the extra ``roughxr[afm]``); NetCDF of roughxr, SurfaceTopography or CF; text matrices; ``.npy``.
+        Bruker, Asylum, Park, Nanosurf, Digital Surf and other vendors' files and ``.gsf`` (these need the extra
+        ``roughxr[afm]``); ``.gwy``; NetCDF of roughxr, SurfaceTopography or CF; matrices as text, in ``.npy`` or, with
+        their path as ``channel``, in HDF5 files of others.
         The content decides, not the extension.
     channel : str or int, optional
-        Name (case and direction do not matter) or number of the image; by default the first topography.
+        Name (case and direction do not matter) or number of the image; by default the first image of heights, with a
+        warning that lists others that may be meant.
     direction : {"trace", "retrace"}, optional
         By default the forward image where there are both.
     size : length or pair of lengths, optional

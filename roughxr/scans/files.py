@@ -24,7 +24,7 @@ from ..vocabulary.units import factor, magnitude
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
-from .netcdf import is_netcdf, open_netcdf, variable_names
+from .netcdf import is_netcdf, open_netcdf, unlabelled_images, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
@@ -139,8 +139,17 @@ def read_scan(
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
-        return _labelled_netcdf(path, given)
-    channels = guarded(path, read, path)
+        channels = unlabelled_images(path)
+        try:
+            return _labelled_netcdf(path, given)
+        except UnreadableScan as error:
+            if not channels:
+                raise
+            if size is None and height_units is None:
+                raise UnreadableScan(path, _as_matrix(str(error).removeprefix(f"{path}: "), channels)) from None
+        family = "hdf5"
+    else:
+        channels = guarded(path, read, path)
     chosen = choose(_completed(channels, height_units, path), channel, direction, path)
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
@@ -151,12 +160,21 @@ def read_scan(
     return record(ds, "open_scan", file=path.name, **given)
 
 
+def _as_matrix(reason: str, images: list[Channel]) -> str:
+    """Return why a file has no labelled scan, and how its matrices are opened."""
+    return (
+        f"{reason}. Matrices of an HDF5 file open with channel=, size= and, without units, height_units=: "
+        f"{listing(images[:12])}"
+    )
+
+
 def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
-    for option in ("direction", "size", "height_units"):
-        if given[option] is not None:
-            raise ValueError(f"{option}: a NetCDF file states it itself; leave {option}= out")
     opened = guarded(path, open_netcdf, path, channel=given["channel"])
+    stated = [option for option in ("direction", "size", "height_units") if given[option] is not None]
+    if stated:
+        opened.close()
+        raise ValueError(f"{stated[0]}: a NetCDF file states it itself; leave {stated[0]}= out")
     try:
         ds = _with_origin(validate(opened, "scan"), path, given)
     except ValueError as error:  # such as coordinates that are not uniform: clear, but without the file's name

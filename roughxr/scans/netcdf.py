@@ -18,7 +18,7 @@ from xarray.core import indexing
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
 from . import netcdf_reader
-from .channel import UnreadableScan, first_bytes, is_length, read_in_process
+from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length, read_in_process
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
@@ -92,9 +92,25 @@ def unread(path: Path) -> xr.Dataset:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
 
 
-def refuse_harmful(path: Path) -> None:
-    """Raise unless another process, which can be ended, could look at all of a NetCDF-4 file but its values."""
-    read_in_process(path, netcdf_reader, "netCDF4")
+def refuse_harmful(path: Path) -> list[tuple[str, tuple[int, int], str]]:
+    """Return the matrices in an HDF5 file; raise unless another process could look at all of it but its values."""
+    return read_in_process(path, netcdf_reader, "netCDF4")["images"]
+
+
+def unlabelled_images(path: Path) -> list[Channel]:
+    """Return the matrices of an HDF5 file, rows from the top, as images without a size."""
+    images = refuse_harmful(path) if first_bytes(path, len(HDF5)) == HDF5 else []
+    return [
+        Channel(name, units or None, shape, None, None, partial(_matrix, path, name), direction_in(name))
+        for name, shape, units in images
+    ]
+
+
+def _matrix(path: Path, name: str) -> np.ndarray:
+    import netCDF4
+
+    with netCDF4.Dataset(path) as file:
+        return np.ma.filled(np.ma.asarray(file[name][:], dtype=float), np.nan)
 
 
 def variable_names(path: Path) -> list[str]:

@@ -24,18 +24,19 @@ _PACKED, _SMALL = 1032, 2**28
 
 
 def read(path: str) -> dict[str, Any]:
-    """Return the number of variables in a file, once all groups and attributes could be read."""
+    """Return name, shape and units of all matrices of numbers in a file, once all groups and attributes were read."""
     import netCDF4
 
     try:
         with netCDF4.Dataset(path) as file:
-            return {"variables": _count(file, max(_PACKED * os.stat(path).st_size, _SMALL))}
+            return {"images": _images(file, max(_PACKED * os.stat(path).st_size, _SMALL))}
     except OSError as error:
         raise ValueError(_IN_WORDS.get(error.errno or 0, str(error))) from error
 
 
-def _count(group: Any, most: int) -> int:
-    """Return the number of variables in a group and below; raise if one declares more bytes than the file can hold."""
+def _images(group: Any, most: int) -> list[tuple[str, tuple[int, int], str]]:
+    """Return the matrices in a group and below; raise if one declares more bytes than the file can hold."""
+    images = []
     for holder in (group, *group.variables.values()):
         for name in holder.ncattrs():
             holder.getncattr(name)
@@ -43,4 +44,9 @@ def _count(group: Any, most: int) -> int:
         length = getattr(variable.dtype, "itemsize", 1) * math.prod(variable.shape)
         if length > most:
             raise ValueError(f"{name}: {' x '.join(map(str, variable.shape))} values declared, too many for the file")
-    return len(group.variables) + sum(_count(child, most) for child in group.groups.values())
+        if variable.ndim == 2 and getattr(variable.dtype, "kind", "") in ("f", "i", "u"):
+            units = next((str(getattr(variable, key)) for key in ("units", "unit") if hasattr(variable, key)), "")
+            images.append((f"{group.path.rstrip('/')}/{name}", tuple(map(int, variable.shape)), units))
+    for child in group.groups.values():
+        images += _images(child, most)
+    return images
