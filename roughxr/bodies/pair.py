@@ -460,13 +460,13 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
         return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
         raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
-    indenter = schema.entered(indenter)
-    indenter = indenter.copy(data=in_units(indenter.variable, "nm", "indenter").data).assign_attrs(units="nm")
+    heights: xr.DataArray = schema.entered(indenter)
+    heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
-        schema.spacing(indenter[axis])
-        _check_centred(indenter[axis])
-    schema.finite(indenter.values)
-    return indenter.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
+        schema.spacing(heights[axis])
+        _check_centred(heights[axis])
+    schema.finite(heights.values)
+    return heights.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
 
 
 def _facing(height: xr.DataArray) -> xr.DataArray:

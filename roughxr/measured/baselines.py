@@ -77,17 +77,19 @@ def baseline_of(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baselin
     some = int(np.searchsorted(z, z[0] + share * (z[-1] - z[0]), side="right"))
     width = max(1, z.size // _BINS)
     bins = max(some // width, 4)
-    means = [values[: bins * width].reshape(bins, width).mean(axis=1) for values in (z, force)]
-    variance = _variance_of_means(force, means[1], width)
-    count = _straight(*means, variance)
-    wave, longer = _fringe(*means, variance, count)
+    mean_z, mean_force = (values[: bins * width].reshape(bins, width).mean(axis=1) for values in (z, force))
+    variance = _variance_of_means(force, mean_force, width)
+    count = _straight(mean_z, mean_force, variance)
+    wave, longer = _fringe(mean_z, mean_force, variance, count)
     if wave:
-        line, *others = (_fitted_fringe(*means, variance, part, wave) for part in (longer, int(0.8 * longer)))
+        line, *others = (
+            _fitted_fringe(mean_z, mean_force, variance, part, wave) for part in (longer, int(0.8 * longer))
+        )
         if wave * (line.end - z[0]) < 2 * np.pi * _SURE_PERIODS:
-            others.append(_fitted_line(*means, variance, min(max(count, 4), bins)))
+            others.append(_fitted_line(mean_z, mean_force, variance, min(max(count, 4), bins)))
     else:
         parts = [int(part * count) for part in (_USED, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
-        line, *others = (_fitted_line(*means, variance, min(max(part, 4), bins)) for part in parts)
+        line, *others = (_fitted_line(mean_z, mean_force, variance, min(max(part, 4), bins)) for part in parts)
     far = z <= line.end
     off = force[far] - line.at(z[far])
     noise = float(np.sqrt((off**2).sum() / max(off.size - len(line.coefficients), 1)))

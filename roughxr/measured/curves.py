@@ -79,7 +79,7 @@ def open_curves(
     else:
         ds = curves_of(opened(path, kind, given))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
-    options = {"units": units, "piezo_units": piezo_units}
+    options: dict[str, Any] = {"units": units, "piezo_units": piezo_units}
     options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}
     return schema.record(schema.label(ds), "open_curves", file=path.name, **options)
 

@@ -103,8 +103,8 @@ def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
         end = start + count * dtype.itemsize
         if end > stop:
             raise ValueError(f"a component at byte {at} is longer than the object that contains it")
-        values = np.frombuffer(data, dtype, count, start)
-        return (values if kind.isupper() else values[0].item()), end
+        array = np.frombuffer(data, dtype, count, start)
+        return (array if kind.isupper() else array[0].item()), end
     read, values, end = {"s": _text, "o": _object}[kind.lower()], [], start
     for _ in range(count):
         value, end = read(data, end, stop)

@@ -43,7 +43,7 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
         clock.daemon = True
         clock.start()
         try:
-            pickle.dump({"path": os.path.abspath(path), **options}, process.stdin)
+            pickle.dump({"path": os.path.abspath(path), **options}, process.stdin)  # type: ignore[arg-type]
             process.stdin.flush()  # type: ignore[union-attr]
             result = pickle.load(process.stdout)  # type: ignore[arg-type]
         except (EOFError, OSError, pickle.UnpicklingError):
