@@ -83,12 +83,13 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
 def _head(ds: xr.Dataset, pulls: np.ndarray) -> list[str]:
     law = parameters(ds)
     radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
+    mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
     return [
         f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
         f"pull-off force: mean {pulls.mean():.5g} N, standard deviation {pulls.std(ddof=1):.3g} N between places",
-        f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean",
-        f"{float(law.adhesion_mean):.4g} and spread {float(law.adhesion_spread):.4g}, which differs from the",
-        f"cumulative distribution over places by up to {misfit:.2g}; if that is too much, take more classes",
+        f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
+        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g};",
+        "if that is too much, take more classes",
         scope_of(ds),
     ]
 
