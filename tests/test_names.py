@@ -44,7 +44,6 @@ def test_no_verb_has_more_than_eight_options():
 @pytest.mark.parametrize(
     ("call", "option"),
     [
-        (lambda pull, **given: pull.contact.pull_off(**given), {"smoothing": 3.0}),
         (lambda pull, **given: roughxr.particles.to_dem(pull, code="rock_n_roll", **given), {"classes": 3}),
         (lambda pull, **given: roughxr.particles.to_dem(pull, code="rock_n_roll", **given), {"poisson_ratio": 0.2}),
     ],
@@ -53,7 +52,7 @@ def test_an_option_that_a_mode_does_not_use_is_refused(call, option):
     sweep = {"force": (("subregion", "delta"), [[0.0, -3.0, 1.0], [0.0, -2.0, 1.0], [0.0, -1.0, 1.0]])}
     pull = xr.Dataset(sweep, {"delta": [-1.0, 0.0, 1.0], "sphere_radius": 100.0, "work_of_adhesion": 0.1})
     pull = pull.assign_coords(contact_modulus=40.0).assign(pull_off_force=("subregion", [3.0, 2.0, 1.0]))
-    call(pull.drop_vars("force") if "smoothing" not in option else pull.drop_vars("pull_off_force"))
+    call(pull.drop_vars("force"))
     (name,) = option
     with pytest.raises(ValueError, match=f"{name}: not used"):
         call(pull, **option)
