@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 from datasets.make_glass import particle_centres
-from roughxr.statistics import bootstrap, debris, fit, summary, with_and_without
+from roughxr.statistics import debris
 
 
 def tiles(heights):
@@ -60,23 +60,6 @@ def test_single_asperities_and_other_variables_are_judged_too():
     assert debris(forces, name="pull_off_force").threshold_units == "nN"
     with pytest.raises(ValueError, match="positive number"):
         debris(catalogue, threshold=0)
-
-
-def test_every_statistic_comes_both_ways():
-    rng = np.random.default_rng(3)
-    force = rng.normal(5, 0.3, 64)
-    force[:6] += 20
-    ds = xr.Dataset({"pull_off_force": ("subregion", force, {"units": "nN"})})
-    flags = debris(ds, name="pull_off_force")
-    assert flags.sum() == 6
-    table = with_and_without(ds, flags, summary)
-    assert table.pull_off_force.sel(statistic="count").values.tolist() == [64, 58]
-    intervals = with_and_without(ds, flags, bootstrap, "pull_off_force", resamples=99)
-    assert float(intervals.estimate.sel(places="no debris", statistic="mean")) == pytest.approx(force[6:].mean())
-    laws = with_and_without(ds, flags, fit, "pull_off_force", simulations=0)
-    assert laws.aic.dims == ("places", "law")
-    with pytest.raises(ValueError, match="flags: expected"):
-        with_and_without(ds, flags[:5], summary)
 
 
 def test_equal_values_are_no_debris_of_the_few_that_differ():

@@ -219,7 +219,7 @@ def _add_measurement(command: Any) -> None:
         ("--spring-constant", "K", "for deflections, N/m"),
     )
     group.add_argument("--pulls", choices=("positive", "negative"), help="sign of a pulling force in the file")
-    words = "fraction of each curve, farthest from the surface, where no surface force acts; default: 0.3"
+    words = "a table of force curves; fraction of each, farthest from the surface, with the baseline: 1 is all of it"
     group.add_argument("--baseline", type=float, metavar="PART", help=words)
 
 

@@ -103,7 +103,7 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
             below = int((values < 0).sum())
             raise ValueError(
                 f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
-                "if it is a force-distance curve, give its baseline (--baseline 0.3); else give the sign of a pull, "
+                "if it is a force-distance curve, give its baseline (--baseline 1); else give the sign of a pull, "
                 "pulls='positive' or 'negative', and the values of the other sign are taken as noise"
             )
         pulls = "negative" if (values < 0).any() else "positive"

@@ -13,7 +13,7 @@ comparison        superposed pull-offs beside those of the simulation
 """
 
 from .comparison import force_ratio
-from .debris_rule import debris, with_and_without
+from .debris_rule import debris
 from .densities import cdf, pdf
 from .laws import LAWS, fit
 from .pooling import pooled
@@ -34,5 +34,4 @@ __all__ = [
     "reduction",
     "smooth_pull_off",
     "summary",
-    "with_and_without",
 ]

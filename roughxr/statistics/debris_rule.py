@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -91,43 +88,3 @@ def highest(catalogue: xr.Dataset, subregions: xr.Dataset) -> np.ndarray:
     heights = np.full(tree.n, -np.inf)
     np.maximum.at(heights, tile, catalogue["height"].values)
     return np.where(np.isfinite(heights), heights, np.nan)
-
-
-def with_and_without(
-    ds: xr.Dataset, flags: xr.DataArray, statistic: Callable[..., xr.Dataset], *arguments: Any, **options: Any
-) -> xr.Dataset:
-    """Return a statistic of all samples, and of those that are not debris.
-
-    Parameters
-    ----------
-    ds : Dataset
-    flags : DataArray of bool
-        True on debris, along the dimension of the samples; see `debris`.
-    statistic : function
-        Of a Dataset, such as `summary`; further arguments and options are passed on to it.
-
-    Returns
-    -------
-    Dataset
-        Its results along ``places``: "all" and "no debris".
-
-    Raises
-    ------
-    ValueError
-        If there are not as many flags as samples.
-
-    Examples
-    --------
-    >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 30.0], {"units": "nm"})})
-    >>> flags = xr.DataArray([False, False, True], dims="asperity")
-    >>> from roughxr.statistics import summary
-    >>> with_and_without(ds, flags, summary).height.sel(statistic="max").values.tolist()
-    [30.0, 2.0]
-    """
-    (dim,) = flags.dims
-    if flags.sizes[dim] != ds.sizes.get(dim):
-        raise ValueError(f"flags: expected {ds.sizes.get(dim, 0)} values along {dim!r}, found {flags.size}")
-    kept = ds.isel({dim: np.flatnonzero(~flags.values)})
-    both = [statistic(part, *arguments, **options) for part in (ds, kept)]
-    names = xr.DataArray(["all", "no debris"], dims="places", name="places")
-    return xr.concat(both, dim=names, combine_attrs="drop_conflicts")
