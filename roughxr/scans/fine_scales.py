@@ -17,6 +17,7 @@ from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_corr
 from ..vocabulary.schema import entered, finite, label, pixel, record, square_pixel, validate
 from ..vocabulary.units import Quantity, positive, single, whole_number
 from . import wavelength
+from .spectra import ring_means
 
 #: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
 #: particles on the scan, and over a smaller range chance spoils the fit.
@@ -167,10 +168,8 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     shape = squares.shape
     per_nm = np.hypot(np.fft.fftfreq(shape[0], steps[0])[:, None], np.fft.fftfreq(shape[1], steps[1]))
     width = 1 / min(n * step for n, step in zip(shape, steps))
-    ring = np.rint(per_nm / width).astype(int).ravel()
-    members = np.bincount(ring)
+    q, psd, members = ring_means(squares, per_nm, width)
     scale = steps[0] * steps[1] * squares.size
-    q, psd = (np.bincount(ring, weights=values.ravel()) / np.maximum(members, 1) for values in (per_nm, squares))
     occupied = members > 0
     occupied[0] = False
     return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _WAVES_PER_SAMPLE

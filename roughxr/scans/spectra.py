@@ -57,8 +57,9 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
     weights = 1.0 if window is None else window_of(window, shape)
-    psd = _averaged(scan["height"], _spectrum, "wavevector", radius, width, scale=weights, steps=steps)
-    out = label(_with_centres("psd", psd, "wavevector", radius, width).assign_attrs(scan.attrs))
+    q, psd, modes = ring_means(_spectrum(scan["height"].values, weights, steps), radius, width)
+    maps = {"psd": ("wavevector", psd), "psd_modes": ("wavevector", modes)}
+    out = label(xr.Dataset(maps, {"wavevector": q}, scan.attrs))
     share = float(scan["height"].isnull().mean())
     if share > MOST_MISSING:
         out.attrs["missing"] = (
@@ -97,31 +98,20 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     radius = np.hypot(lags[0][:, None], both)
     radius[0, : lags[1].size - 1] = np.nan  # mirrored by the other half of the same row
     radius[radius > min(lags[0][-1], lags[1][-1])] = np.nan
-    acf = _averaged(scan["height"], _correlation, "lag", radius, max(steps))
-    return label(_with_centres("acf", acf, "lag", radius, max(steps)).assign_attrs(scan.attrs))
+    lag, acf, _ = ring_means(_correlation(scan["height"].values), radius, max(steps))
+    return label(xr.Dataset({"acf": ("lag", acf)}, {"lag": lag}, scan.attrs))
 
 
-def _averaged(height: xr.DataArray, transform, dim: str, radius: np.ndarray, width: float, **options) -> xr.DataArray:
-    """Return the ring averages of a transform of the whole height map."""
-    ring = np.where(np.isnan(radius), -1, np.rint(np.nan_to_num(radius) / width)).astype(np.int32)
-    return xr.DataArray(_ring_means(transform(height.values, **options), ring, int(ring.max()) + 1), dims=dim)
-
-
-def _ring_means(values: np.ndarray, ring: np.ndarray, count: int) -> np.ndarray:
-    inside = ring >= 0
-    members = np.bincount(ring[inside], minlength=count)
-    sums = np.bincount(ring[inside], weights=values[inside], minlength=count)
-    return np.divide(sums, members, out=np.full(count, np.nan), where=members > 0)
-
-
-def _with_centres(name: str, averages: xr.DataArray, dim: str, radius: np.ndarray, width: float) -> xr.Dataset:
-    """Return ring averages over the mean radius of each ring, with the number of members."""
+def ring_means(values: np.ndarray, radius: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mean radius, mean value and number of members of rings of a width, without members of unknown radius."""
     inside = ~np.isnan(radius)
     ring = np.rint(radius[inside] / width).astype(int)
     members = np.bincount(ring)
-    centres = np.bincount(ring, weights=radius[inside]) / np.maximum(members, 1)
-    out = xr.Dataset({name: averages}, {dim: (dim, np.where(members > 0, centres, np.arange(members.size) * width))})
-    return out.assign({f"{name}_modes": (dim, members)}) if name == "psd" else out
+    centre, mean = (
+        np.divide(np.bincount(ring, part[inside]), members, out=np.full(members.size, np.nan), where=members > 0)
+        for part in (radius, values)
+    )
+    return np.where(members > 0, centre, np.arange(members.size) * width), mean, members
 
 
 def window_of(name: str, shape: tuple[int, ...]) -> np.ndarray:
