@@ -79,12 +79,12 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     high = [np.inf, 1.0, np.log(100.0 * longest), bounds[1]]
     start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
     solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
-    found, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
-    moved = (found + small * unit for unit in np.eye(count))
-    gradient = np.array([model(one, beyond) - model(found, beyond) for one in moved]) / small
+    fitted, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
+    moved = (fitted + small * unit for unit in np.eye(count))
+    gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
-    H = hurst if hurst is not None else max(found[3], bounds[0])
-    return np.array([np.exp(found[0]), np.exp(found[2]), H]), spread, 2.0 * solved.cost
+    H = hurst if hurst is not None else max(fitted[3], bounds[0])
+    return np.array([np.exp(fitted[0]), np.exp(fitted[2]), H]), spread, 2.0 * solved.cost
 
 
 def lay_factor(kx, ky, lay):
