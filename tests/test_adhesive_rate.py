@@ -45,7 +45,7 @@ def two_bumps(pixel, offset):
 
 @pytest.mark.filterwarnings("ignore:.*contacts with a radius below:UserWarning")
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
-    """1.5 to 6 cells to a contact's radius at pull-off; from four cells on less than a tenth is stated."""
+    """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "griffith", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
     expected = float(roughxr.adhesive(two_bumps(1.0, (0.0, 0.0)), **options).pull_off_force[0])
     covered, stated = [], []
@@ -56,4 +56,4 @@ def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_t
             covered.append(abs(float(cycle.pull_off_force[0]) / expected - 1) <= stated[-1][1])
     assert np.mean(covered) >= 0.95
     fine = [error for radius, error in stated if radius > 4]
-    assert len(fine) >= 3 and max(fine) < 0.1
+    assert len(fine) >= 3 and max(fine) < 0.25

@@ -225,11 +225,10 @@ def _error_of_one_mesh(cycles: Cycles) -> np.ndarray:
     if not cycles.wider:
         return np.full(len(cycles.paths), np.nan)
     errors = np.fmax(_edge_errors(cycles), _DEVIATIONS * _radius_errors(cycles))
-    if cycles.law == "griffith":
-        return errors
     pulls, steep = pull_offs_of(cycles), pull_offs_of(cycles._replace(wider=[]))
     with np.errstate(invalid="ignore", divide="ignore"):
-        return errors + np.abs(pulls - steep) / pulls
+        limited = np.abs(pulls - steep) > 0.99 * _LARGEST_CORRECTION * steep  # edges differ by more than their width
+        return errors + np.where(limited | (cycles.law == "dugdale"), np.abs(pulls - steep) / pulls, 0.0)
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
