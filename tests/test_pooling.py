@@ -74,7 +74,7 @@ def scans():
 
 def each(scans, solve, **options):
     """Return the results for several scans along ``scan``."""
-    return xr.concat([solve(one, **options) for one in scans], "scan")
+    return xr.concat([solve(one, **options) for one in scans], "scan", join="outer")
 
 
 def test_the_pooled_mean_lies_between_those_of_the_scans(scans):
@@ -88,7 +88,7 @@ def test_the_pooled_mean_lies_between_those_of_the_scans(scans):
 
 def test_scans_of_fewer_places_are_pooled_by_those_they_have(scans):
     parts = [one.contact.pull_off_map(subregions=grid) for one, grid in zip(scans, ((4, 4), (4, 4), (3, 3)))]
-    found = xr.concat(parts, "scan")
+    found = xr.concat(parts, "scan", join="outer")
     assert int(found.pull_off_force.isnull().sum()) == 7
     pooled = roughxr.statistics.pooled(found, "pull_off_force", statistics=["mean"], resamples=99)
     np.testing.assert_allclose(pooled.estimate[:, 0], [float(part.pull_off_force.mean()) for part in parts])

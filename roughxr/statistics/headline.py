@@ -172,7 +172,7 @@ def headline(summary: xr.Dataset) -> str:
         return str(summary.attrs.get("missing", ""))
     value = {name: float(summary[name]) if name in summary else np.nan for name in SCALARS}
     if "assumed" in summary.attrs:
-        words = sure(*(value[name] for name in ("pull_off_force", "low", "high")))
+        words = sure(value["pull_off_force"], value["low"], value["high"])
         return f"Best estimate {words}, with the roughness below the pixel; {summary.attrs['assumed']}"
     mean, known, count = value["pull_off_force"], int(value["places"]), int(value["solved_places"])
     places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
