@@ -375,10 +375,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     moments = rigid_moments(specimen, solved) if wet else simulated_moments(specimen, solved)
     out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
     if not wet:
-        at = places
-        if is_rests(places):  # on the vertices of the asperities that are summed
-            at = resting(specimen.scan, landings=places.attrs["landings"], on=catalogue)
-        out["solutions/rolling_superposed"] = rolling(catalogue, subregions=at)
+        out["solutions/rolling_superposed"] = rolling(catalogue, subregions=places)
         more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     known = groups | out
