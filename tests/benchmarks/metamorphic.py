@@ -87,7 +87,7 @@ def computed(verb, now, s):
             found = identities.computed(verb, now)
     ordered = "subregion" in found.dims and verb != "resting"
     power = {
-        name: POWERS.get(roughxr.schema.VARIABLES[name].units if name in roughxr.schema.VARIABLES else "", 0)
+        name: POWERS.get(found[name].attrs.get("units") or getattr(roughxr.schema.VARIABLES.get(name), "units", ""), 0)
         for name in found.variables
     }
     own = numbers(found, LEFT)
