@@ -181,15 +181,15 @@ def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layo
     record["converged"] = not np.isinf(rest)
     if not np.isfinite(rest):
         return record
-    held = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
-    scales = type(field.scales)(*(array[held] for array in field.scales))
-    u, v, delta = field.x[held] - x, field.y[held] - y, rest - offset[held]
+    supporting = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
+    scales = type(field.scales)(*(array[supporting] for array in field.scales))
+    u, v, delta = field.x[supporting] - x, field.y[supporting] - y, rest - offset[supporting]
     moments = rotation.resisting_moments(
-        layout.axes["direction"], u, v, field.orientation[held], delta, scales, load, spline
+        layout.axes["direction"], u, v, field.orientation[supporting], delta, scales, load, spline
     )
-    record["rest_delta"], record["contacts"] = rest, held.size
-    record["truncated"] = field.at_edge[held].any()
-    record["contact_area"] = rotation.total_force(rest, offset[held], scales, spline)[1]
+    record["rest_delta"], record["contacts"] = rest, supporting.size
+    record["truncated"] = field.at_edge[supporting].any()
+    record["contact_area"] = rotation.total_force(rest, offset[supporting], scales, spline)[1]
     return _put(record, layout, moments.T)
 
 

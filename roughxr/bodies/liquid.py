@@ -101,7 +101,7 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
 
 
 def _menisci(ds: xr.Dataset) -> Menisci:
-    schema.pair(ds, "kelvin_radius", "surface_tension", wet=True)
+    schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
     values = {name: float(ds[name]) for name in COORDINATES if name in ds.coords}
     return Menisci(
         values["kelvin_radius"],
@@ -114,7 +114,7 @@ def _menisci(ds: xr.Dataset) -> Menisci:
 
 def work_of(ds: xr.Dataset) -> float:
     """Return the work to part a pair of bodies, J/m²: of a humid one that of the liquid and of the solids under it."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
     return work if menisci is None else menisci.work + menisci.share * work
 
 
@@ -124,7 +124,7 @@ def angles(given: Any) -> tuple[float, float]:
     if len(both) != 2:
         raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
     words = "degrees from 0 to 90"
-    each = [single(one, "deg", "contact_angle", words, lambda angle: 0 <= angle < 180) for one in both]
+    each = [single(angle_given, "deg", "contact_angle", words, lambda angle: 0 <= angle < 180) for angle_given in both]
     if sum(each) >= 180 or max(each) > 90:
         raise ValueError(
             f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "

@@ -38,7 +38,7 @@ def detach(options: Namespace) -> None:
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
-            rows = [_named(one, name) for name, one in tables.items()]
+            rows = [_named(part, name) for name, part in tables.items()]
             table = xr.concat(rows, "scan", data_vars="all", coords="minimal", compat="override")
         print(f"written to {exports.to_table(table, options.output)}")
 
@@ -61,8 +61,8 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     groups = _load(path)
     method = options.method or leading(groups)
     moments = report.moments_of(groups, method)
-    wet = is_wet(moments)
-    if options.fluid == "water" and wet:
+    humid = is_wet(moments)
+    if options.fluid == "water" and humid:
         raise ValueError(
             f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "
             "run again without --humidity, with the --work-of-adhesion under water"

@@ -46,8 +46,8 @@ def _run_each(options: Namespace, output: Path) -> None:
     folders = several.folders(options.scan, output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
     answer = several.together(finished, refused, output)
-    for name, one in finished.items():
-        print(f"{name}: {headline(one.summary)}")
+    for name, run in finished.items():
+        print(f"{name}: {headline(run.summary)}")
     for name, reason in refused.items():
         tell(f"{name}: left out: {reason}")
     print(

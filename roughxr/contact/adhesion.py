@@ -309,7 +309,7 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     ds = specimen.bodies
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     yields = "hardness" in ds.coords
-    (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     length = range_of(ds, law)
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
@@ -331,7 +331,7 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
     parameter = median_tabor(specimen, length)
     if np.isfinite(parameter) or specimen.lazy or specimen.indenter.map:
         return parameter
-    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", wet=True)
+    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True)
     return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
 
 
@@ -348,7 +348,7 @@ def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str,
     """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is added within it."""
     if law not in ("auto", "exponential"):
         raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
-    (work,) = schema.pair(ds, "work_of_adhesion", wet=True)
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     beyond = np.exp(-menisci.height / length)
     work *= menisci.share + (1 - menisci.share) * beyond
     if "hardness" in ds.coords:

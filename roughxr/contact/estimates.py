@@ -127,7 +127,7 @@ def _roots(delta, force):
 
 def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
     """Return the work (J/m²) and range (nm) of a pair's attraction; of a humid one, of its solids' and the liquid's."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", wet=True), menisci_of(ds)
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
     if menisci is None:
         return [(work, range_of(ds))]
     return [(work * menisci.share, range_of(ds)), (menisci.work, menisci.range)]
@@ -182,7 +182,7 @@ def median_tabor(specimen: Specimen, length: float) -> float:
     return float(np.median(parameter)) if parameter.size else np.nan
 
 
-def law_of_range(parameter: float, *, yields: bool = False, wet: bool = False) -> str:
+def law_of_range(parameter: float, *, yields: bool = False, humid: bool = False) -> str:
     """Return the law that `adhesive` takes for "auto", and `regime` recommends, at the asperities' Tabor parameter.
 
     Examples
@@ -190,4 +190,4 @@ def law_of_range(parameter: float, *, yields: bool = False, wet: bool = False) -
     >>> law_of_range(132.0), law_of_range(0.8), law_of_range(132.0, yields=True), law_of_range(float("nan"))
     ('griffith', 'exponential', 'exponential', 'exponential')
     """
-    return "griffith" if parameter >= SHORT_RANGE and not (yields or wet) else "exponential"
+    return "griffith" if parameter >= SHORT_RANGE and not (yields or humid) else "exponential"

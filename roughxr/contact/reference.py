@@ -122,9 +122,9 @@ def hertz(
     )
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
-    found = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
+    states = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
     names = {"P": "force", "a": "semi_axis_a", "b": "semi_axis_b", "area": "contact_area", "p0": "pressure"}
-    return _along("delta", delta, {name: [getattr(state, key) for state in found] for key, name in names.items()})
+    return _along("delta", delta, {name: [getattr(state, key) for state in states] for key, name in names.items()})
 
 
 def jkr_sphere(
@@ -197,8 +197,8 @@ def jkr_curve(
     )
     units = _jkr_units(radius, contact_modulus, work_of_adhesion)
     a = np.linspace(0.0, largest, points)
-    found = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
-    return _along("semi_axis_a", units.a * a, found)
+    curve = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
+    return _along("semi_axis_a", units.a * a, curve)
 
 
 def jkr_pull_off(
@@ -569,7 +569,7 @@ def meniscus_sphere(
     if D[0] < 0:
         raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
     angles = liquid.angles(contact_angle)
-    constants = np.array([_meniscus(one, radius, kelvin_radius, *angles) for one in D])
+    constants = np.array([_meniscus(gap_value, radius, kelvin_radius, *angles) for gap_value in D])
     thin = 2 * radius * np.maximum(sum(np.cos(angles)) - D / kelvin_radius, 0.0)
     forces = {"force": constants, "thin_force": thin}
     return _along("distance", D, {name: 0 - np.pi * surface_tension * each for name, each in forces.items()})
@@ -764,10 +764,10 @@ def _potential(law: str, work: float, length: float, retardation: float | None =
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
     if law != "hamaker" and retardation is not None:
         raise ValueError(f"retardation: used by law='hamaker' only, found law={law!r}; leave it out")
-    found = potentials.potential(law, work, length, np.inf if retardation is None else retardation)
-    if found.code == potentials.RETARDED:
-        return found._replace(work=work**2 / float(potentials.energy(length, found)))
-    return found
+    built = potentials.potential(law, work, length, np.inf if retardation is None else retardation)
+    if built.code == potentials.RETARDED:
+        return built._replace(work=work**2 / float(potentials.energy(length, built)))
+    return built
 
 
 def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -> tuple[float, float]:

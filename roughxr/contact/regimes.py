@@ -91,7 +91,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     specimen = in_memory(ds)
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
-    w, attractions, wet = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
+    w, attractions, humid = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
@@ -99,21 +99,21 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
         "asperity_tabor": (
             max(_tabor(tip, modulus, *each) for each in attractions)
-            if wet
+            if humid
             else median_tabor(specimen, range_of(bodies))
         ),
         "pull_beyond_contact": float(close.pull_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
-    if wet:
+    if humid:
         result["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = hardness_of(bodies)
     if np.isfinite(hardness):
         result["yields"] = result["peak_pressure"] > hardness
-    beyond = 1.0 if wet else result["pull_beyond_contact"]
+    beyond = 1.0 if humid else result["pull_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
-    kind = {"yields": "hardness" in bodies.coords, "wet": wet}
+    kind = {"yields": "hardness" in bodies.coords, "wet": humid}
     words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
     attributes = {"recommendation": words, "law": law_of_range(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
@@ -131,12 +131,12 @@ def _recommended(tabor: float, beyond: float) -> str:
     return "superpose" if tabor >= SHORT_RANGE and beyond < _MOST_BEYOND_CONTACT else "adhesive"
 
 
-def _sentence(result: dict[str, Any], *, yields: bool, wet: bool) -> str:
+def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
     """Return the recommendation as a sentence."""
     tabor, beyond = result["asperity_tabor"], result["pull_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
-        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=wet)}",
+        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=humid)}",
         "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
     }[result["recommended"]]
     words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
@@ -304,5 +304,5 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
 def in_memory(ds: xr.Dataset | Specimen) -> Specimen:
     """Return a complete scan in memory with a sphere and adhesion assigned; raise for any other."""
     specimen = specimen_of(ds).in_memory
-    schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", wet=True)
+    schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", humid=True)
     return specimen

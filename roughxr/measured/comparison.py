@@ -107,15 +107,15 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if not isinstance(ds, xr.Dataset):
         raise TypeError(f"{words}: expected a Dataset with {_NAME}, found {type(ds).__name__}")
     if _NAME not in ds:
-        held = ", ".join(map(str, ds.data_vars)) or "nothing"
-        raise ValueError(f"{words}: expected {_NAME}, found {held}; take .contact.pull_off() of a solution first")
-    found = counted_equally(known_samples(ds, _NAME), "compare")
-    if not (found.values > 0).any():
+        names = ", ".join(map(str, ds.data_vars)) or "nothing"
+        raise ValueError(f"{words}: expected {_NAME}, found {names}; take .contact.pull_off() of a solution first")
+    sample = counted_equally(known_samples(ds, _NAME), "compare")
+    if not (sample.values > 0).any():
         raise ValueError(
-            f"{words}: expected at least one {_NAME} that pulls (positive), found none of {found.values.size}; "
+            f"{words}: expected at least one {_NAME} that pulls (positive), found none of {sample.values.size}; "
             "if the file counts pulls as negative, state pulls='negative' where it is opened"
         )
-    return found
+    return sample
 
 
 def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int) -> xr.Dataset:
@@ -166,14 +166,14 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
 
 def _places(predicted: Samples, measured: Samples, shift: Any) -> xr.Dataset:
     """Return the comparison place by place; empty where places cannot be compared."""
-    asked = isinstance(shift, str)
+    searched = isinstance(shift, str)
     if shift is None or predicted.places is None or measured.places is None:
         return xr.Dataset()
-    given = None if asked and schema.one_of(shift, ("find",), "shift") else _shift(shift)
+    given = None if searched and schema.one_of(shift, ("find",), "shift") else _shift(shift)
     try:
         match = matched(predicted, measured, shift=given)
     except ValueError:
-        if not asked:
+        if not searched:
             raise
         return xr.Dataset()
     return _of_match(match, measured, certain=given is not None)
@@ -183,7 +183,7 @@ def _shift(shift: Any) -> tuple[float, float]:
     lengths = magnitude(shift, "nm", "shift") if not isinstance(shift, (tuple, list)) else shift
     if np.size(lengths) != 2:
         raise ValueError(f"shift: expected 'find', None or two lengths (along x, along y), found {shift!r}")
-    along_x, along_y = (float(magnitude(one, "nm", "shift")) for one in lengths)
+    along_x, along_y = (float(magnitude(length, "nm", "shift")) for length in lengths)
     return along_x, along_y
 
 

@@ -168,8 +168,8 @@ def fit_pair(
     given = {"confidence": confidence, "error": force_error}
     fit = matching(forces, predict, start, proportional=fitted.proportional, reach=fitted.reach, **given)
     out = _labelled(fit, quantity, fitted)
-    told = np.isfinite(fit.value) and (fitted.proportional or abs(fit.exponent) > _LEAST_EXPONENT)
-    out[_TRADES[fitted.traded]] = trade(fit, predict(fit.value, CHANGE).forces) if told else np.nan
+    determined = np.isfinite(fit.value) and (fitted.proportional or abs(fit.exponent) > _LEAST_EXPONENT)
+    out[_TRADES[fitted.traded]] = trade(fit, predict(fit.value, CHANGE).forces) if determined else np.nan
     law = {"law": predict.held["law"]} if method == "adhesive" else {}
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs |= {"measured_from": str(measured.attrs.get("source_file", ""))}
@@ -256,26 +256,28 @@ def _words(quantity: str, fitted: _Quantity, fit: Fitted, out: xr.Dataset, ds: x
     power = float(out[_TRADES[fitted.traded]])
     if quantity == "work_of_adhesion":
         modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
-        apart = "hardly at all" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
-        said = [f"w depends on the assumed {modulus} to the power {power:.2f}, {apart}"]
-        said += ["the range of adhesion is the assumed one"]
+        separable = "hardly at all" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
+        notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]
+        notes += ["the range of adhesion is the assumed one"]
     elif abs(fit.exponent) <= _LEAST_EXPONENT:
-        said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"forces depend on the {fitted.words} to the power {fit.exponent:.2f} only: they do not determine it"]
+        notes = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
+        notes += [f"forces depend on the {fitted.words} to the power {fit.exponent:.2f} only: they do not determine it"]
     else:
-        said = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
-        said += [f"the {fitted.words} depends on it to the power {power:.2f}, so that the two cannot be told apart"]
+        notes = [f"the work of adhesion is held at {float(ds['work_of_adhesion']):.3g} J/m²"]
+        notes += [f"the {fitted.words} depends on it to the power {power:.2f}, so that the two cannot be told apart"]
     covered = f"{fit.values[0]:.3g} to {fit.values[-1]:.3g}"
     if np.isnan(fit.value):
-        said += [
+        notes += [
             f"the best value is at the end of the range tried, {covered}: start nearer to it, or check the values held"
         ]
     elif np.isnan(fit.low) or np.isnan(fit.high):
-        said += [f"the interval reaches beyond the values that could be solved, {covered}"]
+        notes += [f"the interval reaches beyond the values that could be solved, {covered}"]
     if fit.stretches > 1:
-        said += [f"the interval falls into {fit.stretches} parts: more than one {fitted.words} predicts these forces"]
+        notes += [f"the interval falls into {fit.stretches} parts: more than one {fitted.words} predicts these forces"]
     if fit.left_out:
-        said += [f"left out, since it could not be solved: {', '.join(f'{one:.3g}' for one in fit.left_out)}"]
+        notes += [f"left out, since it could not be solved: {', '.join(f'{value:.3g}' for value in fit.left_out)}"]
     if np.isfinite(fit.spread_ratio) and not _EXPLAINED_SPREAD[0] < fit.spread_ratio < _EXPLAINED_SPREAD[1]:
-        said += [f"the measured spread is {fit.spread_ratio:.2g} times the predicted, which no {fitted.words} explains"]
-    return "; ".join(said)
+        notes += [
+            f"the measured spread is {fit.spread_ratio:.2g} times the predicted, which no {fitted.words} explains"
+        ]
+    return "; ".join(notes)

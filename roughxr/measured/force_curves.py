@@ -118,8 +118,8 @@ def curves_pull_off(
     ds = schema.entered(ds)
     single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
     recorded, stiffness = _read(ds, spring_constant)
-    back = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
-    pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(back["piezo"].values, back["force"].values)]
+    retraction = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
+    pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(retraction["piezo"].values, retraction["force"].values)]
     out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Pull._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
@@ -148,18 +148,22 @@ def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
 def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
     """Return travel and force along (subregion, …, sample), and the stiffness, inf where it is not known."""
     name = "force" if "force" in ds else "deflection"
-    for one in ("piezo", name):
-        if one not in ds or "sample" not in ds[one].dims or not set(ds[one].dims) <= {"subregion", "branch", "sample"}:
-            found = (
-                f"dimensions {tuple(ds[one].dims)}" if one in ds else f"variables {', '.join(map(str, ds.data_vars))}"
+    for axis in ("piezo", name):
+        if (
+            axis not in ds
+            or "sample" not in ds[axis].dims
+            or not set(ds[axis].dims) <= {"subregion", "branch", "sample"}
+        ):
+            shape = (
+                f"dimensions {tuple(ds[axis].dims)}" if axis in ds else f"variables {', '.join(map(str, ds.data_vars))}"
             )
-            raise ValueError(f"{one}: expected it along 'sample' or ('subregion', 'sample'), found {found}")
+            raise ValueError(f"{axis}: expected it along 'sample' or ('subregion', 'sample'), found {shape}")
     stiffness = _stiffness(ds, spring_constant)
     if name == "deflection" and np.isinf(stiffness):
         raise ValueError("spring_constant: expected it in N/m to make forces of deflections, found none")
     force = converted(ds["force"], "nN", "force") if name == "force" else converted(ds[name], "nm", name) * stiffness
     pair = xr.broadcast(converted(ds["piezo"], "nm", "piezo"), force)
-    both = [one if "subregion" in one.dims else one.expand_dims("subregion") for one in pair]
+    both = [axis if "subregion" in axis.dims else axis.expand_dims("subregion") for axis in pair]
     out = xr.Dataset(dict(zip(("piezo", "force"), both))).transpose("subregion", ..., "sample")
     if "branch" in out.dims and "retraction" not in out.get_index("branch"):
         raise ValueError(f"branch: expected 'retraction' among them, found {out['branch'].values.tolist()}")

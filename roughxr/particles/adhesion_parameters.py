@@ -90,7 +90,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
     ds = schema.entered(ds)
     expect_moments(ds)
-    kept = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
+    reduced = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]
     columns = {
         "lever": ds["lever"].mean("direction"),
@@ -98,7 +98,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
         "moment_least": moment.min("direction"),
         "moment_largest": moment.max("direction"),
     }
-    out = kept.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
+    out = reduced.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
     return schema.record(schema.label(out), "by_place", ds)
 
 

@@ -122,7 +122,7 @@ def _distribution(ds: xr.Dataset) -> str:
         table["lever_over_radius"] = _levers(ds, force) / float(ds["sphere_radius"])
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(one):.6g}" for name, one in schema.travelling(ds).items()),
+        *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),
         f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")

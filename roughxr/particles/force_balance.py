@@ -115,8 +115,8 @@ def critical_load(
     body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
-    held = held_of(ds, direction, friction_coefficient, shear_strength)
-    strength, mode = first_strength(kind, body, held)
+    limit = held_of(ds, direction, friction_coefficient, shear_strength)
+    strength, mode = first_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
@@ -169,19 +169,19 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
         raise ValueError("pull_off: expected pull_off_force along subregion at the same places, found others")
     load = float(ds.attrs.get("load", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
-    held: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
-    changed = {name: (ds[name] - part) * scale + part for name, part in held.items()}
+    columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
+    changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
     changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
     out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.record(schema.label(out), "with_pull_off", ds)
 
 
-def _same_places(one: xr.Dataset, other: xr.Dataset) -> bool:
+def _same_places(first: xr.Dataset, other: xr.Dataset) -> bool:
     """Return whether two results have the same contact centres in the same order."""
-    if one.sizes["subregion"] != other.sizes.get("subregion"):
+    if first.sizes["subregion"] != other.sizes.get("subregion"):
         return False
-    return all(np.allclose(one[name], other[name]) for name in ("subregion_x", "subregion_y") if name in one.coords)
+    return all(np.allclose(first[name], other[name]) for name in ("subregion_x", "subregion_y") if name in first.coords)
 
 
 def scope_of(ds: xr.Dataset) -> str:
@@ -261,8 +261,8 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
 def expect_moments(ds: xr.Dataset):
     """Raise for anything but a result of `rolling`."""
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
-        found = ", ".join(map(str, ds.data_vars)) or "none"
-        raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {found}")
+        names = ", ".join(map(str, ds.data_vars)) or "none"
+        raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {names}")
 
 
 #: Largest and least that any body has, and what some have.
@@ -278,8 +278,8 @@ def _possible(given: Any, units: str, name: str) -> float | None:
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
     if value is not None and not low <= value <= high:
-        found = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
-        raise ValueError(f"{name}: expected a physical value ({known}), found {found}")
+        stated = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
+        raise ValueError(f"{name}: expected a physical value ({known}), found {stated}")
     return value
 
 
@@ -292,35 +292,35 @@ def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarra
     return np.cos(angles[None, :] - towards[:, None])
 
 
-def drive_ratios(push: Push, body: Body, held: Held) -> np.ndarray:
+def drive_ratios(push: Push, body: Body, limit: Held) -> np.ndarray:
     """Return drive over resistance, (mode, place), for a push whose arrays have one entry for each place, or one."""
-    along, turn, away = (np.broadcast_to(part, held.pull_off.shape) for part in push[:3])
-    about = (along * body.radius + turn)[:, None] * held.share + (away + held.load)[:, None] * held.hinge
+    along, turn, away = (np.broadcast_to(part, limit.pull_off.shape) for part in push[:3])
+    about = (along * body.radius + turn)[:, None] * limit.share + (away + limit.load)[:, None] * limit.hinge
     with np.errstate(divide="ignore", invalid="ignore"):
-        roll = np.where(held.moment > 0, about / held.moment, np.where(about >= held.moment, np.inf, 0.0))
+        roll = np.where(limit.moment > 0, about / limit.moment, np.where(about >= limit.moment, np.inf, 0.0))
         roll = roll.min(axis=0).max(axis=1)
-        slide, holds = np.zeros_like(roll), held.pull_off - away
-        if held.friction is not None or held.strength is not None:
-            most = held.strength * held.area if held.strength is not None else held.friction * holds
+        slide, holds = np.zeros_like(roll), limit.pull_off - away
+        if limit.friction is not None or limit.strength is not None:
+            most = limit.strength * limit.area if limit.strength is not None else limit.friction * holds
             slide = np.where(most > 0, along / most, np.where(along > 0, np.inf, 0.0))
-        raised = np.where(holds > 0, np.maximum(away, 0) / held.pull_off, np.inf)
-    raised = np.where((held.pull_off > 0) | (away >= 0), raised, 0.0)
-    return np.where(held.known, np.array([roll, slide, raised]), np.nan)
+        raised = np.where(holds > 0, np.maximum(away, 0) / limit.pull_off, np.inf)
+    raised = np.where((limit.pull_off > 0) | (away >= 0), raised, 0.0)
+    return np.where(limit.known, np.array([roll, slide, raised]), np.nan)
 
 
-def first_strength(kind: Load, body: Body, held: Held) -> tuple[np.ndarray, np.ndarray]:
+def first_strength(kind: Load, body: Body, limit: Held) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest strength at which each place gives way, and by which mode."""
     low, high = kind.span
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]
-    goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, held) >= 1).any(axis=0) for s in tried])
+    goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, limit) >= 1).any(axis=0) for s in tried])
     first, any_at_all = goes.argmax(axis=0), goes.any(axis=0)
     above, below = tried[first], tried[np.maximum(first - 1, 0)]
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)
-        gone = (drive_ratios(kind.push(middle, body), body, held) >= 1).any(axis=0)
+        gone = (drive_ratios(kind.push(middle, body), body, limit) >= 1).any(axis=0)
         above, below = np.where(gone, middle, above), np.where(gone, below, middle)
     strength = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
-    ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, held)
+    ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, limit)
     mode = np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)]
-    return strength, np.where(held.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)
+    return strength, np.where(limit.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)

@@ -99,13 +99,13 @@ def resuspension(
     speed = _not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = _not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
-    held = held_of(ds, direction, friction_coefficient, shear_strength)
-    if not held.known.any():
-        raise ValueError(f"expected at least one place in contact, found none of {held.known.size}")
-    out = _labelled(_here(speed, seconds, body, held, model), ds, speed, seconds)
+    limit = held_of(ds, direction, friction_coefficient, shear_strength)
+    if not limit.known.any():
+        raise ValueError(f"expected at least one place in contact, found none of {limit.known.size}")
+    out = _labelled(_remaining_at(speed, seconds, body, limit, model), ds, speed, seconds)
     out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
-    out = _with_band(out, int(held.known.sum()))
-    out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(held.known.sum())}
+    out = _with_band(out, int(limit.known.sum()))
+    out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact", "comment": scope_of(ds)}
     given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
     given |= {"particle_density": particle_density, **recorded(body)}
@@ -121,18 +121,18 @@ def _not_negative(values: Any, units: str, name: str) -> np.ndarray:
     return array
 
 
-def _here(speed: np.ndarray, seconds: np.ndarray, body: Body, held: Held, model: str) -> np.ndarray:
+def _remaining_at(speed: np.ndarray, seconds: np.ndarray, body: Body, limit: Held, model: str) -> np.ndarray:
     """Return the probability (place, speed, time) that the particle at each place remains."""
     push = LOADS["wall_shear"].push
-    ratio = np.array([drive_ratios(push(np.array([u]), body), body, held).max(axis=0) for u in speed])
+    ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
     left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow)
-    return np.where(held.known[:, None, None], left.transpose(1, 0, 2), np.nan)
+    return np.where(limit.known[:, None, None], left.transpose(1, 0, 2), np.nan)
 
 
-def _labelled(here: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.ndarray) -> xr.Dataset:
+def _labelled(shares: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.ndarray) -> xr.Dataset:
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     dims = ("subregion", "friction_velocity", "time")
-    return xr.Dataset({"remaining_here": (dims, here)}, coords={**place, "friction_velocity": speed, "time": seconds})
+    return xr.Dataset({"remaining_here": (dims, shares)}, coords={**place, "friction_velocity": speed, "time": seconds})
 
 
 def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:

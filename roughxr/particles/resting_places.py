@@ -148,15 +148,15 @@ def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
     pairs, pixels = _borders(z, labels)
     passes = rests.passes(z, labels, pairs, pixels, places[:, 2], ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
-    kept = np.unique(to[np.flatnonzero(rests.areas(labels, len(to)))])
-    kept = kept[kept != rests.OFF]
+    reached = np.unique(to[np.flatnonzero(rests.areas(labels, len(to)))])
+    reached = reached[reached != rests.OFF]
     number = np.zeros(len(to), np.int64)
-    number[kept] = np.arange(1, kept.size + 1)
+    number[reached] = np.arange(1, reached.size + 1)
     _relabel(labels, number[to])
     pairs = number[to[pairs]]
     between = pairs[:, 0] != pairs[:, 1]
     pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
-    return _Rests(places[kept], labels, pairs, passes[chosen])
+    return _Rests(places[reached], labels, pairs, passes[chosen])
 
 
 def _rolled(ground: rests.Ground, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -273,11 +273,11 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> x
     out = _carried(out, ground, settled.places)
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
-    here, there = np.concatenate([settled.pairs, settled.pairs[:, ::-1]]).T
-    order = np.lexsort((np.tile(settled.passes[:, 2], 2), here))
-    which, first = np.unique(here[order], return_index=True)
+    source, target = np.concatenate([settled.pairs, settled.pairs[:, ::-1]]).T
+    order = np.lexsort((np.tile(settled.passes[:, 2], 2), source))
+    which, first = np.unique(source[order], return_index=True)
     of = order[first[which != rests.OFF]]  # the lowest of each rest
-    lowest[here[of] - 1] = np.column_stack([settled.passes[of % len(settled.pairs)], there[of] - 1])
+    lowest[source[of] - 1] = np.column_stack([settled.passes[of % len(settled.pairs)], target[of] - 1])
     out["barrier"] = "subregion", lowest[:, 2] - settled.places[:, 2]
     for k, axis in enumerate("xy"):
         out[f"pass_{axis}"] = "subregion", lowest[:, k]

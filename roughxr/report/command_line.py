@@ -57,7 +57,7 @@ def _image(scan: xr.Dataset) -> list[str]:
 
 def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     """Return the options of the pair of bodies, as given where the run records it."""
-    modulus, work = schema.pair(scan, *schema.PAIR[1:], wet=True)
+    modulus, work = schema.pair(scan, *schema.PAIR[1:], humid=True)
     parts = ["--sphere-radius", f"{float(scan['sphere_radius']):.12g}"] if "sphere_radius" in scan.coords else []
     if "materials" in given:
         parts += ["--materials", "/".join(_listed(given["materials"]))]
@@ -84,4 +84,4 @@ def _named(given: dict[str, Any], *names: str) -> list[str]:
 
 def _listed(value: Any) -> list[str]:
     values = value if isinstance(value, list) else [value]
-    return [one if isinstance(one, str) else repr(one) for one in values]
+    return [item if isinstance(item, str) else repr(item) for item in values]

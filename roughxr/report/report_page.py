@@ -122,7 +122,8 @@ def facts(run: Run) -> list[tuple[str, str]]:
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the pair of bodies, by name."""
-    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in scan.coords}
+    names = [str(name) for name in scan.coords]
+    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in names}
     return [
         (schema.VARIABLES[name].long_name, number(value, units[name], digits=5))
         for name, value in schema.travelling(scan).items()

@@ -107,7 +107,7 @@ def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
     if "solutions/smooth" in run:
         smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
         for delta in deltas:
-            rough, flat = (one.sel(delta=delta, method="nearest") for one in (force.mean("subregion"), smooth))
+            rough, flat = (curve.sel(delta=delta, method="nearest") for curve in (force.mean("subregion"), smooth))
             rows[f"rough / smooth force at {number(delta, 'nm')}"] = float(rough / flat)
     if "solutions/hertz" in run:
         rows[_PARTING] = float(force_ratio(run["solutions/hertz"], direct)["parting_delta"].median())
@@ -197,7 +197,7 @@ def main_numbers(run: Run) -> pd.DataFrame:
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull).sel(resampling="block")
         for name in chosen:
             at = ends.sel(statistic=name)
-            words = sure(*(float(at[end]) for end in ("estimate", "low", "high"))).removesuffix(")")
+            words = sure(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")
             count = number(at["independent_places"], digits=2)
             table[f"{_MAIN[name]}, {places}"] = [*words.split(" (95 % interval "), count]
     columns = ["estimate", "95 % interval", "independent places"]

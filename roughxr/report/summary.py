@@ -103,7 +103,7 @@ def _flow(run: Run) -> dict[str, float]:
     ends = (float(critical[name].weighted(shares(critical)).quantile(0.5)), np.nan, np.nan)
     if int(critical[name].notnull().sum()) > 1:
         median = bootstrap(critical[[name]], name, statistics=["q50"]).sel(resampling="block").isel(statistic=0)
-        ends = tuple(float(median[end]) for end in ("estimate", "low", "high"))
+        ends = (float(median["estimate"]), float(median["low"]), float(median["high"]))
     flow = dict(zip((name, f"{name}_low", f"{name}_high"), ends))
     stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
@@ -149,7 +149,7 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
     solved = run["solutions/adhesive"]
     if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
         return dict(run)
-    error = _among(solved, abs(mesh_change(run)))
+    error = _is_among(solved, abs(mesh_change(run)))
     names = ("solutions/adhesive", "statistics/adhesive")
     return {**run, **{name: schema.label(run[name].assign(pull_off_error=error.variable)) for name in names}}
 
@@ -171,7 +171,7 @@ def by_place(run: Run) -> xr.Dataset:
             columns[name] = numbered if "subregion" in column.coords else column
     if "solutions/extrapolated" in run and "solutions/adhesive" in run:
         mean = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
-        columns["pull_off_force_extrapolated"] = _among(run["solutions/adhesive"], mean)
+        columns["pull_off_force_extrapolated"] = _is_among(run["solutions/adhesive"], mean)
     known = {name: column for name, column in columns.items() if bool(column.notnull().any())}
     return xr.Dataset(known)
 
@@ -210,7 +210,7 @@ def _at(every: xr.Dataset, some: xr.Dataset) -> xr.DataArray:
     return some["pull_off_force"].copy(data=every["pull_off_force"].isel(subregion=same).values)
 
 
-def _among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
+def _is_among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
     """Return the values of some places at all of them, NaN at the others."""
     some = at_first_preload(some)
     known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))

@@ -117,8 +117,8 @@ def _direct_rows(run: Run) -> dict[str, float]:
     ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
     difference = ratio["mean_difference"].sel(delta=list(_AGREEMENT_DELTAS), method="nearest").values
     rows |= {
-        f"superposed / direct at {delta:g} nm, no debris": 1 + float(one)
-        for delta, one in zip(_AGREEMENT_DELTAS, difference)
+        f"superposed / direct at {delta:g} nm, no debris": 1 + float(value)
+        for delta, value in zip(_AGREEMENT_DELTAS, difference)
     }
     agree = (abs(ratio["force_difference"]) <= 0.1).any("delta")
     return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}

@@ -312,7 +312,8 @@ def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
 
 def _superposed(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities by each formulation, and their pull-off."""
-    specimen, groups = task.specimen, {}
+    specimen = task.specimen
+    groups: dict[str, xr.Dataset] = {}
     if _is_wet(task):
         return groups  # neighbours' menisci merge: no sum over asperities
     for name, way in COMPARED.items():
@@ -370,11 +371,11 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
     humid air, where a simulation takes minutes and no asperities are summed, they are those of rigid bodies.
     """
-    specimen, groups, places, wet = task.specimen, task.groups, task.plan.subregions, _is_wet(task)
+    specimen, groups, places, humid = task.specimen, task.groups, task.plan.subregions, _is_wet(task)
     catalogue, solved = specimen.derived(asperities), groups["solutions/adhesive"]
-    moments = rigid_moments(specimen, solved) if wet else simulated_moments(specimen, solved)
+    moments = rigid_moments(specimen, solved) if humid else simulated_moments(specimen, solved)
     out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
-    if not wet:
+    if not humid:
         out["solutions/rolling_superposed"] = rolling(catalogue, subregions=places)
         more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
@@ -382,7 +383,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     out |= {f"statistics/{name}": critical_load(report.moments_of(known, way)) for name, way in more.items()}
     if is_rests(places):
         out["statistics/rests"] = places
-        if not wet:
+        if not humid:
             landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
             out |= {"solutions/rolling_landed": landed, "statistics/detachment_landed": critical_load(landed)}
     return out

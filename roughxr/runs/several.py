@@ -61,7 +61,7 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
     refused: dict[str, str] = {}
     took: list[float] = []
     for count, (scan, folder) in enumerate(scans.items()):
-        left = f", {about(np.mean(took) * (len(scans) - count))} left for all of them" if took else ""
+        left = f", {about(float(np.mean(took)) * (len(scans) - count))} left for all of them" if took else ""
         say(f"scan {count + 1} of {len(scans)}: {scan.name}{left}")
         begun = time.monotonic()
         try:
@@ -71,9 +71,9 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
             say(f"{scan.name}: left out: {error}")
             continue
         took.append(time.monotonic() - begun)
-    if not any(_FORCE in one.summary for one in finished.values()):
+    if not any(_FORCE in run.summary for run in finished.values()):
         raise ValueError("expected at least one scan with a pull-off, found none: " + "; ".join(refused.values()))
-    return {name: one for name, one in finished.items() if _FORCE in one.summary}, refused
+    return {name: run for name, run in finished.items() if _FORCE in run.summary}, refused
 
 
 def _finished(run: Mapping[str, xr.Dataset]) -> Finished:
@@ -86,7 +86,7 @@ def _finished(run: Mapping[str, xr.Dataset]) -> Finished:
 
 def together(finished: Mapping[str, Finished], refused: Mapping[str, str], output: Path) -> str:
     """Write the tables of scans and of all places, and the page of all scans; return the pooled answer in words."""
-    tables = [place_table(one.places, name) for name, one in finished.items()]
+    tables = [place_table(run.places, name) for name, run in finished.items()]
     every = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
     for ending in endings:
@@ -101,8 +101,8 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
         table=f"{output.name}{endings[-1]}",
         answer=answer,
         pair=next(iter(finished.values())).pair,
-        rows=[(name, Path(name).stem, _cells(one)) for name, one in finished.items()],
-        cautions={name: one.cautions for name, one in finished.items() if one.cautions},
+        rows=[(name, Path(name).stem, _cells(run)) for name, run in finished.items()],
+        cautions={name: run.cautions for name, run in finished.items() if run.cautions},
         refused=refused,
     )
     with whole(output / "index.html") as temporary:
@@ -112,26 +112,26 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
 
 def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
     """Return the summaries as one row for each scan, without empty columns."""
-    out = xr.Dataset({"label": ("scan", [one.label for one in finished.values()])}, {"scan": list(finished)})
+    out = xr.Dataset({"label": ("scan", [run.label for run in finished.values()])}, {"scan": list(finished)})
     for name, (units, meaning) in SCALARS.items():
-        values = np.array([float(one.summary[name]) if name in one.summary else np.nan for one in finished.values()])
+        values = np.array([float(run.summary[name]) if name in run.summary else np.nan for run in finished.values()])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
         if np.isfinite(values).any():
             out[column] = ("scan", [float(f"{v:.4g}") for v in values], {"units": units, "long_name": meaning})
-    out["warnings"] = ("scan", [len(one.cautions) for one in finished.values()])
+    out["warnings"] = ("scan", [len(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 
 def _pooled_words(finished: Mapping[str, Finished]) -> str:
     """Return the mean over scans with its interval, and how much scans differ, where they are alike."""
-    enough = {name: one for name, one in finished.items() if int(one.places[_FORCE].notnull().sum()) > 1}
+    enough = {name: run for name, run in finished.items() if int(run.places[_FORCE].notnull().sum()) > 1}
     if len(enough) < 2:
         return ""
-    sizes = np.array([one.size for one in enough.values()])
+    sizes = np.array([run.size for run in enough.values()])
     if np.ptp(sizes, axis=0).max() > _ALIKE * sizes.max():
         return "The scans differ in size or pixel: each mean is that of its own scan, and none is pooled."
-    each = [one.places[[_FORCE]].where(one.places[_FORCE].notnull(), drop=True) for one in enough.values()]
-    numbered = [one.assign_coords(subregion=np.arange(one.sizes["subregion"])) for one in each]
+    each = [run.places[[_FORCE]].where(run.places[_FORCE].notnull(), drop=True) for run in enough.values()]
+    numbered = [run.assign_coords(subregion=np.arange(run.sizes["subregion"])) for run in each]
     every = xr.concat(numbered, "scan", join="outer", data_vars="all", coords="minimal", compat="override")
     pooled_mean = pooled(every, _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
@@ -141,20 +141,20 @@ def _pooled_words(finished: Mapping[str, Finished]) -> str:
     )
 
 
-def _cells(one: Finished) -> list[str]:
+def _cells(run: Finished) -> list[str]:
     """Return the row of a scan on the page, and nothing where it has no pull-off."""
-    value = {name: float(one.summary[name]) if name in one.summary else np.nan for name in SCALARS}
+    value = {name: float(run.summary[name]) if name in run.summary else np.nan for name in SCALARS}
     speed = value["critical_friction_velocity"]
-    ends = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
+    low, high = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
     return [
         quantity(value[_FORCE]),
         interval(value["low"], value["high"], "nN"),
         quantity(value["best_estimate"]),
         interval(value["best_low"], value["best_high"], "nN"),
         percent(value["total_error"]),
-        f"{number(speed, 'm/s')} ({interval(*ends)})" if np.isfinite(speed) else "–",
+        f"{number(speed, 'm/s')} ({interval(low, high)})" if np.isfinite(speed) else "–",
         quantity(value["wall_shear_stress"], "Pa"),
         number(value["places"]),
         number(value["supports"]),
-        str(len(one.cautions)),
+        str(len(run.cautions)),
     ]

@@ -46,7 +46,7 @@ def _images(group: Any, most: int) -> list[tuple[str, tuple[int, int], str]]:
             raise ValueError(f"{name}: {' x '.join(map(str, variable.shape))} values declared, too many for the file")
         if variable.ndim == 2 and getattr(variable.dtype, "kind", "") in ("f", "i", "u"):
             units = next((str(getattr(variable, key)) for key in ("units", "unit") if hasattr(variable, key)), "")
-            images.append((f"{group.path.rstrip('/')}/{name}", tuple(map(int, variable.shape)), units))
+            images.append((f"{group.path.rstrip('/')}/{name}", (int(variable.shape[0]), int(variable.shape[1])), units))
     for child in group.groups.values():
         images += _images(child, most)
     return images

@@ -70,8 +70,8 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     if "contacts_overlapping" in at:
         contacts = at["contacts"].sum("subregion")
         out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
-    kept = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
-    out = out.drop_vars([name for name in out.coords if name not in kept])
+    names = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
+    out = out.drop_vars([name for name in out.coords if name not in names])
     missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
     out.attrs = {"agree_within": by, "missing": missing}
     return schema.record(schema.label(out), "force_ratio", direct, by=by)
@@ -97,8 +97,8 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
 def _parting(difference: np.ndarray, delta: np.ndarray, by: float) -> float:
     """Return the first displacement after the last at which two forces agree, NaN where they agree at the end."""
     touching = np.flatnonzero(np.isfinite(difference))
-    apart = np.abs(difference[touching]) > by
-    if not apart.any() or not apart[-1]:
+    differs = np.abs(difference[touching]) > by
+    if not differs.any() or not differs[-1]:
         return np.nan
-    agree = np.flatnonzero(~apart)
+    agree = np.flatnonzero(~differs)
     return float(delta[touching[agree[-1] + 1 if agree.size else 0]])

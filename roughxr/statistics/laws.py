@@ -136,9 +136,9 @@ def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Datas
 
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     """Return the probability density of a fitted law."""
-    one = fits.sel(law=law)
+    fitted = fits.sel(law=law)
     names = ("shape", "location", "scale") if LAWS[law].positive else ("location", "scale")
-    return LAWS[law].frozen([float(one[name]) for name in names]).pdf(points)
+    return LAWS[law].frozen([float(fitted[name]) for name in names]).pdf(points)
 
 
 def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) -> list[float]:

@@ -88,8 +88,8 @@ def pooled(
     """
     ds = schema.entered(ds)
     if name not in ds or over not in ds[name].dims:
-        found = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
-        raise ValueError(f"{name}: expected a variable along {over!r}, found {found}")
+        dims = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
+        raise ValueError(f"{name}: expected a variable along {over!r}, found {dims}")
     others = [str(dim) for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
     if others:
         raise ValueError(
@@ -125,11 +125,11 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
 
     parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
     intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
-    estimate = np.stack([one["estimate"].values for one in intervals])
-    worth = [max(float(one["independent_places"]), 2.0) for one in intervals]
+    estimate = np.stack([interval["estimate"].values for interval in intervals])
+    worth = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
     widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(worth) - 1)
-    below = estimate - np.stack([one["low"].values for one in intervals])
-    above = np.stack([one["high"].values for one in intervals]) - estimate
+    below = estimate - np.stack([interval["low"].values for interval in intervals])
+    above = np.stack([interval["high"].values for interval in intervals]) - estimate
     error = (below + np.where(np.isnan(above), below, above)) / widths[:, None]
     return estimate, error, list(options["statistics"])
 

@@ -57,14 +57,14 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     """
     ds = schema.entered(ds)
     force = None if "complete" in ds and "force" not in ds else _force(ds)  # with a preload there are only events
-    found = "cycle" if "complete" in ds else "exact"
+    kind = "cycle" if "complete" in ds else "exact"
     if method is None:
-        method = found if "pull_off_force" in ds else "sweep"
+        method = kind if "pull_off_force" in ds else "sweep"
     schema.one_of(method, ("exact", "cycle", "sweep"), "method")
     if method == "sweep":
         out = _of_sweep(_with_adhesion(ds, _force(ds)), converged(ds))
     else:
-        out = _of_events(ds, method, found)
+        out = _of_events(ds, method, kind)
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"
@@ -88,8 +88,8 @@ def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
 def _force(ds: xr.Dataset) -> xr.DataArray:
     if "force" not in ds or "delta" not in ds["force"].dims:
         hint = "; it holds pull-off forces already" if "pull_off_force" in ds else ""
-        found = ", ".join(map(str, ds.data_vars))
-        raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {found}{hint}")
+        names = ", ".join(map(str, ds.data_vars))
+        raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {names}{hint}")
     return ds["force"]
 
 
@@ -127,18 +127,18 @@ def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
     )
 
 
-def _of_events(ds: xr.Dataset, method: str, found: str) -> xr.Dataset:
+def _of_events(ds: xr.Dataset, method: str, kind: str) -> xr.Dataset:
     """Return the pull-off that a solver found by itself, whatever the displacements."""
-    if "pull_off_force" not in ds or method != found:
+    if "pull_off_force" not in ds or method != kind:
         words = ", ".join(map(str, ds.data_vars))
         source = "`adhesive`" if method == "cycle" else "`superpose` by a law with adhesion"
         raise ValueError(f"method={method!r}: expected a result of {source}, found variables: {words}; take 'sweep'")
     pulls = ds["pull_off_force"] > 0
-    kept = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
+    names = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
     bracketed = pulls & ds["complete"] if method == "cycle" else pulls
     if method == "cycle" and "delta" in ds.dims:
         bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
-    out = ds[kept].where(pulls).assign(bracketed=bracketed)
+    out = ds[names].where(pulls).assign(bracketed=bracketed)
     if "pull_off_error" in out:
         out["pull_off_error"].attrs["missing"] = "NaN where no finer mesh was solved, as with accuracy=None"
     return out

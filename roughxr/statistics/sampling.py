@@ -156,8 +156,8 @@ def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
     _same_shape(weights, samples)
     if not np.isfinite(weights).all() or (weights < 0).any() or not weights.any():
         missing = int((~np.isfinite(weights)).sum())
-        found = f", found {missing} missing, or without a label of the samples" if missing else ""
-        raise ValueError(f"weights: expected finite numbers of at least 0, not all 0{found}")
+        words = f", found {missing} missing, or without a label of the samples" if missing else ""
+        raise ValueError(f"weights: expected finite numbers of at least 0, not all 0{words}")
     return weights
 
 

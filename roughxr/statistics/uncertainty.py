@@ -117,15 +117,15 @@ def bootstrap(
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     functions = {label: statistic(label) for label in statistics}
-    found = _fewer(every, seed)
-    if found is not every:
+    sample = _fewer(every, seed)
+    if sample is not every:
         count = every.values.size
         warn(f"{name}: {count} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
     ways = {
-        "block": _resampling(found, None if within is None else samples(within, name)),
-        "naive": Resampling(_equal_count(found.weights, size=found.values.size), 0.0, None),
+        "block": _resampling(sample, None if within is None else samples(within, name)),
+        "naive": Resampling(_equal_count(sample.weights, size=sample.values.size), 0.0, None),
     }
-    ends = np.array([_intervals(found, way, functions, confidence, resamples, seed) for way in ways.values()])
+    ends = np.array([_intervals(sample, way, functions, confidence, resamples, seed) for way in ways.values()])
     estimate = [function(every.values, weights=every.weights) for function in functions.values()]
     out = xr.Dataset(
         {
@@ -139,13 +139,13 @@ def bootstrap(
     return _labelled(out, ds, name, every, ways["block"], confidence, resamples, seed)
 
 
-def _fewer(found: Samples, seed: int) -> Samples:
+def _fewer(sample: Samples, seed: int) -> Samples:
     """Return the samples, or a part of them where there are more than intervals need."""
-    if found.values.size <= _MOST_SAMPLES:
-        return found
-    chosen = np.sort(np.random.default_rng(seed).choice(found.values.size, _MOST_SAMPLES, replace=False))
-    weights, places = (None if part is None else part[chosen] for part in (found.weights, found.places))
-    return Samples(found.values[chosen], weights, places, found.missing)
+    if sample.values.size <= _MOST_SAMPLES:
+        return sample
+    chosen = np.sort(np.random.default_rng(seed).choice(sample.values.size, _MOST_SAMPLES, replace=False))
+    weights, places = (None if part is None else part[chosen] for part in (sample.weights, sample.places))
+    return Samples(sample.values[chosen], weights, places, sample.missing)
 
 
 def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
@@ -156,12 +156,12 @@ def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Datas
     return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
 
 
-def _labelled(out, ds, name, found: Samples, way: Resampling, confidence, resamples, seed) -> xr.Dataset:
+def _labelled(out, ds, name, sample: Samples, way: Resampling, confidence, resamples, seed) -> xr.Dataset:
     words = ds[name].attrs.get("long_name", name)
     for variable, prefix in (("estimate", ""), ("low", "lower end, "), ("high", "upper end, ")):
         out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + words}
     out.attrs = {"variable": name, "confidence": confidence, "block_side_nm": way.side}
-    out.attrs |= {"samples": found.values.size, "missing": found.missing}
+    out.attrs |= {"samples": sample.values.size, "missing": sample.missing}
     given = {"name": name, "confidence": confidence, "resamples": resamples, "seed": seed}
     return schema.record(schema.label(out), "bootstrap", ds, **given)
 
@@ -219,9 +219,9 @@ def _quantile(values: np.ndarray, share: Any, axis: int = -1, weights: np.ndarra
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return block-bootstrap intervals of a histogram's densities."""
-    found = _fewer(samples(ds, name), seed=0)
+    sample = _fewer(samples(ds, name), seed=0)
     edges = np.asarray(bins, dtype=float)
-    drawn = resampled(found, _resampling(found), resamples, seed=0)
+    drawn = resampled(sample, _resampling(sample), resamples, seed=0)
     counts = np.concatenate([_densities(values, weights, edges) for values, weights in drawn])
     return np.quantile(counts, [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
@@ -232,16 +232,16 @@ def _densities(values: np.ndarray, weights: np.ndarray | None, edges: np.ndarray
     return np.array(rows) / np.diff(edges)
 
 
-def resampled(found: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[tuple]:
+def resampled(sample: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[tuple]:
     """Yield resamples of the values and of their weights, or None, some (resamples, samples) at a time."""
     rng = np.random.default_rng(seed)
-    size = found.values.size
+    size = sample.values.size
     step = max(1, _VALUES_AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
         shape = count, size
         chosen = rng.integers(0, size, shape) if way.members is None else _drawn(way.members, size, count, rng)
-        yield found.values[chosen], None if found.weights is None else found.weights[chosen]
+        yield sample.values[chosen], None if sample.weights is None else sample.weights[chosen]
 
 
 def _drawn(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
@@ -264,42 +264,42 @@ def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
     return np.concatenate(drawn)[:size]
 
 
-def _resampling(found: Samples, within: Samples | None = None) -> Resampling:
-    effective = independent_places(found.values, found.places)
+def _resampling(sample: Samples, within: Samples | None = None) -> Resampling:
+    effective = independent_places(sample.values, sample.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
-    effective *= _equal_count(found.weights, size=found.values.size) / found.values.size
-    if found.places is None:
+    effective *= _equal_count(sample.weights, size=sample.values.size) / sample.values.size
+    if sample.places is None:
         return Resampling(effective, 0.0, None)
-    side = block_side(found.values, found.places, effective)
-    return Resampling(effective, side, blocks(found.places, side))
+    side = block_side(sample.values, sample.places, effective)
+    return Resampling(effective, side, blocks(sample.places, side))
 
 
-def _intervals(found: Samples, way: Resampling, functions, confidence, resamples, seed) -> np.ndarray:
+def _intervals(sample: Samples, way: Resampling, functions, confidence, resamples, seed) -> np.ndarray:
     """Return (2, statistics): lower and upper ends."""
-    own = {} if found.weights is None else {"weights": found.weights}
+    own = {} if sample.weights is None else {"weights": sample.weights}
     drawn = []
-    for values, weights in resampled(found, way, resamples, seed=seed):
+    for values, weights in resampled(sample, way, resamples, seed=seed):
         given = {} if weights is None else {"weights": weights}
         each = (function(values, axis=1, **given) for function in functions.values())
         drawn.append([_mean(values, 1, weights), *each])
     means, *replicates = np.concatenate(drawn, axis=1)
-    estimate = np.array([function(found.values, **own) for function in functions.values()])
-    ends = np.quantile(replicates, _levels(_whole_blocks(found, way), confidence), axis=1)
-    times = _widening(found, way, means)
-    told = zip(functions, estimate, ends.T)
-    return np.array([_ends(label, found, at, pair, times, way, confidence) for label, at, pair in told]).T
+    estimate = np.array([function(sample.values, **own) for function in functions.values()])
+    ends = np.quantile(replicates, _levels(_whole_blocks(sample, way), confidence), axis=1)
+    times = _widening(sample, way, means)
+    triples = zip(functions, estimate, ends.T)
+    return np.array([_ends(label, sample, at, pair, times, way, confidence) for label, at, pair in triples]).T
 
 
-def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
+def _ends(label: str, sample: Samples, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
     """Return the ends of one statistic's interval, from those of its resamples."""
-    values = found.values
+    values = sample.values
     n, low, high = values.size, values.min(), values.max()
     if n < _FEWEST_SAMPLES and (label in ("mean", "std") or label.startswith("q")):
-        return _ends_of_few(label, found, estimate, max(way.independent, 2.0), confidence)
+        return _ends_of_few(label, sample, estimate, max(way.independent, 2.0), confidence)
     if label.startswith("q"):
         levels = _share_levels(float(label[1:]) / 100, way.independent, confidence)
-        return _quantile(values, levels, -1, found.weights)
+        return _quantile(values, levels, -1, sample.weights)
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
@@ -307,11 +307,11 @@ def _ends(label: str, found: Samples, estimate: float, ends: np.ndarray, times: 
     return np.clip(plain, low, high) if label in ("mean", "min", "max") else plain
 
 
-def _ends_of_few(label: str, found: Samples, estimate: float, count: float, confidence: float):
+def _ends_of_few(label: str, sample: Samples, estimate: float, count: float, confidence: float):
     """Return the ends of an interval of few samples, as of a normal law, or a log-normal where none is negative."""
     from scipy.stats import chi2, nct, norm, t
 
-    values, weights = found.values, found.weights
+    values, weights = sample.values, sample.weights
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     if label == "std":
         return estimate * np.sqrt((count - 1) / chi2.ppf(tails[::-1], count - 1))
@@ -338,10 +338,10 @@ def _share_levels(share: float, count: float, confidence: float) -> list[float]:
     return [float(low), float(beta.ppf(1 - tail, below + 1, above)) if above > 0 else 1.0]
 
 
-def _whole_blocks(found: Samples, way: Resampling) -> float:
+def _whole_blocks(sample: Samples, way: Resampling) -> float:
     """Return the number of blocks that cover the samples side by side."""
     if way.members is None:
-        return float(found.values.size)
+        return float(sample.values.size)
     return len(way.members) ** 2 / sum(map(len, way.members))
 
 
@@ -353,10 +353,10 @@ def _levels(count: float, confidence: float) -> list[float]:
     return [low, 1 - low]
 
 
-def _widening(found: Samples, way: Resampling, means: np.ndarray) -> float:
+def _widening(sample: Samples, way: Resampling, means: np.ndarray) -> float:
     """Return the factor on deviations with which resampled means spread as those of independent places."""
     if means.std() == 0:
         return 1.0
-    off = found.values - _mean(found.values, -1, found.weights)
-    spread = float(np.sqrt(_mean(off**2, -1, found.weights)))
+    off = sample.values - _mean(sample.values, -1, sample.weights)
+    spread = float(np.sqrt(_mean(off**2, -1, sample.weights)))
     return max(1.0, spread / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))

@@ -91,7 +91,7 @@ def _scaled(name: str) -> Callable:
     """Return the change that multiplies a coordinate of the pair."""
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
-        (value,) = schema.pair(ds, name, wet=True)
+        (value,) = schema.pair(ds, name, humid=True)
         derived = share_of_work(ds, value * factor) if name == "work_of_adhesion" else {}
         return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
 

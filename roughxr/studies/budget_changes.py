@@ -89,35 +89,35 @@ class Comparison:
 
     def solve(self, cases: Sequence[int], places: Sequence[int]) -> None:
         """Solve cases at some places, as far as they are not known."""
-        some, asked = self.way.places.isel(subregion=list(places)), {}
+        some, tasks = self.way.places.isel(subregion=list(places)), {}
         for ask in [ask for k in cases for ask in self.plans[k][2:] if ask is not None]:
             wanted = [(place, ask.key(place)) for place in places if ask.cells[place] <= MOST_REFINED]
             if all(key in self.pulls for _, key in wanted):
                 continue
             mesh = Mesh(max(key[2] for _, key in wanted), None, ask.step)
             solve = partial(cases_at, preload=ask.preload, law=self.way.law, mesh=mesh, splined=ask.splined)
-            found = dict(zip(places, solve(ask.ds, some)))
+            solved = dict(zip(places, solve(ask.ds, some)))
             for place, key in wanted:
                 if key not in self.pulls:
-                    asked[key] = found[place].on(key[2])
+                    tasks[key] = solved[place].on(key[2])
         say(f"{len(cases)} cases at {len(places)} places")
-        if asked:
-            self.pulls |= zip(asked, map(float, pull_offs(list(asked.values()))))
+        if tasks:
+            self.pulls |= zip(tasks, map(float, pull_offs(list(tasks.values()))))
 
     def results(self) -> xr.Dataset:
         """Return the results of each case along ``case``, at those places where any is solved."""
-        found, weight = [self._at_places(plan) for plan in self.plans], shares(self.way.places).values
-        rows = [_row(plan, *pulls, weight) for plan, pulls in zip(self.plans, found)]
+        at_places, weight = [self._at_places(plan) for plan in self.plans], shares(self.way.places).values
+        rows = [_row(plan, *pulls, weight) for plan, pulls in zip(self.plans, at_places)]
         out = xr.Dataset({name: ("case", [row[name] for row in rows]) for name in rows[0]}, self.way.places.coords)
         out["standard_error"].attrs["units"] = "1"
-        out = out.assign(pull_off_force=(("case", "subregion"), np.array([force for force, *_ in found])))
+        out = out.assign(pull_off_force=(("case", "subregion"), np.array([force for force, *_ in at_places])))
         out = out.assign_coords(setting=("case", [plan.words for plan in self.plans]))
         ratios = [case.value if case.factor in RATIOS else np.nan for case in self.cases]
         out = out.assign_coords(factor=("case", [case.factor for case in self.cases]), parameter_ratio=("case", ratios))
         ds = self.cases[0].ds
         out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
         out.attrs = {"law": self.way.law, "preload_nN": self.way.preload}
-        return out.isel(subregion=np.flatnonzero(np.any([tried for *_, tried in found], axis=0)))
+        return out.isel(subregion=np.flatnonzero(np.any([tried for *_, tried in at_places], axis=0)))
 
     def _at_places(self, plan: _Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a case's pull-offs and the base's beside it, and where both are solved, be it in vain."""
@@ -174,15 +174,15 @@ def _planned(case: Case, k: int, base: _Ask, way: Simulation) -> _Plan:
     words = str(case.value)
     try:
         words, ds = quietly(case.changed)
-        changed, beside = _asked(case, base._replace(of=k, ds=ds), base, way)
+        changed, reference = _solves_of(case, base._replace(of=k, ds=ds), base, way)
     except ValueError as refused:
         return _Plan(words, str(refused))
     if case.factor == "preload":
         words = f"+ {changed.preload - base.preload:.3g} nN"
-    return _Plan(words, "", changed, beside)
+    return _Plan(words, "", changed, reference)
 
 
-def _asked(case: Case, ask: _Ask, base: _Ask, way: Simulation) -> tuple[_Ask, _Ask]:
+def _solves_of(case: Case, ask: _Ask, base: _Ask, way: Simulation) -> tuple[_Ask, _Ask]:
     """Return what is solved for a case, and beside it."""
     if case.factor == "base":
         return base, base
@@ -192,8 +192,8 @@ def _asked(case: Case, ask: _Ask, base: _Ask, way: Simulation) -> tuple[_Ask, _A
                 f"it needs cells {case.value * way.meshes.min():g} times finer than the pixels, at most {MOST_REFINED} "
                 "times is done"
             )
-        beside = base._replace(cells=way.meshes)
-        return beside._replace(cells=case.value * way.meshes, step=base.step / case.value), beside
+        reference = base._replace(cells=way.meshes)
+        return reference._replace(cells=case.value * way.meshes, step=base.step / case.value), reference
     if case.factor == "preload":
         if not np.isfinite(way.pull):
             raise ValueError("no place pulls in the base case")

@@ -160,8 +160,8 @@ def extrapolated(
     bodies, hardness = with_hardness(ds)
     centres = regions.centres(ds, subregions)
     problem, adhesion = settling(bodies, preload=preload)
-    kept = bodies if unlike else smooth(bodies, shortest=model.shown)
-    surface = Surface(kept, problem, centres)
+    smoothed = bodies if unlike else smooth(bodies, shortest=model.shown)
+    surface = Surface(smoothed, problem, centres)
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
     pilot = _pilot(surface, question, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
@@ -190,10 +190,10 @@ def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
 
 def shown_truly(ds: xr.Dataset) -> xr.Dataset:
     """Return the spectrum of the waves that a scan shows truly: those of four pixels, or all where it ends before."""
-    found = self_affine_fit(ds)
-    shown, pixel = float(found["shortest_wavelength"]), max(schema.pixel(ds))
-    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, found):
-        return found
+    fitted = self_affine_fit(ds)
+    shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
+    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, fitted):
+        return fitted
     return self_affine_fit(ds, shown=_TRUE_PIXELS * pixel)
 
 
@@ -290,15 +290,15 @@ class Surface:
         """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
         guess = guess or (self.depth, 0.0)
         tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        found = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated")
-        return np.asarray(found).reshape(len(places), seeds, 2)
+        pulls = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated")
+        return np.asarray(pulls).reshape(len(places), seeds, 2)
 
 
-def next_guess(found: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
+def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return what depth and pull-off to expect of rougher surfaces."""
-    if not np.isfinite(found).any():
+    if not np.isfinite(pulls).any():
         return before
-    return 1.3 * float(np.nanmax(found[..., 1])) + 0.05, float(np.nanmean(found[..., 0]))
+    return 1.3 * float(np.nanmax(pulls[..., 1])) + 0.05, float(np.nanmean(pulls[..., 0]))
 
 
 class _Pilot(NamedTuple):
@@ -322,10 +322,10 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
     guesses: list[tuple[float, float] | None] = [None]
     smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
     while True:
-        asked = question._replace(below=below._replace(shortest=waves[-1]))
-        found = surface.solve(asked, places, seeds, guesses[-1])
-        means.append(float(np.nanmean(found[..., 0])))
-        guesses.append(next_guess(found, guesses[-1]))
+        shorter = question._replace(below=below._replace(shortest=waves[-1]))
+        pulls = surface.solve(shorter, places, seeds, guesses[-1])
+        means.append(float(np.nanmean(pulls[..., 0])))
+        guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
             converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _NEGLIGIBLE_RMS * length or _settled(
                 means, accuracy
@@ -354,11 +354,13 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     before = max(len(pilot.waves) - 3, 0)
     problem, adhesion, below = question
     coarser = question._replace(below=below._replace(shortest=pilot.waves[before]))
-    asked = {}
+    changed_questions = {}
     if with_spectrum:
         tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
-        asked["spectrum"] = [question._replace(below=below._replace(spectrum=one)) for one in tilted]
-    asked["range of adhesion"] = [
+        changed_questions["spectrum"] = [
+            question._replace(below=below._replace(spectrum=variant)) for variant in tilted
+        ]
+    changed_questions["range of adhesion"] = [
         coarser._replace(adhesion=changed)
         for changed in (
             adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE_FACTOR, _RANGE_FACTOR)
@@ -367,15 +369,15 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     ]
     if problem.yielding:
         unsure, least = _ESTIMATE_FACTOR if "estimated" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
-        asked["hardness"] = [
+        changed_questions["hardness"] = [
             coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
             for factor in (1 / unsure, unsure)
         ]
     seeds, out = max(1, -(-_PILOT_PLACES // pilot.places.size)), {}
-    for name, questions in asked.items():
+    for name, questions in changed_questions.items():
         at = -1 if name == "spectrum" else before
-        solved = [surface.solve(one, pilot.places, seeds, pilot.guesses[at])[..., 0] for one in questions]
-        changes = [abs(np.log(np.nanmean(one) / pilot.means[at])) for one in solved]
+        solved = [surface.solve(variant, pilot.places, seeds, pilot.guesses[at])[..., 0] for variant in questions]
+        changes = [abs(np.log(np.nanmean(variant) / pilot.means[at])) for variant in solved]
         out[name] = float(np.sqrt(np.mean(np.square(changes))))
     if with_spectrum:
         out["shorter waves"] = 0.5 * pilot.change
@@ -384,17 +386,17 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
 
 def _mean(forces: np.ndarray, centres: xr.Dataset) -> float:
     """Return the mean over places and surfaces, by the shares of particles at the places where there are any."""
-    found = xr.DataArray(forces, centres.coords, ("subregion", "seed"))
-    return float(by_share(found).mean())
+    labelled = xr.DataArray(forces, centres.coords, ("subregion", "seed"))
+    return float(by_share(labelled).mean())
 
 
 def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the choice of places and of surfaces."""
     places, mean = np.nanmean(forces, axis=1), _mean(forces, centres)
-    found = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
+    means = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
     sampling = np.nan
     if np.isfinite(places).sum() > 1:
-        interval = bootstrap(found, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
+        interval = bootstrap(means, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
         sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
     count, seeds = np.isfinite(places).sum(), forces.shape[1]
     within = np.nanmean(np.nanvar(forces, axis=1, ddof=1)) if seeds > 1 else np.nanvar(forces)

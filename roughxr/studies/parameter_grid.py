@@ -94,14 +94,14 @@ def vary(
     parts: list[xr.Dataset] = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
-        wet = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-        wet |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in varied else {}
-        bodies = ds.assign_coords(pair | wet)
+        derived = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
+        derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in varied else {}
+        bodies = ds.assign_coords(pair | derived)
         part = solve(bodies, **options).assign_coords(pair).expand_dims(varied)
         if humidity is not None:
             part = part.assign_coords(kelvin_radius=("humidity", [float(bodies["kelvin_radius"])]))
-        if "share_under_liquid" in wet:
-            part = part.assign_coords(share_under_liquid=("work_of_adhesion", [wet["share_under_liquid"]]))
+        if "share_under_liquid" in derived:
+            part = part.assign_coords(share_under_liquid=("work_of_adhesion", [derived["share_under_liquid"]]))
         parts.append(part)
     refuse_other_deltas(parts)
     out = xr.combine_by_coords(parts, **_TOGETHER)

@@ -130,9 +130,9 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
         longest = max(wave, model.shown)
         surface = Surface(smooth(ds, shortest=longest), problem, centres)
         count = seeds if wave < longest else 1  # without added waves all seeds are the same surface
-        found = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, count, guess)
-        guess = next_guess(found, guess)
-        out.append(np.broadcast_to(found[..., 0], (len(places), seeds)))
+        pulls = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, count, guess)
+        guess = next_guess(pulls, guess)
+        out.append(np.broadcast_to(pulls[..., 0], (len(places), seeds)))
     return np.stack(out[::-1], axis=1)
 
 
@@ -159,7 +159,7 @@ def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way:
         add_fine_roughness(part, shortest=wave, seed=seed, refine=cells, spectrum=way.spectrum)
         for seed in range(way.seeds)
     )
-    return np.array([float(quietly(rigid, one, **at, **way.options).pull_off_force[0]) for one in finer])
+    return np.array([float(quietly(rigid, surface, **at, **way.options).pull_off_force[0]) for surface in finer])
 
 
 def mean_over_waves(ds: xr.Dataset) -> xr.DataArray:

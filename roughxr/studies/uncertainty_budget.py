@@ -199,15 +199,15 @@ def changes_of(
     ``solved`` is the simulation on ``mesh`` at all places; ``finer``, if given, at some with cells and steps halved.
     """
     tried = _cases_of(ds, settings)
-    found = _compared(tried, solved, preload=preload, mesh=mesh, finer=finer)
+    comparison = _compared(tried, solved, preload=preload, mesh=mesh, finer=finer)
     count, sampling = solved.sizes["subregion"], _sampling(_first_preload(solved))
     order, done = _spread(count)[:most], 0
-    cases = [k for k in range(len(tried)) if found.known_at(k) < min(_FIRST, count)]
+    cases = [k for k in range(len(tried)) if comparison.known_at(k) < min(_FIRST, count)]
     while True:
         some = order[done : max(2 * done, _FIRST)]
-        found.solve(cases, some)
+        comparison.solve(cases, some)
         done += len(some)
-        out = found.results()
+        out = comparison.results()
         entries = _entries(ds, out, sampling)
         cases = _undecided(entries, tried)
         if done == len(order) or not cases:
@@ -255,10 +255,10 @@ def budget_of(ds: xr.Dataset, solved: xr.Dataset, changes: xr.Dataset, scales: x
     entries = _entries(ds, changes, _sampling(pulls))
     if schema.is_wet(ds):
         entries[THIN] = _of_thin_menisci(ds, solved)
-    apart = {SHORT_WAVES: _of_short_waves(scales)}
+    separate = {SHORT_WAVES: _of_short_waves(scales)}
     total, unsure = _total(entries), float(np.sqrt(sum(_unsure(entries).values())))
     mean, shifts = float(by_share(pulls).mean()), [entry.change.value for entry in entries.values() if entry.bias]
-    out = _as_columns(entries | apart).assign(_known(ds, solved))
+    out = _as_columns(entries | separate).assign(_known(ds, solved))
     out = out.assign(total_error=total, total_standard_error=unsure if np.isfinite(unsure) else np.nan)
     out = out.assign(pull_off_mean=mean, pull_off_corrected=mean * float(np.prod(1 + np.nan_to_num(shifts))))
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
@@ -290,8 +290,8 @@ def cut_off_waves(
 
 def _entries(ds: xr.Dataset, changes: xr.Dataset, sampling: _Entry) -> dict[str, _Entry]:
     """Return the entries of the total, but for what is known of thin menisci."""
-    told = CHANGED | (OF_HARDNESS if "hardness" in ds.coords else {}) | (OF_LIQUID if schema.is_wet(ds) else {})
-    return {SAMPLING: sampling} | {entry: _of_changes(changes, entry, *how) for entry, how in told.items()}
+    factors = CHANGED | (OF_HARDNESS if "hardness" in ds.coords else {}) | (OF_LIQUID if schema.is_wet(ds) else {})
+    return {SAMPLING: sampling} | {entry: _of_changes(changes, entry, *how) for entry, how in factors.items()}
 
 
 def _as_columns(entries: Mapping[str, _Entry]) -> xr.Dataset:
@@ -315,9 +315,9 @@ def _sampling(force: xr.DataArray) -> _Entry:
     count = int(force.notnull().sum())
     if count < 2:
         return _none(f"needs at least two places that pull, found {count}")
-    found = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
-    independent = float(found["independent_places"].sel(resampling="block"))
-    mean, deviation = (float(found["estimate"].sel(statistic=name)) for name in ("mean", "std"))
+    intervals = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
+    independent = float(intervals["independent_places"].sel(resampling="block"))
+    mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
     value = deviation / np.sqrt(independent) / mean
     words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
@@ -332,15 +332,15 @@ def _of_changes(changes: xr.Dataset, entry: str, factor: str, words: str) -> _En
     change = np.abs(cases["pull_off_change"].values)
     if not np.isfinite(change).any():
         return _none(cases["reason"].values[0])
-    one = cases.isel(case=int(np.nanargmax(change)))
-    told = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
+    largest = cases.isel(case=int(np.nanargmax(change)))
+    settings = " and ".join(map(str, cases["setting"].values[np.isfinite(change)]))
     unseen = factor == "tip radius" and np.nanmax(change) < _LEAST_TIP_EFFECT
     seen = ", which is too sharp for the pixels to show" if unseen else ""
-    found = Change(float(one["pull_off_change"]), float(one["standard_error"]), int(one["places"]))
-    missing = int(one["missing_places"])
+    relative = Change(float(largest["pull_off_change"]), float(largest["standard_error"]), int(largest["places"]))
+    missing = int(largest["missing_places"])
     off = ": subtracted from the mean, and half of it counted as error" * (entry in BIASES)
-    how = f"{words.format(told)}{seen}{off}; {_count(found.places, missing)}"
-    return _Entry(found, how, missing, entry in BIASES, _slope(cases))
+    how = f"{words.format(settings)}{seen}{off}; {_count(relative.places, missing)}"
+    return _Entry(relative, how, missing, entry in BIASES, _slope(cases))
 
 
 def _slope(cases: xr.Dataset) -> float:
@@ -361,14 +361,14 @@ def _count(places: int, missing: int = 0) -> str:
 def _of_thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
     """Return by how much the law of thin menisci is too high, between rigid bodies at a few of the places."""
     some = regions.sample(regions.centres(ds, solved), _FIRST)
-    found = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
-    found = found[np.isfinite(found)]
-    if found.size == 0:
+    errors = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
+    errors = errors[np.isfinite(errors)]
+    if errors.size == 0:
         return _none("the error of thin menisci is known at no place")
-    error = float(found.std(ddof=1) / np.sqrt(found.size)) if found.size > 1 else np.nan
+    error = float(errors.std(ddof=1) / np.sqrt(errors.size)) if errors.size > 1 else np.nan
     words = "the energy of menisci's edges, which their law leaves out, between rigid bodies; subtracted from the mean"
-    change = Change(-float(found.mean()), error, found.size)
-    return _Entry(change, f"{words}; {_count(found.size)}", some.sizes["subregion"] - found.size, bias=True)
+    change = Change(-float(errors.mean()), error, errors.size)
+    return _Entry(change, f"{words}; {_count(errors.size)}", some.sizes["subregion"] - errors.size, bias=True)
 
 
 def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
@@ -377,20 +377,20 @@ def _of_short_waves(scales: xr.Dataset | None) -> _Entry:
         return _none("left out, no sphere, or a scan without a spectrum to continue")
     shown, force = scales.attrs["shortest_wavelength"], scales["pull_off_force"].mean("seed")
     least, own = force.isel(shortest_kept=0), force.sel(shortest_kept=shown, method="nearest")
-    found = change_of(least.values, own.values, shares(scales).values)
-    wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - found.places
+    relative = change_of(least.values, own.values, shares(scales).values)
+    wave, missing = float(least["shortest_kept"]), scales.sizes["subregion"] - relative.places
     words = f"spectrum extrapolated from {shown:.3g} down to {wave:.3g} nm, random surfaces: {scales.sizes['seed']}"
-    return _Entry(found, f"{words}; {_count(found.places, missing)}", missing)
+    return _Entry(relative, f"{words}; {_count(relative.places, missing)}", missing)
 
 
 def _known(ds: xr.Dataset, solved: xr.Dataset) -> dict[str, float]:
     """Return further variables that a reader should see beside the entries."""
-    found = quietly(asperities, ds)
+    catalogue = quietly(asperities, ds)
     (tip_radius,) = SIMULATED["tip radius"]
-    sharp = tip_flags(found, tip_radius=tip_radius)["sharper_than_tip"]
+    sharp = tip_flags(catalogue, tip_radius=tip_radius)["sharper_than_tip"]
     resolution = solved["pull_off_resolution"] / solved["refinement"]
     return {
-        "shortest_wavelength": float(found.coords.get("shortest_wavelength", np.nan)),
+        "shortest_wavelength": float(catalogue.coords.get("shortest_wavelength", np.nan)),
         "contact_radius_pixels": float(resolution.median()),
         "sharper_than_tip": float(sharp.mean()) if sharp.size else np.nan,
         "tip_radius": tip_radius,

@@ -141,8 +141,8 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
         raise TypeError(f"expected an xarray.Dataset of kind {kind!r}, found {type(ds).__name__}")
     for name, dims in KINDS[kind].items():
         if name not in ds:
-            found = ", ".join(map(str, ds.data_vars)) or "none"
-            raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {found}")
+            names = ", ".join(map(str, ds.data_vars)) or "none"
+            raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {names}")
         if not set(dims) <= set(ds[name].dims):
             raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
         if ds[name].dtype.kind not in "fiu":
@@ -279,9 +279,9 @@ def is_wet(ds: xr.Dataset) -> bool:
     return "kelvin_radius" in ds.coords
 
 
-def pair(ds: xr.Dataset, *names: str, wet: bool = False) -> tuple[float, ...]:
+def pair(ds: xr.Dataset, *names: str, humid: bool = False) -> tuple[float, ...]:
     """Return assigned values by name; raise where one is missing, or the pair is humid and the caller not (``wet``)."""
-    if not wet and "work_of_adhesion" in names and is_wet(ds):
+    if not humid and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair, found condensed liquid (Kelvin radius "
             f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion does not include; take `rigid` "

@@ -34,16 +34,16 @@ _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
     """Return the curves and events at given places."""
-    found, shape = places(specimen, positions, reach_of(specimen, problem))
+    solved_places, shape = places(specimen, positions, reach_of(specimen, problem))
     cells = problem.refine * shape[0], problem.refine * shape[1]
-    wet = {} if options.menisci is None else _OF_LIQUID
-    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | wet, cells if fields else None)
+    liquid_names = {} if options.menisci is None else _OF_LIQUID
+    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | liquid_names, cells if fields else None)
     mean = specimen.heights.mean()
-    arguments = [(*place, mean) for place in found]
+    arguments = [(*place, mean) for place in solved_places]
     shared = problem, layout, options
     records = spread.task_results(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
     out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in found], problem, cells)) if fields else out
+    return out.assign_coords(window_axes([place.window for place in solved_places], problem, cells)) if fields else out
 
 
 class _Setting(NamedTuple):
@@ -80,26 +80,26 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
-    here = _Setting(
+    setting = _Setting(
         surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
     )
     record, deltas = layout.blank(), problem.steps + surface.zero
-    closest, pull = _largest_pull(here)
+    closest, pull = _largest_pull(setting)
     within = deltas <= closest + 1e-9
-    record["force"][within] = -here.pulls(deltas[within])
+    record["force"][within] = -setting.pulls(deltas[within])
     if options.menisci is not None:
-        cell, wet = problem.dx, options.menisci
-        record["meniscus_error"] = menisci.relative_error(here.cells, pull[1], options.law, wet, cell, pull[0])
+        cell, meniscus = problem.dx, options.menisci
+        record["meniscus_error"] = menisci.relative_error(setting.cells, pull[1], options.law, meniscus, cell, pull[0])
         record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
-    record["touch_delta"] = here.touch() - surface.zero
+    record["touch_delta"] = setting.touch() - surface.zero
     record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
     if options.law.closest is not None:
-        exact = here.pulls(np.array([pull[1] - touches_earlier(surface.separation)]))[0]
+        exact = setting.pulls(np.array([pull[1] - touches_earlier(surface.separation)]))[0]
         record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
-    record["pull_beyond_contact"] = 1 - _touching(here, pull[1]) / pull[0]
-    record["truncated"] = any(ends) and here.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    record["pull_beyond_contact"] = 1 - _touching(setting, pull[1]) / pull[0]
+    record["truncated"] = any(ends) and setting.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
     if layout.window is not None:
-        put_fields(record, surface, _fields(here, np.where(within, deltas, np.nan)))
+        put_fields(record, surface, _fields(setting, np.where(within, deltas, np.nan)))
     return record
 
 
@@ -127,27 +127,27 @@ def touches_earlier(separation: np.ndarray) -> float:
     return float(0.5 * slope @ np.linalg.solve(matrix, slope))
 
 
-def _touching(here: _Setting, delta: float) -> float:
+def _touching(setting: _Setting, delta: float) -> float:
     """Return the part of the pull (nN) from cells in contact, or close enough to count as such."""
-    o = here.options
-    gap = np.maximum(here.surface.separation.ravel() - delta, kernels.floor(o.law))
+    o = setting.options
+    gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.floor(o.law))
     near = gap[gap < _TOUCHING * o.law.length]
     return o.area * float(potentials.tractions(near, o.law).sum())
 
 
-def _fields(here: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
+def _fields(setting: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
     """Return pressures and gaps on the window; rigid bodies have no displacement field."""
-    law = here.options.law
-    gap = np.maximum(here.surface.separation - deltas[:, None, None], kernels.floor(law))
+    law = setting.options.law
+    gap = np.maximum(setting.surface.separation - deltas[:, None, None], kernels.floor(law))
     pressure = -potentials.tractions(np.minimum(gap, 1e12).ravel(), law).reshape(gap.shape)
     return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
 
 
-def _largest_pull(here: _Setting) -> tuple[float, tuple[float, float]]:
+def _largest_pull(setting: _Setting) -> tuple[float, tuple[float, float]]:
     """Return the displacement of closest approach, and the largest pull with its displacement."""
-    law = here.options.law
+    law = setting.options.law
     if law.closest is not None:
-        closest = here.touch() - kernels.floor(law)
-        return closest, (float(here.pulls(np.array([closest]))[0]), closest)
-    deltas = here.touch() - law.length * NEAREST_GAPS
-    return np.inf, largest_pull(deltas, here.pulls(deltas))
+        closest = setting.touch() - kernels.floor(law)
+        return closest, (float(setting.pulls(np.array([closest]))[0]), closest)
+    deltas = setting.touch() - law.length * NEAREST_GAPS
+    return np.inf, largest_pull(deltas, setting.pulls(deltas))
