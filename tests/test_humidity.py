@@ -98,8 +98,8 @@ def test_the_law_of_the_gap_is_the_sum_of_both_attractions(law):
     """Its integral from contact is the water's work, the solids' share under it, and theirs beyond it."""
     dry = potentials.potential(law, 0.06, 0.3)
     found = potentials.with_liquid(dry, 1.7, 0.05, 0.2)
-    contact = found.wet - 1.7
-    left = float(potentials.energy(found.wet, dry))
+    contact = found.filled - 1.7
+    left = float(potentials.energy(found.filled, dry))
 
     def over(f, low, high):
         return quad(f, low, high, epsabs=1e-13, epsrel=1e-12, limit=400, points=[0.3] if low < 0.3 < high else None)[0]
@@ -107,12 +107,12 @@ def test_the_law_of_the_gap_is_the_sum_of_both_attractions(law):
     def traction(g):
         return potentials.traction(g, found)
 
-    whole = over(traction, max(contact, 1e-9), found.wet) + left
+    whole = over(traction, max(contact, 1e-9), found.filled) + left
     assert whole == pytest.approx(0.05 * 1.7 + 0.2 * (0.06 - left) + left, rel=1e-8)
     assert float(potentials.energy(contact, found)) == pytest.approx(whole, rel=1e-8)
     for z in (0.31, 1.0, 5.0):
-        direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(found.wet - z, 0))
-        direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(found.wet - z, 0), 1000)
+        direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(found.filled - z, 0))
+        direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(found.filled - z, 0), 1000)
         assert float(potentials.sphere_pull(z, 500.0, found)) == pytest.approx(direct, rel=1e-6)
 
 

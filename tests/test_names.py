@@ -1,8 +1,11 @@
 """The names under which the package can be reached."""
 
+import ast
 import importlib
+import importlib.util
 import inspect
 import pkgutil
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -56,3 +59,18 @@ def test_an_option_that_a_mode_does_not_use_is_refused(call, option):
     (name,) = option
     with pytest.raises(ValueError, match=f"{name}: not used"):
         call(pull, **option)
+
+
+#: Names that say nothing of the quantity.
+VAGUE = {"found", "told", "said", "asked", "held", "kept", "one", "those", "here", "there", "back", "well", "wet"}
+VAGUE |= {"gain", "apart", "sharper", "beside", "around", "among"}
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_no_name_is_vague(name):
+    source = importlib.util.find_spec(name).origin
+    nodes = list(ast.walk(ast.parse(Path(source).read_text(encoding="utf-8"))))
+    names = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    names |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+    assert not {name for name in names if name.strip("_") in VAGUE}

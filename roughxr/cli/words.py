@@ -63,12 +63,12 @@ def in_words(error: BaseException) -> str:
     return f"{name}: {_ERRORS.get(error.errno, str(error.strerror).lower())}"
 
 
-def tell(message: object, said: set[str] | None = None) -> None:
-    """Print an error's or a warning's text without its place in the code; once, where what was said is kept."""
-    if said is None or str(message) not in said:
+def tell(message: object, printed: set[str] | None = None) -> None:
+    """Print an error's or a warning's text without its place in the code, once for a set ``printed``."""
+    if printed is None or str(message) not in printed:
         print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
-    if said is not None:
-        said.add(str(message))
+    if printed is not None:
+        printed.add(str(message))
 
 
 def number(text: str) -> float | str:

@@ -23,7 +23,7 @@ class Case(NamedTuple):
     problem: Problem
     adhesion: Adhesion
 
-    def on(self, refine: int) -> Case:
+    def refined(self, refine: int) -> Case:
         """Return the case on cells of another size."""
         return self._replace(adhesion=self.adhesion._replace(refine=refine))
 

@@ -23,7 +23,7 @@ def relative_error(
 ) -> float:
     """Return the part of a pull (nN) at a displacement that thin menisci leave out, from the growth of their edge."""
     step = _LEVEL_STEP * menisci.height
-    high, low = (kernels.wet_area(cells, law.wet + delta + change)[1] for change in (step, -step))
+    high, low = (kernels.wet_area(cells, law.filled + delta + change)[1] for change in (step, -step))
     return abs(menisci.edge * cell * (high - low) / (2 * step)) / pull
 
 

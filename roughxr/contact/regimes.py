@@ -113,7 +113,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         result["yields"] = result["peak_pressure"] > hardness
     beyond = 1.0 if humid else result["pull_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
-    kind = {"yields": "hardness" in bodies.coords, "wet": humid}
+    kind = {"yields": "hardness" in bodies.coords, "humid": humid}
     words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
     attributes = {"recommendation": words, "law": law_of_range(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
@@ -136,7 +136,7 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
     tabor, beyond = result["asperity_tabor"], result["pull_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
-        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, wet=humid)}",
+        "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, humid=humid)}",
         "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
     }[result["recommended"]]
     words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
@@ -151,7 +151,7 @@ def _with_law(tabor: float, **kind: bool) -> str:
     if law_of_range(tabor, **kind) == "griffith":
         return "with law='griffith': the range of adhesion is negligible, but the contacts interact"
     why = "summits deform by about as much as the range of adhesion"
-    if kind["wet"]:
+    if kind["humid"]:
         why = "the liquid pulls across gaps"
     elif tabor >= SHORT_RANGE:
         why = "for bodies that yield the adhesive traction must be finite"

@@ -46,7 +46,7 @@ def digest(file):
     while added:
         added = set().union(*map(_imports, added)) - files
         files |= added
-    text = b"".join(one.read_bytes() for one in sorted(files) if one.is_file())
+    text = b"".join(source.read_bytes() for source in sorted(files) if source.is_file())
     return hashlib.sha256(text).hexdigest()[:12]
 
 

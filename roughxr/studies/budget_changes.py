@@ -68,7 +68,7 @@ class _Plan(NamedTuple):
     words: str
     reason: str = ""
     changed: _Ask | None = None
-    beside: _Ask | None = None
+    reference: _Ask | None = None
 
 
 class Comparison:
@@ -99,7 +99,7 @@ class Comparison:
             solved = dict(zip(places, solve(ask.ds, some)))
             for place, key in wanted:
                 if key not in self.pulls:
-                    tasks[key] = solved[place].on(key[2])
+                    tasks[key] = solved[place].refined(key[2])
         say(f"{len(cases)} cases at {len(places)} places")
         if tasks:
             self.pulls |= zip(tasks, map(float, pull_offs(list(tasks.values()))))
@@ -122,9 +122,9 @@ class Comparison:
     def _at_places(self, plan: _Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a case's pull-offs and the base's beside it, and where both are solved, be it in vain."""
         count = self.way.meshes.size
-        if plan.changed is None or plan.beside is None:
+        if plan.changed is None or plan.reference is None:
             return np.full(count, np.nan), np.full(count, np.nan), np.zeros(count, bool)
-        keys = [[ask.key(place) for place in range(count)] for ask in (plan.changed, plan.beside)]
+        keys = [[ask.key(place) for place in range(count)] for ask in (plan.changed, plan.reference)]
         force, base = (np.array([self.pulls.get(key, np.nan) for key in some]) for some in keys)
         return force, base, np.array([all(key in self.pulls for key in both) for both in zip(*keys)])
 

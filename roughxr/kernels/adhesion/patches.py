@@ -16,17 +16,17 @@ def contacts_and_resolution(state, closed, law):
     Cells that touch and share a side are one contact. Its size counts each cell by its ``closed`` fraction, the work of
     separation that is left there. NaN where nothing attracts.
     """
-    of, found = ndimage.label(state.touching)
+    of, labels = ndimage.label(state.touching)
     members = state.touching | (state.pressure < -_ATTRACTS * law.strength)
     if not members.any():
         return 0, np.nan
-    if found:
+    if labels:
         nearest = ndimage.distance_transform_edt(of == 0, return_distances=False, return_indices=True)
-        of, count = of[tuple(nearest)], found
+        of, count = of[tuple(nearest)], labels
     else:
         of, count = ndimage.label(members)
     of = of[members] - 1
     tension = np.bincount(of, np.maximum(-state.pressure[members], 0.0), count)
     size = np.bincount(of, closed[members], count)
     matters = tension >= min(_SHARE * tension.sum(), tension.max())
-    return found, float(np.sqrt(size[matters].min() / np.pi))
+    return labels, float(np.sqrt(size[matters].min() / np.pi))

@@ -173,7 +173,7 @@ class _Stepper:
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
         self.visited, self.largest, self.stiffness, self.last = [], 0.0, np.inf, None
 
-    def accept(self, solved, asked):
+    def accept(self, solved, prescribed):
         """Append a state, which becomes the present one."""
         freed = self._freed(solved)
         moved = self.last.delta - solved.delta
@@ -182,19 +182,19 @@ class _Stepper:
         self.last = solved
         self.largest = max(self.largest, -solved.force)
         pressure = left = None
-        if asked and self.fields:
+        if prescribed and self.fields:
             pressure, left = np.zeros(self.solver.separation.shape), solved.left
             pressure[solved.rows, solved.columns] = solved.state.pressure
-        row = self._row(solved, asked, freed)
+        row = self._row(solved, prescribed, freed)
         self.visited.append(_Visit(row, solved, self.stiffness, pressure, left))
 
-    def _row(self, solved, asked, freed):
+    def _row(self, solved, prescribed, freed):
         """Return the values of a state, with the energy that the step to it has freed in place of their sum."""
         row, state = np.zeros(1, STATE)[0], solved.state
         row["delta"], row["force"], row["energy"], row["dissipated"] = solved.delta, solved.force, solved.energy, freed
         row["contact_patches"], row["resolution"] = self.solver.contacts(state)
         row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), solved.residual, solved.rounds
-        row["converged"], row["asked"] = solved.fine, asked
+        row["converged"], row["asked"] = solved.fine, prescribed
         for name, value in self.solver.yielded(solved).items():
             row[name] = value
         return row
@@ -270,8 +270,8 @@ class _Retraction(_Stepper):
     def retract(self):
         """Retract through the prescribed displacements, then on until contact is lost; return whether it converged."""
         same = _EQUAL_DELTA * self.step
-        asked = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
-        fine = self._walk(asked)
+        targets = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
+        fine = self._walk(targets)
         while fine and (place := self._doubtful_place()) is not None:
             fine = self._locate_ends(place)
         if fine:
@@ -327,12 +327,12 @@ class _Retraction(_Stepper):
                 known, step, beyond = [visit for visit in known if visit.row["asked"]], np.inf, None
                 if not known:
                     break
-            target, asked = (known[0].row["delta"], bool(known[0].row["asked"])) if known else (-np.inf, False)
+            target, prescribed = (known[0].row["delta"], bool(known[0].row["asked"])) if known else (-np.inf, False)
             at_end = beyond is not None and self.last.delta - beyond < 2.0 * least
             delta = self._delta_after(least if at_end else step, target)
             moved, at_target = self.last.delta - delta, delta == target
             near = not at_end and moved > least and not self.is_lost() and self._leads_to_more(moved)
-            solved = self.solver.seek(delta, self.last, near=near, exact=at_target and asked)
+            solved = self.solver.seek(delta, self.last, near=near, exact=at_target and prescribed)
             if near and (not solved.fine or self._passed_more(solved)):
                 step, beyond = max(0.5 * moved, least), delta
                 continue
@@ -342,7 +342,7 @@ class _Retraction(_Stepper):
                 step = 0.5 * (delta - beyond)
             else:
                 step, beyond = min(whole, max(step, 2.0 * moved)), None
-            self.accept(solved, at_target and asked)
+            self.accept(solved, at_target and prescribed)
             self._forget()
             if at_target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
                 self._join(known[0], known[1:])

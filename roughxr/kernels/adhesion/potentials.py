@@ -49,7 +49,7 @@ class Potential(NamedTuple):
     work: float  # J/m²
     length: float  # z₀, ε, ρ or h, nm
     wavelength: float  # of retardation, nm; inf without
-    wet: float = -np.inf  # b, the gap below which liquid fills it, nm
+    filled: float = -np.inf  # b, the gap below which liquid fills it, nm
     pull: float = 0.0  # of the liquid, γ/r_K, GPa
     share: float = 1.0  # s, of the solids' own traction under the liquid
 
@@ -73,13 +73,13 @@ def potential(name, work, length, wavelength=np.inf):
 def with_liquid(law, height, pull, share):
     """Return a law with liquid in gaps up to a height (nm) above contact, and its pull (GPa)."""
     contact = law.length if law.code == LENNARD_JONES else law.closest
-    return law._replace(wet=contact + height, pull=pull, share=share)
+    return law._replace(filled=contact + height, pull=pull, share=share)
 
 
 @kernel
 def traction(g, law):
     """Return t(g), GPa, at g > 0; positive pulls."""
-    return partly(g, law, 1.0 if g < law.wet else 0.0)
+    return partly(g, law, 1.0 if g < law.filled else 0.0)
 
 
 @kernel
@@ -113,20 +113,20 @@ def _retardation(x):
 @kernel
 def tractions(g, law):
     """Return t(g) of an array."""
-    found = np.empty(g.size)
+    values = np.empty(g.size)
     for k in range(g.size):
-        found[k] = traction(g[k], law)
-    return found
+        values[k] = traction(g[k], law)
+    return values
 
 
 def energy(g, law):
     """Return U(g), J/m²: the work left to separate two half spaces from the gap g."""
     g = np.asarray(g, dtype=float)
-    if law.wet == -np.inf:
+    if law.filled == -np.inf:
         return _energy(g, law)
-    found, at_edge, under = np.array(_energy(g, law)), _energy(law.wet, law), g < law.wet
-    found[under] = law.share * (found[under] - at_edge) + law.pull * (law.wet - g[under]) + at_edge
-    return found
+    values, at_edge, under = np.array(_energy(g, law)), _energy(law.filled, law), g < law.filled
+    values[under] = law.share * (values[under] - at_edge) + law.pull * (law.filled - g[under]) + at_edge
+    return values
 
 
 def _energy(g, law):
@@ -167,12 +167,12 @@ def gaussian_mean(law, sigma, cut=4.0):
 def energy_beyond(g, law):
     """Return V(g) = ∫U from g on, nN/nm."""
     g = np.asarray(g, dtype=float)
-    if law.wet == -np.inf:
+    if law.filled == -np.inf:
         return _beyond(g, law)
-    depth = np.maximum(law.wet - g, 0.0)
-    under = _beyond(law.wet - depth, law) - _beyond(law.wet, law) - _energy(law.wet, law) * depth
-    under = law.share * under + _energy(law.wet, law) * depth + 0.5 * law.pull * depth**2
-    return under + _beyond(np.maximum(g, law.wet), law)
+    depth = np.maximum(law.filled - g, 0.0)
+    under = _beyond(law.filled - depth, law) - _beyond(law.filled, law) - _energy(law.filled, law) * depth
+    under = law.share * under + _energy(law.filled, law) * depth + 0.5 * law.pull * depth**2
+    return under + _beyond(np.maximum(g, law.filled), law)
 
 
 def _beyond(g, law):

@@ -37,11 +37,11 @@ class Cells(NamedTuple):
 
 def cells(height, law):
     """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
-    if law.wet == -np.inf:
+    if law.filled == -np.inf:
         return Cells(*(np.empty((0, 0)),) * 3, 0.0)
     height = np.ascontiguousarray(height, dtype=float)
-    found = np.empty((3, *height.shape))
-    return Cells(*found, _planes(height, *found))
+    fields = np.empty((3, *height.shape))
+    return Cells(*fields, _planes(height, *fields))
 
 
 @kernel
@@ -52,30 +52,30 @@ def _planes(height, mean, x, y):
     for i in range(n):
         before, after = height[max(i - 1, 0)], height[min(i + 1, n - 1)]
         for j in range(m):
-            here, left, right = height[i, j], height[i, max(j - 1, 0)], height[i, min(j + 1, m - 1)]
+            centre, left, right = height[i, j], height[i, max(j - 1, 0)], height[i, min(j + 1, m - 1)]
             a, b = 0.5 * (after[j] - before[j]), 0.5 * (right - left)
-            bend = (after[j] + before[j] + left + right - 4.0 * here) / 24.0
+            bend = (after[j] + before[j] + left + right - 4.0 * centre) / 24.0
             x[i, j], y[i, j] = a if np.isfinite(a) else 0.0, b if np.isfinite(b) else 0.0
             bend = bend if np.isfinite(bend) else 0.0
-            mean[i, j] = here + bend
+            mean[i, j] = centre + bend
             most = max(most, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
     return most
 
 
 @kernel
-def pulls(separation, around, deltas, law, closest, area):
+def pulls(separation, cells, deltas, law, closest, area):
     """Return the pull (nN) at each displacement (nm) of a window of separations."""
-    found, wet = np.zeros(deltas.size), around.mean.size > 0
+    forces, humid = np.zeros(deltas.size), cells.mean.size > 0
     for k in range(deltas.size):
         for i in range(separation.shape[0]):
             for j in range(separation.shape[1]):
                 s = separation[i, j]
                 if s < np.inf:
                     part = 0.0
-                    if wet and s - deltas[k] < law.wet + around.most:
-                        part = wetted(law.wet + deltas[k] - around.mean[i, j], around.x[i, j], around.y[i, j])
-                    found[k] += partly(max(s - deltas[k], closest), law, part)
-    return area * found
+                    if humid and s - deltas[k] < law.filled + cells.most:
+                        part = wetted(law.filled + deltas[k] - cells.mean[i, j], cells.x[i, j], cells.y[i, j])
+                    forces[k] += partly(max(s - deltas[k], closest), law, part)
+    return area * forces
 
 
 @kernel
@@ -94,13 +94,13 @@ def wetted(depth, x, y):
 
 
 @kernel
-def wet_area(around, level):
+def wet_area(cells, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
     area, edge = 0.0, 0.0
-    means, x, y = around.mean.ravel(), around.x.ravel(), around.y.ravel()
+    means, x, y = cells.mean.ravel(), cells.x.ravel(), cells.y.ravel()
     for n in range(means.size):
         depth = level - means[n]
-        if depth <= -around.most:
+        if depth <= -cells.most:
             continue
         a, b = abs(x[n]), abs(y[n])
         area += wetted(depth, a, b)
@@ -135,15 +135,15 @@ def outside(gaps, law, radius, parabola, rectangle):
     marks = np.clip([*rectangle, *corners], 0.0, radius)
     heights = marks**2 / (2 * radius) if parabola else marks**2 / (radius + np.sqrt(radius**2 - marks**2))
     edges = np.unique(np.append(heights, 2 * radius))
-    found = np.zeros(gaps.size)
+    forces = np.zeros(gaps.size)
     for k, gap in enumerate(np.maximum(gaps, floor(law) - edges[0])):
-        wet = edges[0] < law.wet - gap < edges[-1]
-        S, weight = _nodes(np.sort(np.append(edges, law.wet - gap)) if wet else edges, gap)
+        crosses = edges[0] < law.filled - gap < edges[-1]
+        S, weight = _nodes(np.sort(np.append(edges, law.filled - gap)) if crosses else edges, gap)
         r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
         rings = np.full(S.size, radius) if parabola else radius - S
         share = np.where(rings > 0, 1 - _inside(r, rectangle), 1.0)
-        found[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
-    return found
+        forces[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
+    return forces
 
 
 #: Gauss's nodes and weights, found once: half of the time of a place went into finding them again.
@@ -167,11 +167,11 @@ def _nodes(edges, gap, pieces=8, each=12):
 
 def _inside(r, rectangle):
     """Return the fraction of a circle of radius r that lies inside the rectangle."""
-    found = np.zeros(r.size)
+    angle = np.zeros(r.size)
     with np.errstate(divide="ignore"):
         for a in rectangle[:2]:
             for b in rectangle[2:]:
                 least = np.arccos(np.minimum(a / r, 1.0))
                 most = np.arcsin(np.minimum(b / r, 1.0))
-                found += np.maximum(most - least, 0.0) / (2 * np.pi)
-    return found
+                angle += np.maximum(most - least, 0.0) / (2 * np.pi)
+    return angle

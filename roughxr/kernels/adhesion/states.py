@@ -148,8 +148,8 @@ class Solver:
         grown = last.near.copy()
         grown[rows, columns][touches] = _TOUCHED
         wider = tuple(slice(max(part.start - self.around, 0), part.stop + self.around) for part in (rows, columns))
-        around = ndimage.binary_dilation(grown[wider] == _TOUCHED, _FOUR_NEIGHBOURS, self.around)
-        np.maximum(grown[wider], around, out=grown[wider])
+        nearby = ndimage.binary_dilation(grown[wider] == _TOUCHED, _FOUR_NEIGHBOURS, self.around)
+        np.maximum(grown[wider], nearby, out=grown[wider])
         return grown, bool(((grown[rows, columns] > 0) & (near == 0) & (gap < self.law.range)).any())
 
     def _seek_in(self, rows, columns, delta, last, near, exact):
@@ -162,13 +162,13 @@ class Solver:
         out = settle(body, delta, state, near)
         force = float(state.pressure.sum())
         stored = energy(separation, self.law, delta, state)
-        around = None, False
+        nearby = None, False
         if self.around:
             sinks = body.exact.box[:, : separation.shape[1]]
             sinks = sinks if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
-            around = self._where_it_pulls(rows, columns, delta, sinks, state, last)
+            nearby = self._where_it_pulls(rows, columns, delta, sinks, state, last)
         fine = out.fine and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
-        return SolvedState(delta, force, stored, rows, columns, state, out.rounds, fine, out.residual, left, *around)
+        return SolvedState(delta, force, stored, rows, columns, state, out.rounds, fine, out.residual, left, *nearby)
 
     def contacts(self, state):
         """Return the number of contacts, and how well the mesh resolves them."""
@@ -193,7 +193,7 @@ class Solver:
             pulls = np.abs(last.state.pressure) > _LEAST_PULL * self.law.strength
             within[0][last.rows] |= pulls.any(axis=1)
             within[1][last.columns] |= pulls.any(axis=0)
-        return tuple(_rounded(np.flatnonzero(one), one.size, margin) for one in within)
+        return tuple(_rounded(np.flatnonzero(axis), axis.size, margin) for axis in within)
 
     def _pulls_at_edge(self, solved):
         """Return whether adhesion draws the surface up as far as a side of the box beyond which there is more of it."""

@@ -63,18 +63,18 @@ def law_of(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     e, v, s = (Term(*(float(value) for value in term)) for term in (exponential, waals, step))
     strengths = e.size / e.near, _STRENGTH * v.size / v.near, s.size
     slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
-    there = [term.size > 0.0 for term in (e, v, s)]
+    is_given = [term.size > 0.0 for term in (e, v, s)]
     lengths, onsets = (e.near, v.near, s.far - s.near), (_BEFORE * e.near, _BEFORE * v.near, s.far)
     ranges = CUT * e.near, TAIL * v.near, s.far
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(
         *(e, v, s, work, sum(strengths), sum(slopes)),
-        min((x for x, given in zip(lengths, there) if given), default=1.0),
-        max((x for x, given in zip(onsets, there) if given), default=0.0),
+        min((x for x, given in zip(lengths, is_given) if given), default=1.0),
+        max((x for x, given in zip(onsets, is_given) if given), default=0.0),
         np.inf,
         0.0,
     )
-    reach = max((x for x, given in zip(ranges, there) if given), default=0.0) if cut is None else float(cut)
+    reach = max((x for x, given in zip(ranges, is_given) if given), default=0.0) if cut is None else float(cut)
     return whole._replace(range=reach, cut=float(remaining_work(reach, whole)))
 
 

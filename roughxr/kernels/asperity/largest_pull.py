@@ -161,7 +161,7 @@ def pull_offs(x, y, grid, table, radius, profile):
         least, near, evaluations = pull_off(x[k], y[k], grid, table, radius, profile)
         out[k, FORCE], out[k, DELTA] = least.F, least.delta
         out[k, FIRST_TOUCH] = lowest(near.offset) if near.offset.size else np.nan
-        out[k, CONTACTS], out[k, AT_EDGE] = _held(least.delta, near, grid)
+        out[k, CONTACTS], out[k, AT_EDGE] = _contacts_at(least.delta, near, grid)
         out[k, EVALUATIONS] = evaluations
     return out
 
@@ -184,14 +184,14 @@ def pull_off(x, y, grid, table, radius, profile):
 
 
 @kernel
-def _held(delta, near, grid):
+def _contacts_at(delta, near, grid):
     """Return the number of asperities in contact at δ, and how many of them are at the scan's edge."""
-    held = at_edge = 0.0
+    contacts = at_edge = 0.0
     for k in range(near.onset.size):
         if near.onset[k] <= delta:
-            held += 1.0
+            contacts += 1.0
             at_edge += grid.field.at_edge[near.index[k]]
-    return held, at_edge
+    return contacts, at_edge
 
 
 @kernel

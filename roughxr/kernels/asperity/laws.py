@@ -128,9 +128,9 @@ def asperities_scales(A, B, E_star, w, law):
     """The ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
     out = unset((6, A.size), 0.0)
     for i in range(A.size):
-        one = asperity_scales(A[i], B[i], E_star, w, law)
-        out[0, i], out[1, i], out[2, i] = one.a, one.P, one.delta
-        out[3, i], out[4, i], out[5, i] = one.axis_ratio, one.end, one.row
+        scales = asperity_scales(A[i], B[i], E_star, w, law)
+        out[0, i], out[1, i], out[2, i] = scales.a, scales.P, scales.delta
+        out[3, i], out[4, i], out[5, i] = scales.axis_ratio, scales.end, scales.row
     return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
 
 

@@ -327,9 +327,9 @@ def _precondition(cells, residual, preconditioned):
 def _precondition_by_neighbours(neighbours, r, preconditioned):
     for k in range(neighbours.shape[0]):
         n = neighbours[k]
-        beside = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
+        side_sum = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
         corner = r[n[4]] + r[n[5]] + r[n[6]] + r[n[7]]
-        preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * beside + STENCIL[2] * corner
+        preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * side_sum + STENCIL[2] * corner
 
 
 @kernel(reorder=True)

@@ -72,28 +72,28 @@ def sweep_arrays(
     separation, guided = np.ascontiguousarray(separation, dtype=float), start is not None
     start = start._replace(pressure=start.pressure * (dx / contact_modulus)) if guided else _no_start()
     coefficients, deltas = coefficients_for(separation.shape), np.asarray(deltas, dtype=float)
-    found, pressures, displacements = records(deltas.size, separation.shape, keep)
+    states, pressures, displacements = records(deltas.size, separation.shape, keep)
     trail = _Trail(np.full(2, np.nan), np.zeros((2, *separation.shape)), np.full((2, *separation.shape), np.nan))
     bounds = hardness.scaled(dx / contact_modulus)
     given = separation, deltas, tolerance, max_iterations, *bounds, start, guided, coefficients
-    _sweep(*given, trail, found, pressures, displacements)
-    return in_units(found, pressures, displacements, dx, contact_modulus, hardness)
+    _sweep(*given, trail, states, pressures, displacements)
+    return in_units(states, pressures, displacements, dx, contact_modulus, hardness)
 
 
 def records(count, shape, keep):
     """Return empty arrays for the columns of each solve, and for pressures and displacements of the last ``keep``."""
-    kept = (keep, *shape)
-    return np.zeros((count, 8)), np.zeros(kept), np.full(kept, np.nan)
+    fields = (keep, *shape)
+    return np.zeros((count, 8)), np.zeros(fields), np.full(fields, np.nan)
 
 
-def in_units(found, pressures, displacements, dx, contact_modulus, hardness):
+def in_units(states, pressures, displacements, dx, contact_modulus, hardness):
     """Convert the results on unit cells of unit modulus to nm, nN and GPa, in place."""
-    found[:, [FORCE, HARD_FORCE]] *= contact_modulus * dx
-    found[:, [AREA, HARD_AREA, DENT]] *= dx * dx
+    states[:, [FORCE, HARD_FORCE]] *= contact_modulus * dx
+    states[:, [AREA, HARD_AREA, DENT]] *= dx * dx
     pressures *= contact_modulus / dx
     if hardness.yielding:
         np.minimum(pressures, hardness.pressure, out=pressures)  # corrects rounding
-    return found, pressures, displacements
+    return states, pressures, displacements
 
 
 def _no_start():
@@ -120,7 +120,7 @@ def _sweep(
     guided,
     coefficients,
     trail,
-    found,
+    states,
     pressures,
     displacements,
 ):
@@ -142,12 +142,12 @@ def _sweep(
                 levels[n], begin, part, most, None, 0.0, coarse_cap, coefficients, known
             )
             begin = refined(pressure, displacement, levels[n - 1], 0.5 * coarse_cap) if n > 0 else begin
-        describe(found[k], pressure, displacement, depth, outcome, box.largest, cap, limit)
-        kept = k - deltas.size + pressures.shape[0]
-        if kept >= 0:
-            put(pressure, pressures, kept, box)
-            put(displacement, displacements, kept, box)
-        if found[k, FORCE] > 0.0:
+        describe(states[k], pressure, displacement, depth, outcome, box.largest, cap, limit)
+        field = k - deltas.size + pressures.shape[0]
+        if field >= 0:
+            put(pressure, pressures, field, box)
+            put(displacement, displacements, field, box)
+        if states[k, FORCE] > 0.0:
             _remember(trail, deltas[k], box, pressure, displacement)
 
 

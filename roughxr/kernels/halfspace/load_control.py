@@ -69,12 +69,12 @@ class _Guess(NamedTuple):
 
 @kernel
 def _loaded(
-    separation, loads, tolerance, max_iterations, cap, limit, coefficients, deltas, found, pressures, displacements
+    separation, loads, tolerance, max_iterations, cap, limit, coefficients, deltas, states, pressures, displacements
 ):
     """Write displacements, the columns of each solve, and the fields that there is room for."""
     known, touch = no_transfers(), _lowest(separation)
     for k in range(loads.size):
-        found[k, STATUS] = ITERATION_LIMIT  # where there is nothing to press on, no load is carried
+        states[k, STATUS] = ITERATION_LIMIT  # where there is nothing to press on, no load is carried
     if not np.isfinite(touch) or loads.size == 0:
         return
     guess = _coarse_guess(separation, loads[0], cap, coefficients, known)
@@ -83,15 +83,15 @@ def _loaded(
         state = _solve(separation, loads[k], guess, tolerance, max_iterations, cap, coefficients, known)
         deltas[k] = state.delta
         pressure, displacement, depth = state.pressure[0], state.displacement[0], state.delta - separation
-        describe(found[k], pressure, displacement, depth, state.outcome, state.delta - touch, cap, limit)
-        kept = k - loads.size + pressures.shape[0]
-        if kept >= 0:
-            put(pressure, pressures, kept, window)  # a tenth of what NumPy's own assignment takes to compile
-            put(displacement, displacements, kept, window)
-        if k + 1 < loads.size and found[k, FORCE] > 0.0:
-            hard = found[k, HARD_FORCE] / found[k, FORCE] if cap < np.inf else 0.0
+        describe(states[k], pressure, displacement, depth, state.outcome, state.delta - touch, cap, limit)
+        field = k - loads.size + pressures.shape[0]
+        if field >= 0:
+            put(pressure, pressures, field, window)  # a tenth of what NumPy's own assignment takes to compile
+            put(displacement, displacements, field, window)
+        if k + 1 < loads.size and states[k, FORCE] > 0.0:
+            hard = states[k, HARD_FORCE] / states[k, FORCE] if cap < np.inf else 0.0
             exponent = _SPHERE_EXPONENT + hard * (_YIELDING_EXPONENT - _SPHERE_EXPONENT)
-            deeper = (loads[k + 1] / found[k, FORCE]) ** (1.0 / exponent)
+            deeper = (loads[k + 1] / states[k, FORCE]) ** (1.0 / exponent)
             guess = _onward(separation, touch + (state.delta - touch) * deeper, state, cap)
 
 

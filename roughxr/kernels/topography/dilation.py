@@ -51,8 +51,8 @@ def _is_summit(z, i, j, pixel, bend, rise):
         step2 = (di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2
         n = 1
         while n <= FARTHEST and 0 <= i - n * di and i + n * di < nx and 0 <= j - n * abs(dj) and j + n * abs(dj) < ny:
-            around = z[i + n * di, j + n * dj] + z[i - n * di, j - n * dj] - 2 * z[i, j]
-            if around > n * n * step2 * bend + (4 * rise if n > 1 else 0.0):
+            second = z[i + n * di, j + n * dj] + z[i - n * di, j - n * dj] - 2 * z[i, j]
+            if second > n * n * step2 * bend + (4 * rise if n > 1 else 0.0):
                 return False
             n *= 2
     return True
@@ -148,12 +148,12 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
         far_x, far_y = max(row[X] - x0, x1 - row[X]), max(row[Y] - y0, y1 - row[Y])
         highest[n] = row[H] + row[RISE] - _fall(near_x * near_x + near_y * near_y, radius)
         floor = max(floor, row[H] - _fall(far_x * far_x + far_y * far_y, radius))
-    kept, count = line(candidates.size, 0), 0
+    visible, count = line(candidates.size, 0), 0
     for n in range(candidates.size):
         if highest[n] >= floor and highest[n] > -np.inf:
-            kept[count] = candidates[n]
+            visible[count] = candidates[n]
             count += 1
-    return kept[:count].copy()
+    return visible[:count].copy()
 
 
 @kernel
@@ -166,11 +166,11 @@ def _falls(part, x, y, radius, heights):
 
 
 @kernel
-def _gain(part, first, wide, margin, heights, best, over):
+def _raise_bounds(part, first, wide, margin, heights, best, over):
     """Raise ``over`` to how far a patch may lie over the best of a place, somewhere within the margin around it."""
     for n in range(heights.size):
-        apart = np.sqrt((part[0, first] - part[0, n]) ** 2 + (part[1, first] - part[1, n]) ** 2) + wide
-        over[n] = max(over[n], heights[n] + part[3, n] + margin * apart - best)
+        distance = np.sqrt((part[0, first] - part[0, n]) ** 2 + (part[1, first] - part[1, n]) ** 2) + wide
+        over[n] = max(over[n], heights[n] + part[3, n] + margin * distance - best)
 
 
 @kernel
@@ -196,7 +196,7 @@ def _lay(rows, visible, x, y, box, ball, z):
                 if n != first and heights[n] + part[3, n] > best:
                     best = max(best, touch(rows[visible[n]], x[i], y[j], ball)[0])
             z[i, j] = best
-            _gain(part, first, wide, margin, heights, best, over)
+            _raise_bounds(part, first, wide, margin, heights, best, over)
     count = 0
     for n in range(visible.size):
         if over[n] >= 0:

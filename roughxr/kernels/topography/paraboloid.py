@@ -77,21 +77,21 @@ def _fit_block(heights, level, dx, dy, fixed):
     terms = np.stack([np.ones(u.size), u, v, u * u, v * v, u * v], axis=1)
     known = np.isfinite(heights)
     c = _coefficients(terms, heights, known, 3)
-    held = np.ones(level.size, np.bool_)
+    rejected = np.ones(level.size, np.bool_)
     if not fixed:
         free = _coefficients(terms, heights, known, 0)
         x, y, _ = _vertex(free, dx, dy)
         low, _, _ = principal(*_second_order(free, dx, dy))
         A, B, C = _second_order(free, dx, dy)
-        held = ~((low > 0) & (4 * A * B > C**2) & (np.abs(x) <= dx) & (np.abs(y) <= dy))
-        c = np.where(held[:, None], c, free)
+        rejected = ~((low > 0) & (4 * A * B > C**2) & (np.abs(x) <= dx) & (np.abs(y) <= dy))
+        c = np.where(rejected[:, None], c, free)
     x, y, height = _vertex(c, dx, dy)
     low, high, orientation = principal(*_second_order(c, dx, dy))
     residual = np.where(known, heights - c @ terms.T, 0.0)
     rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
     rms[~known.any(axis=1)] = np.nan
-    x, y, height = np.where(held, 0.0, x), np.where(held, 0.0, y), level + np.where(held, c[:, 0], height)
-    return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~known.all(axis=1), held)
+    x, y, height = np.where(rejected, 0.0, x), np.where(rejected, 0.0, y), level + np.where(rejected, c[:, 0], height)
+    return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~known.all(axis=1), rejected)
 
 
 def _coefficients(terms, heights, known, first):

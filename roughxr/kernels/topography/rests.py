@@ -214,14 +214,14 @@ def _planes(rows, x, y, ball, reach):
         out[n, 5] = n
         if out[n, 0] > out[top, 0]:
             top = n
-    kept, highest, along_x, along_y = 0, out[top, 0], out[top, 1], out[top, 2]
+    number, highest, along_x, along_y = 0, out[top, 0], out[top, 1], out[top, 2]
     for n in range(len(rows)):
         rise = (abs(out[n, 1] - along_x) + abs(out[n, 2] - along_y)) * reach
         if out[n, 0] + 1.1 * rise >= highest:
             for column in range(6):
-                out[kept, column] = out[n, column]
-            kept += 1
-    return out[:kept]
+                out[number, column] = out[n, column]
+            number += 1
+    return out[:number]
 
 
 @kernel
@@ -243,7 +243,7 @@ def _height(rows, x, y, ball):
 
 
 @kernel
-def _on(plane, dx, dy):
+def _plane_height(plane, dx, dy):
     return plane[0] + plane[1] * dx + plane[2] * dy
 
 
@@ -252,7 +252,7 @@ def _highest_plane(planes, dx, dy):
     """Return the greatest height of planes at a step, and the plane."""
     highest, at = -np.inf, 0
     for n in range(len(planes)):
-        height = _on(planes[n], dx, dy)
+        height = _plane_height(planes[n], dx, dy)
         if height > highest:
             highest, at = height, n
     return highest, at
@@ -375,17 +375,17 @@ def borders(z, labels):
                     p, q = i + di, j + dj
                     if p < nx and 0 <= q < ny and labels[p, q] != labels[i, j]:
                         if fill:
-                            here = z[i, j] >= z[p, q]
+                            is_higher = z[i, j] >= z[p, q]
                             pairs[count, 0] = min(labels[i, j], labels[p, q])
                             pairs[count, 1] = max(labels[i, j], labels[p, q])
-                            pairs[count, 2] = i * ny + j if here else p * ny + q
-                            heights[count] = z[i, j] if here else z[p, q]
+                            pairs[count, 2] = i * ny + j if is_higher else p * ny + q
+                            heights[count] = z[i, j] if is_higher else z[p, q]
                         count += 1
     return pairs, heights
 
 
 @kernel
-def _apart(a, b, pixel):
+def _is_apart(a, b, pixel):
     """Return whether two contacts lie on different summits."""
     return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
 
@@ -435,14 +435,14 @@ def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
     nearest = _PASS_DISTANCE * largest
     for p in range(len(planes)):
         for q in range(p):
-            if not _apart(planes[p], planes[q], ground.pixel):
+            if not _is_apart(planes[p], planes[q], ground.pixel):
                 continue
             px, py = _crossing(planes[p], planes[q], x, y)
             off = np.hypot(px - x, py - y)
             if not off < nearest + largest:
                 continue
             bent = _LARGEST_DEVIATION * off * off / ball.radius  # as far as planes can tell
-            highest = min(_on(planes[p], px - x, py - y), lowest[2]) + bent
+            highest = min(_plane_height(planes[p], px - x, py - y), lowest[2]) + bent
             if _highest_plane(planes, px - x, py - y)[0] > highest:
                 continue
             px, py, height = _saddle(rows[p], rows[q], px, py, ball)
@@ -478,7 +478,7 @@ def carriers(places, ground, slack):
     """Return for each place how many summits carry a sphere, within ``slack`` pixels of motion, and where."""
     most = 8
     number, at = line(len(places), 0), np.full((len(places), most, 2), np.nan)
-    kept, reach = table(most, 5, 0.0), slack * max(ground.pixel[0], ground.pixel[1])
+    touching, reach = table(most, 5, 0.0), slack * max(ground.pixel[0], ground.pixel[1])
     for n in range(len(places)):
         x, y = places[n, 0], places[n, 1]
         i, j = _pixel_at(ground, x, y)
@@ -486,9 +486,9 @@ def carriers(places, ground, slack):
         for k in np.argsort(-planes[:, 0]):
             new = number[n] < most
             for m in range(number[n]):
-                new &= _apart(planes[k], kept[m], ground.pixel)
+                new &= _is_apart(planes[k], touching[m], ground.pixel)
             if new:
-                kept[number[n]] = planes[k, :5]
+                touching[number[n]] = planes[k, :5]
                 at[n, number[n], 0], at[n, number[n], 1] = planes[k, 3], planes[k, 4]
                 number[n] += 1
     return number, at
