@@ -30,7 +30,6 @@ VERBS = {
     "pull_off_map": {},
     "rolling": {"directions": np.arange(8) * np.pi / 4},
     "rigid": {"delta": [-4.0, -1.0]},
-    "rigid, elastic": {"delta": [-2.0], "limit": "elastic"},
     "adhesive": {"delta": [2.0, 5.0], **QUICK},
     "regime": {"refine": 2},
     "roughness": {},
@@ -43,7 +42,6 @@ HOW_FAR = {
     "direct": 1e-5,  # the force's tolerance is 1e-6, and cells next to the edge of a contact may end either way
     "direct by load": 1e-4,
     "direct from touch": 1e-5,
-    "rigid, elastic": 1e-5,
     "adhesive": 1e-3,  # steps end where a branch does, which rounding moves by a part of a step
 }
 ROUNDING = 1e-6

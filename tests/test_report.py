@@ -207,7 +207,7 @@ def test_a_history_by_another_program_is_one_step(history):
         ),
         (
             {"young_modulus": (75, "130 GPa"), "poisson_ratio": (0.22, 0.28), "work_of_adhesion": "50 mJ/m^2"},
-            "--young-modulus 75 130.0 --poisson-ratio 0.22 0.28 --work-of-adhesion 0.05",
+            "--young-modulus 75 '130 GPa' --poisson-ratio 0.22 0.28 --work-of-adhesion 0.05",
         ),
         ({"materials": ("glass", "silica")}, "--materials glass/silica --hamaker-constant 0.065"),
         (

@@ -55,7 +55,7 @@ def test_the_report_shows_particles_at_rest_and_where_they_landed(folder):
     text = re.sub(r"\s+", " ", (folder / "report.html").read_text(encoding="utf-8"))
     assert "where it came to rest" in text
     table = pd.read_csv(folder / "places.csv")
-    assert table["landing_share"].sum() == pytest.approx(1.0, abs=1e-4)
+    assert table["landing_share"].sum() == pytest.approx(1.0, abs=5e-4)  # four digits each
 
 
 def test_the_explorer_shows_the_rests_each_with_its_share(folder, groups):

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, Token
 from typing import TextIO
 
 from tqdm import tqdm
@@ -92,13 +92,16 @@ class Stages:
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
         self._expected, self._words = dict(expected), words
         self._name, self._answer, self._begun, self._end = "", "", time.monotonic(), float("inf")
+        self._token: Token[str] | None = None
 
     def __enter__(self) -> Stages:
         self._token = _STAGE.set("")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_) -> None:
-        _STAGE.reset(self._token)
+        if self._token is not None:
+            _STAGE.reset(self._token)
+            self._token = None
         if kind and self._answer:
             print(f"so far: {self._answer}", flush=True)
 
@@ -112,7 +115,8 @@ class Stages:
         before, self._end = self._end - self._begun, self._begun + left
         longer = ", longer than estimated before" if left > _LONGER * max(before, 60.0) else ""
         say(f"{where}, {about(left)} left{longer}: {self._words.get(name, name)}{more}")
-        _STAGE.set(where)
+        if self._token is not None:  # within a run, whose end removes the name again
+            _STAGE.set(where)
 
     def expect(self, **seconds: float) -> None:
         """Replace the times that stages are expected to take, s."""

@@ -29,7 +29,7 @@ LEFT = {*identities.LEFT, "r_a_datum", "r_q_datum", "critical_friction_velocity"
 LEFT |= {"lag", "pass_x", "pass_y", "pass_to", "aic", "log_likelihood", "rest_height", "in_range"}
 
 #: Not scaled: Hamaker's forces begin at a fixed closest approach. Resting positions decide between equal pixels.
-AS_IT_IS = ("rigid", "rigid, elastic", "formulas", "regime")
+AS_IT_IS = ("rigid", "formulas", "regime")
 FAR = {**identities.HOW_FAR, "fit": 1e-4}
 
 
