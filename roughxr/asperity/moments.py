@@ -261,6 +261,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     x, y = np.meshgrid(x, y, indexing="ij")
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
     touching = _touching(ds)
+    cells = int(ds["refinement"].max() if "refinement" in ds else ds.attrs.get("refine", 1))
     for state in np.flatnonzero(touching.any(axis=(1, 2))):
         pull = np.nan_to_num(ds["pressure"].values[state]) * cell
         _of_state(pull, touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
@@ -268,7 +269,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
     rest = _state_at_rest(area, ds["force"].values, load)
     record["contact_area"] = np.nan if rest is None else area[rest]
-    record["contacts"] = 0 if rest is None else _supports(touching[rest], int(ds.attrs.get("refine", 1)))
+    record["contacts"] = 0 if rest is None else _supports(touching[rest], cells)
     record["converged"] = bool(np.all(converged(ds)))
     known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
     return _put(record, layout, largest if known else np.full_like(largest, np.nan))

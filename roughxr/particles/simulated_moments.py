@@ -38,7 +38,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
         if not low < high:
             low, high = _NOT_PULLED
-        refine, law = int(solved.attrs["refine"]), solved.attrs["law"]
+        refine, law = int(place["refinement"].max()), solved.attrs["law"]
         with warnings.catch_warnings():  # the run has given the warnings of this simulation
             warnings.simplefilter("ignore", UserWarning)
             states = adhesive(
