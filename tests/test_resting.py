@@ -103,16 +103,18 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
     assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
 
 
-def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits():
+#: Without range the moments are those of two cells to a pixel, which do not resolve the edge of these contacts.
+@pytest.mark.parametrize(("law", "mesh", "within"), [("auto", 2, 0.1), ("griffith", "auto", 0.25)])
+def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits(law, mesh, within):
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)
     place = resting(surface)
-    solved = roughxr.adhesive(surface, preload=0.0, subregions=place, mesh=2)
+    solved = roughxr.adhesive(surface, preload=0.0, subregions=place, law=law, mesh=mesh)
     moments = simulated_moments(specimen_of(surface), solved, directions=12)
     assert int(moments.contacts[0]) == 3
     at = np.pi / 6 + 2 * np.pi / 3 * np.arange(3)
     foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)
-    assert moments.lever.values[0] == pytest.approx(foremost, rel=0.1)
+    assert moments.lever.values[0] == pytest.approx(foremost, rel=within)
 
 
 def test_rigid_bodies_and_water_resist_by_the_distance_of_the_foremost_of_three_equal_summits():
