@@ -85,9 +85,9 @@ def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget
 
 
 def test_the_total_is_the_root_of_the_sum_of_squares_without_shorter_waves(budget):
-    known = budget.relative_error.drop_sel(entry="shorter waves").values
+    known = budget.relative_error.drop_sel(entry="finer roughness").values
     assert float(budget.total_error) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
-    assert budget.relative_error.sel(entry="shorter waves") > 0.01
+    assert budget.relative_error.sel(entry="finer roughness") > 0.01
 
 
 def test_entries_are_the_largest_changes(budget, changes):
@@ -230,7 +230,7 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, changes, s
     told = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
     assert told["mesh"].endswith("subtracted") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
-    assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="shorter waves")))
+    assert widths[-1] == pytest.approx(100 * float(budget.relative_error.sel(entry="finer roughness")))
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
@@ -252,8 +252,8 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     words = report.headline(run)
     assert "does not resolve roughness finer than" in words and "with all known errors" in words
     table = report.budget_table(run)
-    assert table.index[-1] == "shorter waves*" and "all of these" in table.index
-    assert table["change [%]"]["shorter waves*"] < 0 and table["± [%]"]["work of adhesion"] >= 0
+    assert table.index[-1] == "finer roughness*" and "all of these" in table.index
+    assert table["change [%]"]["finer roughness*"] < 0 and table["± [%]"]["work of adhesion"] >= 0
     assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
     assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))

@@ -13,6 +13,7 @@ from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import self_affine_fit, synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
+from roughxr.studies import extrapolation
 from roughxr.studies.extrapolation import Surface, _two_sides, not_extrapolated, shown_truly
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
@@ -85,7 +86,7 @@ def test_the_estimate_lies_below_the_scan_and_inside_its_interval(surface, found
     assert float(found.pull_off_mean) == pytest.approx(float(found.pull_off_force.mean()))
     below, above = (abs(np.log(float(found[f"pull_off_{end}"] / found.pull_off_mean))) for end in ("lower", "upper"))
     assert below == pytest.approx(1.96 * float(np.sqrt((found.relative_error**2).sum())))
-    other = 1.96 * found.relative_error.drop_sel(entry=["spectrum", "shorter waves"])
+    other = 1.96 * found.relative_error.drop_sel(entry=["spectrum", "finer roughness"])
     waves = found.scale_pull_off.sortby("shortest_kept").values
     took = np.log(waves[-1] / waves[0])
     spectrum = 1.96 * float(found.relative_error.sel(entry="spectrum"))
@@ -109,6 +110,27 @@ def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surfac
 def test_a_seed_is_one_surface_whatever_else_is_asked(surface, found):
     again = roughxr.extrapolated(surface, subregions=([120.0], [120.0]), seeds=1, shortest=8)
     assert float(again.pull_off_force[0, 0]) == pytest.approx(float(found.pull_off_force[0, 0]), rel=0.02)
+
+
+@pytest.mark.parametrize("failures", [1, 100], ids=["once", "always"])
+def test_a_solve_that_fails_is_tried_again_and_reported(surface, found, monkeypatch, failures):
+    tried = []
+
+    def failing(height, first, pixel, centre, seed, *rest):
+        if centre[0] < 240 and centre[1] < 240 and seed == 1 and rest[-1].shortest == 8:
+            tried.append(seed)
+            if len(tried) <= failures:
+                return np.full(2, np.nan)
+        return pull_off_below(height, first, pixel, centre, seed, *rest)
+
+    monkeypatch.setattr(extrapolation, "pull_off_below", failing)
+    again = roughxr.extrapolated(surface, subregions=(2, 2), seeds=2, shortest=8)
+    lost = failures > 1
+    assert int(again.failed_solves) == lost == int(again.pull_off_force.isnull().sum())
+    assert ("1 of 8 solves failed" in again.attrs["known"]) == lost
+    expected = found.pull_off_force.where(again.pull_off_force.notnull())
+    np.testing.assert_allclose(again.pull_off_force, expected, rtol=1e-3)
+    assert float(again.pull_off_mean) == pytest.approx(float(expected.mean()), rel=1e-3)
 
 
 def test_the_waves_that_a_microscope_falsifies_are_replaced():

@@ -11,7 +11,7 @@ from ..studies.short_waves import mean_over_waves
 from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
 
 #: The entry that does not count in the total.
-_OUTSIDE_TOTAL = "shorter waves"
+_OUTSIDE_TOTAL = "finer roughness"
 
 
 @styled

@@ -226,22 +226,22 @@ def budget_table(run: Run) -> pd.DataFrame:
     Examples
     --------
     >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
-    >>> names = {"entry": ["work of adhesion", "mesh and step", "shorter waves"]}
+    >>> names = {"entry": ["work of adhesion", "mesh and step", "finer roughness"]}
     >>> entries |= {"standard_error": ("entry", [0.01] * 3), "pull_off_change": ("entry", [-0.03, 0.08, -0.1])}
     >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
     >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
-    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'shorter waves*': 10.0}
+    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'finer roughness*': 10.0}
     """
     budget = run[BUDGET]
     values = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
     rows = {str(name): row for name, *row in zip(budget["entry"].values, *values, budget["how"].values)}
-    outside = rows.pop("shorter waves", None)
+    outside = rows.pop("finer roughness", None)
     error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
     shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
     words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
     rows["all of these"] = [error, own, shift, words]
     if outside is not None:
-        rows["shorter waves*"] = [*outside[:3], f"not in the total: {outside[3]}"]
+        rows["finer roughness*"] = [*outside[:3], f"not in the total: {outside[3]}"]
     columns = ["error [%]", "± [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 

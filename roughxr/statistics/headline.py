@@ -22,7 +22,7 @@ _REMEDIES = {
     "modulus": "measure the modulus of the softer body",
     "sphere radius": "measure the radius of the sphere",
     "range of the law": "state the range of adhesion of this pair (adhesion_range)",
-    "shorter waves": "measure a smaller scan with finer pixels",
+    "finer roughness": "measure a smaller scan with finer pixels",
 }
 
 #: Units and meaning of the scalars of an answer, and of a run's summary.

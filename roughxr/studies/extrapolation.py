@@ -34,27 +34,27 @@ from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 
-#: Waves are added by this factor; below the floor (nm) no continuum is.
-_WAVE_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
+#: Factor between two wavelengths that are added one after the other; nm, below which no continuum exists.
+_WAVELENGTH_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
 
-#: Waves whose standard deviation is below this part of the range of adhesion, or of a meniscus, do not matter.
+#: Rms of roughness without effect, over the range of adhesion or of a meniscus.
 _NEGLIGIBLE_RMS = 0.1
 
-#: Places at which it is found out where the waves end to matter, and the assumptions are changed.
+#: Places at which the shortest wavelength with an effect and the effect of the assumptions are determined.
 _PILOT_PLACES = 6
 
 #: Factors on the range of adhesion and on the hardness, assigned or estimated: one standard deviation.
 _RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
 
-#: Pixels of the shortest wave that a microscope draws truly: aliasing, averaging over a pixel and the kinks that a tip
-#: leaves falsify shorter ones.
+#: Pixels of the shortest wavelength that a microscope shows correctly: aliasing, averaging over a pixel and the kinks
+#: that a tip leaves falsify shorter ones.
 _TRUE_PIXELS = 4.0
 
 #: Hurst exponent of roughness that is added to real surfaces: the mean fall of ln(energy) from one octave of their
 #: wavelengths to the next shorter one is 1.21, 2 H ln 2.
 REAL_HURST = 0.88
 
-#: Pixels along a side below which a scan is not looked at on pixels twice as large.
+#: Pixels along a side below which a scan is not coarsened by two for the test of self-affinity.
 _LEAST_COARSENED = 64
 
 #: Wavelengths, pixels, whose energy sets that of the added roughness.
@@ -67,7 +67,6 @@ _LARGEST_FALL = 0.5
 #: added roughness, and above the scan for each range of adhesion that its noise has as rms.
 _ABOVE_SCAN, _BELOW_ADDED, _ABOVE_BY_NOISE = 0.2, 0.3, 0.5
 
-#: What is said where no hardness is known.
 _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
 
@@ -94,44 +93,44 @@ def extrapolated(
     Parameters
     ----------
     ds : Dataset
-        A scan in memory with an assigned sphere and work of adhesion.
+        A scan with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
+        As in `direct`.
     seeds : int
-        Number of surfaces that agree with the scan.
+        Number of random surfaces that agree with the scan.
     preload : number or quantity
-        See `adhesive`, nN.
+        As in `adhesive`, nN.
     shortest : number or quantity, optional
-        Shortest wave of the surface, nm, where it is known; by default the waves end where they no longer matter.
+        Shortest wavelength of the surface, nm, where it is known; by default that below which roughness has no effect.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, by default of the waves that the scan shows truly; or a measured one,
-        `combined_spectrum`, used as far as it goes.
+        Result of `self_affine_fit`, by default that of the wavelengths that the scan shows correctly; or a measured
+        one, `combined_spectrum`, used as far as it reaches.
     accuracy : float
-        Waves no longer matter where an octave more changes the mean pull-off by less than this part.
+        Finer roughness has no effect where an octave more changes the mean pull-off by less than this part.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN) along (subregion, seed); ``pull_off_mean`` with ``pull_off_lower`` and
-        ``pull_off_upper``, its 95 % interval; ``shortest_wavelength`` (nm), the shortest wave that was added;
-        ``converged``; ``relative_error`` along ``entry``, the standard deviations of ln(mean) that the interval holds,
-        those of the spectrum and of shorter waves upwards only as far as the surface that the scan shows pulls;
-        ``scale_pull_off`` along ``shortest_kept``, the mean at a few places as waves are added. The attributes
-        ``known`` and ``assumed`` say so in a sentence each.
+        ``pull_off_upper``, its 95 % interval; ``shortest_wavelength`` (nm) of what was added; ``converged``;
+        ``failed_solves``; ``relative_error`` along ``entry``, the standard deviations of ln(mean), those
+        of the spectrum and of shorter wavelengths upwards only as far as the surface as scanned; ``scale_pull_off``
+        along ``shortest_kept``, the mean at a few places as wavelengths are added. The attributes ``known`` and
+        ``assumed`` state what the scan shows and what was added.
 
     Raises
     ------
     ValueError
-        As for `adhesive` and `add_fine_roughness`; where the scan has no spectrum to continue.
+        Where the scan is flat and so has no spectrum to extrapolate.
 
     Notes
     -----
-    The law is exponential, with the pair's ``adhesion_range`` (0.3 nm unless given), for a humid pair with the
-    liquid's added; the hardness is the pair's, or the estimate for named materials. Waves that the scan distorts,
-    shorter than four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of
-    31 self-affine surfaces (``tests/benchmarks/below_the_pixel.py``). A scan that no self-affine surface would show
-    (grains, steps, particles, a blunt tip, noise) keeps all its wavelengths; the estimate then lies between the surface
-    as scanned and the scan with the usual fine roughness of real surfaces added, and the interval contains both
+    The law is exponential, with the pair's ``adhesion_range`` (0.3 nm unless given, and the liquid's);
+    the hardness is the pair's, or the estimate for named materials. Wavelengths that the scan distorts, shorter than
+    four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of 31 self-affine
+    surfaces (``tests/benchmarks/below_the_pixel.py``). A scan that no self-affine surface would show (grains, steps,
+    particles, a blunt tip, noise) keeps all its wavelengths. The estimate then lies between the surface as scanned and
+    the scan with the usual fine roughness of real surfaces added, and the interval contains both
     (``tests/benchmarks/real_below_the_pixel.py``).
 
     Examples
@@ -164,7 +163,7 @@ def extrapolated(
     surface = Surface(smoothed, problem, centres)
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
     pilot = _pilot(surface, question, end, accuracy)
-    question = question._replace(below=question.below._replace(shortest=pilot.waves[-1]))
+    question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
     places = range(centres.sizes["subregion"])
     forces = surface.solve(question, places, count, pilot.guesses[-1])[..., 0]
     entries = _entries(surface, question, pilot, hardness, with_spectrum=not unlike)
@@ -189,7 +188,7 @@ def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
 
 
 def shown_truly(ds: xr.Dataset) -> xr.Dataset:
-    """Return the spectrum of the waves that a scan shows truly: those of four pixels, or all where it ends before."""
+    """Return the spectrum of the wavelengths that a scan shows correctly, from four pixels unless it ends before."""
     fitted = self_affine_fit(ds)
     shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
     if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, fitted):
@@ -198,7 +197,7 @@ def shown_truly(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
-    """Return whether a scan has far less power at waves shorter than its shortest than the model continues with."""
+    """Return whether a scan has far less power below its shortest wavelength than its extrapolated spectrum."""
     shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
     if shown < 2.2 * pixel:
         return False
@@ -221,7 +220,7 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
 
 
 class _Sides(NamedTuple):
-    """The surface as scanned and the scan with Gaussian roughness added, and the estimate between them."""
+    """The pull-off as scanned and with Gaussian roughness added, and the estimate between them."""
 
     scanned: float  # nN, mean
     added: float  # nN, mean
@@ -239,7 +238,7 @@ def _two_sides(scanned: float, added: float, noise: float) -> _Sides:
 
 
 def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
-    """Return what no self-affine surface would show, on the scan's pixels or on pixels twice as large."""
+    """Return the feature that no self-affine surface has, on the scan's pixels or on pixels twice as large, or ""."""
     words = unlike_self_affine(ds, shown)
     if words or min(ds["height"].shape) < _LEAST_COARSENED:
         return words
@@ -287,29 +286,43 @@ class Surface:
         ]
 
     def solve(self, question: Question, places, seeds: int, guess=None) -> np.ndarray:
-        """Return the pull-off and the depth (place, seed, 2), both of which may be guessed."""
-        guess = guess or (self.depth, 0.0)
-        tasks = [(*self.patches[place], seed, *guess) for place in places for seed in range(seeds)]
-        pulls = spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated")
-        return np.asarray(pulls).reshape(len(places), seeds, 2)
+        """Return the pull-off and the depth (place, seed, 2), both of which may be guessed.
+
+        A solve that fails is tried once more from another guess; NaN where this fails, too.
+        """
+        surfaces = [(place, seed) for place in places for seed in range(seeds)]
+        pulls = self._solved(question, surfaces, guess or (self.depth, 0.0))
+        if (failed := np.flatnonzero(np.isnan(pulls[:, 0]))).size:
+            pulls[failed] = self._solved(question, [surfaces[k] for k in failed], (2.0 * self.depth, 0.0))
+        return pulls.reshape(len(places), seeds, 2)
+
+    def _solved(self, question: Question, surfaces: list[tuple[int, int]], guess: tuple[float, float]) -> np.ndarray:
+        """Return the pull-off and the depth of pairs of place and seed."""
+        tasks = [(*self.patches[place], seed, *guess) for place, seed in surfaces]
+        return np.array(spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated"))
 
 
 def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
-    """Return what depth and pull-off to expect of rougher surfaces."""
+    """Return the depth (nm) and pull-off (nN) to expect of rougher surfaces."""
     if not np.isfinite(pulls).any():
         return before
     return 1.3 * float(np.nanmax(pulls[..., 1])) + 0.05, float(np.nanmean(pulls[..., 0]))
 
 
 class _Pilot(NamedTuple):
-    """What a few places show as waves are added."""
+    """The pull-offs at a few places as wavelengths are added."""
 
     places: np.ndarray
-    waves: list[float]  # nm, falling
-    means: list[float]  # nN
+    wavelengths: list[float]  # nm, falling
+    pulls: list[np.ndarray]  # nN, (place, seed) at each
     guesses: list[tuple[float, float] | None]  # depth (nm) and pull-off (nN) at each
     converged: bool
-    change: float  # of the mean by the last octave, where shorter waves may follow
+    change: float  # of ln(mean) by the last octave, where shorter wavelengths may follow
+
+    @property
+    def means(self) -> np.ndarray:
+        """The mean pull-off at each wavelength, nN."""
+        return _means(self.pulls)
 
 
 def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
@@ -318,26 +331,33 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
     seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
     model, length = below.spectrum, question.adhesion.span
-    waves, means, converged = [below.longest], [], False
+    wavelengths, forces, converged = [below.longest], [], False
     guesses: list[tuple[float, float] | None] = [None]
     smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
     while True:
-        shorter = question._replace(below=below._replace(shortest=waves[-1]))
+        shorter = question._replace(below=below._replace(shortest=wavelengths[-1]))
         pulls = surface.solve(shorter, places, seeds, guesses[-1])
-        means.append(float(np.nanmean(pulls[..., 0])))
+        forces.append(pulls[..., 0])
         guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
-            converged = rms_of(model.at, waves[-1], waves[-1] / 2) < _NEGLIGIBLE_RMS * length or _settled(
-                means, accuracy
-            )
-        if converged or waves[-1] <= smallest * (1 + 1e-9):
+            low = rms_of(model.at, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
+            converged = low or _settled(_means(forces), accuracy)
+        if converged or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
-        waves.append(max(waves[-1] * _WAVE_FACTOR, smallest))
-    change = abs(np.log(means[-1] / means[-3])) if end is None and len(means) > 2 else 0.0
-    return _Pilot(places, waves, means, guesses[1:], converged or end is not None, change)
+        wavelengths.append(max(wavelengths[-1] * _WAVELENGTH_FACTOR, smallest))
+    last = _means(forces)[-3:]
+    change = abs(np.log(last[-1] / last[0])) if end is None and len(last) == 3 else 0.0
+    return _Pilot(places, wavelengths, forces, guesses[1:], converged or end is not None, change)
 
 
-def _settled(means: list[float], accuracy: float) -> bool:
+def _means(pulls: list[np.ndarray]) -> np.ndarray:
+    """Return the mean of each array over the surfaces that are solved in all of them."""
+    stacked = np.stack(pulls)
+    solved = np.isfinite(stacked).all(axis=0)
+    return stacked[:, solved].mean(axis=1) if solved.any() else np.full(len(pulls), np.nan)
+
+
+def _settled(means: np.ndarray, accuracy: float) -> bool:
     """Return whether neither the last octave nor its halves changed the mean by more than the accuracy."""
     if len(means) < 4:
         return False
@@ -346,14 +366,14 @@ def _settled(means: list[float], accuracy: float) -> bool:
 
 
 def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool) -> dict[str, float]:
-    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same waves.
+    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same surfaces.
 
-    What depends on the law and the bodies is asked an octave before the last wave, where a place takes a fifth of the
-    time; the spectrum at the last, to which its error grows.
+    Those of the law and the bodies are solved an octave before the last wavelength, where a place takes a fifth of the
+    time; that of the spectrum at the last, to which its error grows.
     """
-    before = max(len(pilot.waves) - 3, 0)
+    before = max(len(pilot.wavelengths) - 3, 0)
     problem, adhesion, below = question
-    coarser = question._replace(below=below._replace(shortest=pilot.waves[before]))
+    coarser = question._replace(below=below._replace(shortest=pilot.wavelengths[before]))
     changed_questions = {}
     if with_spectrum:
         tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
@@ -377,10 +397,10 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     for name, questions in changed_questions.items():
         at = -1 if name == "spectrum" else before
         solved = [surface.solve(variant, pilot.places, seeds, pilot.guesses[at])[..., 0] for variant in questions]
-        changes = [abs(np.log(np.nanmean(variant) / pilot.means[at])) for variant in solved]
+        changes = [np.diff(np.log(_means([pilot.pulls[at], variant])))[0] for variant in solved]
         out[name] = float(np.sqrt(np.mean(np.square(changes))))
     if with_spectrum:
-        out["shorter waves"] = 0.5 * pilot.change
+        out["finer roughness"] = 0.5 * pilot.change
     return out
 
 
@@ -392,14 +412,13 @@ def _mean(forces: np.ndarray, centres: xr.Dataset) -> float:
 
 def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the choice of places and of surfaces."""
-    places, mean = np.nanmean(forces, axis=1), _mean(forces, centres)
-    means = xr.Dataset({"pull_off_force": ("subregion", places)}, centres.coords)
-    sampling = np.nan
-    if np.isfinite(places).sum() > 1:
+    labelled = xr.DataArray(forces, centres.coords, ("subregion", "seed"), name="pull_off_force")
+    means, mean = labelled.mean("seed").to_dataset(), _mean(forces, centres)
+    count, seeds, sampling = int(means["pull_off_force"].count()), forces.shape[1], np.nan
+    if count > 1:
         interval = bootstrap(means, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
         sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
-    count, seeds = np.isfinite(places).sum(), forces.shape[1]
-    within = np.nanmean(np.nanvar(forces, axis=1, ddof=1)) if seeds > 1 else np.nanvar(forces)
+    within = labelled.var("seed", ddof=1).mean() if seeds > 1 else labelled.var()
     return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
 
 
@@ -408,33 +427,42 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, words, sides: _S
     mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot, sides)
     if sides is not None:
         entries = entries | {"spectrum": 0.5 * (sides.below + sides.above) / 1.96}
-    added = rms_of(model.at, model.shown, pilot.waves[-1])
+    added = rms_of(model.at, model.shown, pilot.wavelengths[-1])
     out = xr.Dataset(
         {
             "pull_off_force": (("subregion", "seed"), forces),
             "pull_off_mean": mean,
             "pull_off_lower": mean * np.exp(-below),
             "pull_off_upper": mean * np.exp(above),
-            "shortest_wavelength": pilot.waves[-1],
+            "shortest_wavelength": pilot.wavelengths[-1],
             "converged": pilot.converged,
             "added_rms": added,
+            "failed_solves": int(np.isnan(forces).sum()),
             "relative_error": ("entry", list(entries.values())),
             "scale_pull_off": ("shortest_kept", pilot.means),
         },
-        {"entry": list(entries), "shortest_kept": pilot.waves, "seed": np.arange(forces.shape[1]), **centres.coords},
+        {
+            "entry": list(entries),
+            "shortest_kept": pilot.wavelengths,
+            "seed": np.arange(forces.shape[1]),
+            **centres.coords,
+        },
     )
     out = out.assign_coords(schema.travelling(ds))
     pixels = model.shown / max(schema.pixel(ds))
-    known = f"The scan resolves waves of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
+    known = f"The scan resolves wavelengths of {model.shown:.3g} nm ({pixels:.2g} pixels) and longer."
     if model.measured is not None:
         last = 2 * np.pi * float(np.exp(-model.measured[0][-1]))
         known += f" Other measurements of the surface give its spectrum down to {last:.3g} nm."
+    if failed := int(np.isnan(forces).sum()):
+        known += f" {failed} of {forces.size} solves failed, also from another guess, and are not in the mean."
     goes_on = f"its spectrum is assumed to continue (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
-    assumed = f"Below, {goes_on}down to {pilot.waves[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
+    assumed = f"Below, {goes_on}down to {pilot.wavelengths[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
     if sides is not None:
+        last = pilot.wavelengths[-1]
         assumed = (
             f"Below, roughness with the slope of real surfaces (Hurst exponent {model.hurst:.2g}) was added down to "
-            f"{pilot.waves[-1]:.2g} nm{_why(pilot, end)}: {sides.added:.3g} nN, and {sides.scanned:.3g} nN without. "
+            f"{last:.2g} nm{_why(pilot, end)}: {sides.added:.3g} nN, and {sides.scanned:.3g} nN without. "
             f"The estimate lies between both, since the scan shows {unlike}; {hardness}."
         )
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
@@ -443,19 +471,19 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, words, sides: _S
 
 
 def _spreads(entries: dict[str, float], pilot: _Pilot, sides: _Sides | None) -> tuple[float, float]:
-    """Return by how much ln(mean) may lie lower, and higher: by no more than the added waves took."""
+    """Return the half widths of the interval of ln(mean), downwards and upwards: at most to the mean as scanned."""
     spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
     if sides is not None:
         rest = float(np.hypot.reduce(list(spread.values())))
         return float(np.hypot(sides.below, rest)), float(np.hypot(sides.above, rest))
     below = float(np.hypot.reduce(list(spread.values())))
     if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:
-        spread |= {"spectrum": min(spread["spectrum"], took), "shorter waves": 0.0}
+        spread |= {"spectrum": min(spread["spectrum"], took), "finer roughness": 0.0}
     return below, float(np.hypot.reduce(list(spread.values())))
 
 
 def _why(pilot: _Pilot, end: float | None) -> str:
-    """Return why no shorter waves were added."""
+    """Return why no shorter wavelengths were added."""
     if end is not None:
-        return ", as asked"
-    return ", where shorter waves no longer matter" if pilot.converged else ", where continuum theory ends"
+        return ", as requested"
+    return ", below which roughness has no effect" if pilot.converged else ", where continuum theory ends"

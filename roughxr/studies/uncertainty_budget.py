@@ -66,7 +66,7 @@ BIASES, _LEFT = ("mesh", THIN), 0.5
 _FIRST, _TOTAL_TOLERANCE = 4, 0.25
 
 #: The entries given by the scan's own places, and by its shortest waves.
-SAMPLING, SHORT_WAVES = "sampling", "shorter waves"
+SAMPLING, SHORT_WAVES = "sampling", "finer roughness"
 
 #: Shortest waves that are added, as parts of the shortest that the scan shows, and that are cut off, in pixels.
 _ADDED, _CUT = (0.5, 0.5**0.5), (2, 4)
@@ -139,7 +139,7 @@ def error_budget(
         with its sign, of which those where ``known_bias`` is true are taken off; ``slope``, d ln F/d ln parameter
         where the change multiplies a parameter; ``places`` that it rests on,
         ``missing_places``, at which a case could not be followed, and ``how``. ``total_error``, the root of the sum of
-        squares of all computed entries except "shorter waves", and ``total_standard_error``; ``pull_off_mean`` (nN),
+        squares of all computed entries except "finer roughness", and ``total_standard_error``; ``pull_off_mean`` (nN),
         that of `adhesive`, and ``pull_off_corrected``, the same without known biases; ``shortest_wavelength`` (nm)
         that the scan shows, ``contact_radius_pixels``, the median radius at pull-off of the smallest relevant contact,
         in pixels of the scan, and ``sharper_than_tip``, the share of asperities. The attribute ``condition`` says for

@@ -55,7 +55,7 @@ HURSTS, TIPS, PIXELS, SHORTEST = (0.5, 0.7, 0.9), (5.0, 10.0), (4.0, 8.0), (4.0,
 NOISE, GRID, MAPS = 0.05, (3, 2), Path(__file__).parents[3] / "shared" / "scans"
 
 #: What a truth at the same places, of the same range and hardness, can show.
-SHOWN = ("spectrum", "seeds", "shorter waves")
+SHOWN = ("spectrum", "seeds", "finer roughness")
 
 
 def on_grid(k):

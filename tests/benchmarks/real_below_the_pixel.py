@@ -85,7 +85,7 @@ def case(name, pair, how):
     found = {key: float(out[f"pull_off_{key}"]) for key in ("mean", "lower", "upper")}
     own = "self-affine" if "lies between both" not in out.attrs["assumed"] else "real"
     sides = {"truth": solved(truth, centres, 2 * pixel), "picture": solved(seen, centres, 2 * pixel * how[0])}
-    return sides | found | {"taken for": own}
+    return sides | found | {"taken for": own, "assumed": out.attrs["assumed"]}
 
 
 def main():
