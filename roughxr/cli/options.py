@@ -89,6 +89,9 @@ def _paper(commands: Any) -> None:
     does = "repeat the paper's analysis on the synthetic glass sample: archive, figures, tables"
     command = _command(commands, "paper", "running:paper", does)
     command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help=_DEFAULT)
+    _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
+    words = "GPa, for finer roughness only: all else is elastic; default: that of the materials, or of glass"
+    _add(command, ("--hardness", "H", words))
     _add_budget(command)
     _add_quiet(command)
 

@@ -23,7 +23,8 @@ from .words import REFUSALS, in_words, numbers, tell
 
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
-    _tell_answer(reproduction.paper(options.output, budget=options.budget), options.output)
+    given = _stated(options, ["materials", "hardness"])
+    _tell_answer(reproduction.paper(options.output, budget=options.budget, **given), options.output)
 
 
 def run(options: Namespace) -> None:

@@ -53,7 +53,6 @@ SETTINGS = {
     "figure.titlesize": TITLE,
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
-    "image.interpolation": "auto",
 }
 
 #: Blue, orange, green, vermilion and purple of seaborn's "colorblind" palette, then black and grey.

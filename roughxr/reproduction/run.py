@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,12 +10,13 @@ import pandas as pd
 import xarray as xr
 
 from .. import figures, report
-from ..bodies.pair import assign_pair
+from ..bodies.pair import assign_pair, elastic
+from ..bodies.substances import MATERIALS
 from ..runs.analysis import Plan, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
 from ..statistics import debris, force_ratio
-from ..vocabulary.units import whole_number
+from ..vocabulary.units import Quantity, whole_number
 from .numbered_figures import paper_figures, strongest_place
 from .printed import CONTACT, PAIR, SCAN, TWIN
 
@@ -38,7 +39,13 @@ _MICRO = 1e-3  # µN per nN
 _DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _PRINTED = (5.08, 15.4), (9.0, 10.0, 12.0), (5.08, 10.0, 15.4, 20.0)
 
 
-def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
+def paper(
+    output: str | Path,
+    *,
+    budget: int = 8,
+    materials: str | Sequence[str] | None = None,
+    hardness: Quantity | None = None,
+) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
 
     Parameters
@@ -48,6 +55,11 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
         ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
     budget : int
         As for `run`.
+    materials : str or list of str, optional
+        Bodies in place of the paper's glass, as for `assign_pair`; the radius stays.
+    hardness : number or quantity, optional
+        GPa; by default that of the materials, or of glass. Only `extrapolated` uses it: all else is elastic, as in the
+        paper, but ever finer summits would yield.
 
     Returns
     -------
@@ -61,7 +73,10 @@ def paper(output: str | Path, *, budget: int = 8) -> dict[str, xr.Dataset]:
     >>> PLAN.subregions, PLAN.direct_deltas.size, PLAN.sweep.size
     ((8, 8), 18, 301)
     """
-    scan = specimen_of(assign_pair(open_sample("glass"), **PAIR))
+    pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
+    if hardness is None and materials is None:
+        hardness = MATERIALS["glass"].hardness
+    scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
     tables = (scan_table, contact_table)

@@ -216,7 +216,7 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
     if estimate <= settling(ds)[1].peak:
         words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
         return ds, f"the bodies stay elastic, since {words} exceeds the estimated hardness of {estimate:.3g} GPa"
-    return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, estimated for the named materials"
+    return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, an estimate"
 
 
 class _Sides(NamedTuple):
@@ -388,7 +388,7 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
         if not problem.yielding or changed.peak < problem.hardness
     ]
     if problem.yielding:
-        unsure, least = _ESTIMATE_FACTOR if "estimated" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
+        unsure, least = _ESTIMATE_FACTOR if "estimate" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
         changed_questions["hardness"] = [
             coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
             for factor in (1 / unsure, unsure)
