@@ -69,13 +69,10 @@ def test_a_complete_scan_is_asked_for_in_memory_at_once_and_of_a_lazy_one_by_eve
             schema.complete(surface)["height"].max().compute()
 
 
-def test_a_catalogue_that_holds_asperities_twice_is_refused():
+def test_the_order_of_asperities_does_not_matter():
     catalogue = asperities(glass_pair(scan(rough(N, seed=2))))
     once = superpose(catalogue, delta=[5.0])
     xr.testing.assert_equal(superpose(catalogue.isel(asperity=slice(None, None, -1)), delta=[5.0]).force, once.force)
-    twice = xr.concat([catalogue, catalogue.isel(asperity=[0, 3])], "asperity", coords="different", compat="equals")
-    with pytest.raises(ValueError, match=rf"found 2 of {twice.sizes['asperity']} at the place and height of another"):
-        superpose(twice, delta=[5.0])
 
 
 @pytest.mark.parametrize("name", sorted(schema._SIZES))

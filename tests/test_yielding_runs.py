@@ -12,7 +12,7 @@ from roughxr import archive, cli, figures, report, statistics
 from roughxr.cli.options import command_line
 from roughxr.cli.running import paired
 from roughxr.runs import analysis
-from roughxr.studies.uncertainty_budget import budget_of, changes_of
+from roughxr.studies.uncertainty_budget import budget_of
 
 from .surfaces import rough, scan
 
@@ -115,15 +115,17 @@ def test_figures_of_what_yields(groups):
 
 def test_hardness_is_an_entry_of_the_budget():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness=3.0)
-    mesh, settings = roughxr.Mesh(1, step=0.8), {"hardness": [0.5, 2.0]}
-    options = {"most": 1, "preload": 3000.0, "mesh": mesh, "settings": settings}
+    mesh = roughxr.Mesh(1, step=0.8)
+    options = {"places": 1, "preload": 3000.0, "mesh": mesh}
     solved = pair.contact.adhesive(preload=3000.0, mesh=mesh)
-    found = changes_of(pair, solved, **options)
-    softer, harder = found.pull_off_change.values[1:]
-    assert softer > 0.1 and harder < -0.1  # what is softer flattens more, and sticks harder
-    budget = budget_of(pair, solved, found, None)
-    assert float(budget.relative_error.sel(entry="hardness")) == pytest.approx(max(softer, -harder))
-    assert float(budget.slope.sel(entry="hardness")) < 0
+    softer, harder, both = (
+        budget_of(pair, solved, settings={"hardness": factors}, **options).sel(entry="hardness")
+        for factors in ([0.5], [2.0], [0.5, 2.0])
+    )
+    up, down = float(softer.pull_off_change), float(harder.pull_off_change)
+    assert up > 0.1 and down < -0.1  # what is softer flattens more, and sticks harder
+    assert float(both.relative_error) == pytest.approx(max(up, -down)) and float(both.slope) < 0
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
-    missing = changes_of(bare, bare.contact.adhesive(preload=3000.0, mesh=mesh), **options)
-    assert missing.reason.values[1].startswith("no hardness is assigned")
+    solved = bare.contact.adhesive(preload=3000.0, mesh=mesh)
+    missing = budget_of(bare, solved, settings={"hardness": [0.5]}, **options).sel(entry="hardness")
+    assert missing.how.item().startswith("not computed: no hardness is assigned")

@@ -60,7 +60,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
 
 def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
     """Say what the samples say."""
-    pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"], method="sweep"))
+    pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"]))
     densities: tuple[xr.DataArray, xr.DataArray, xr.DataArray] = (
         roughxr.pdf(pull, "pull_off_force", method="kde"),
         roughxr.statistics.cdf(pull, "pull_off_force"),
@@ -70,7 +70,7 @@ def statistics(solutions: dict[str, xr.Dataset]) -> xr.Dataset:
         roughxr.fit(pull, "pull_off_force", laws=["weibull"]),
         roughxr.bootstrap(pull, "pull_off_force", statistics=("mean",), seed=1),
         roughxr.statistics.force_ratio(solutions["superposed"], solutions["direct"]),
-        roughxr.error_budget(solutions["reconstruction"], places=2, seeds=0),
+        roughxr.error_budget(solutions["reconstruction"], places=2),
     ]
     return roughxr.summary(pull) if densities else tables[0]
 

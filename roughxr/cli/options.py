@@ -239,7 +239,7 @@ def _add_reading(command: Any) -> None:
 
 
 def _add_budget(command: Any) -> None:
-    words = "most places at which each change of the error budget is simulated; 0: no budget; default: %(default)s"
+    words = "places at which each change of the error budget is simulated; 0: no budget; default: %(default)s"
     command.add_argument("--budget", type=int, default=8, metavar="PLACES", help=words)
 
 

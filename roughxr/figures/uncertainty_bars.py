@@ -7,11 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..studies.short_waves import mean_over_waves
-from .style import BLACK, BLUE, GREY, ORANGE, SMALL, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
-
-#: The entry that does not count in the total.
-_OUTSIDE_TOTAL = "finer roughness"
+from ..studies.roughness_scale import mean_over_wavelengths
+from .style import BLACK, BLUE, GREY, SMALL, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
 
 
 @styled
@@ -28,8 +25,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     -------
     Axes
         In the order of the budget from the top, each with its standard error and the sign of the change, a known bias
-        with what was subtracted from the mean; then the total. An entry that was not computed has no bar. Roughness
-        finer than the scan comes last, in another colour, since it is not part of the total.
+        with what was subtracted from the mean; then the total. An entry that was not computed has no bar.
 
     Examples
     --------
@@ -44,13 +40,8 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """
     numbers = [100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change")]
     bars = {str(name): _Bar(*values) for name, *values in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
-    outside = bars.pop(_OUTSIDE_TOTAL, None)
     rows = [(name, bar, BLUE) for name, bar in bars.items()]
     rows.append(("all of these", _Bar(100 * float(ds["total_error"]), 100 * float(ds["total_standard_error"])), BLACK))
-    if outside is not None:
-        shown = float(ds["shortest_wavelength"]) if "shortest_wavelength" in ds else np.nan
-        name = f"roughness below {shown:.3g} nm*" if np.isfinite(shown) else "finer roughness*"
-        rows.append((name, outside, ORANGE))
     ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
     for row, (_, bar, color) in enumerate(rows):
         bar.draw(ax, row, color)
@@ -127,7 +118,7 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
 
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
-    wavelengths, means = ds["shortest_kept"].values, mean_over_waves(ds)
+    wavelengths, means = ds["shortest_kept"].values, mean_over_wavelengths(ds)
     for place, values in enumerate(force.mean("seed").values):
         ax.plot(wavelengths, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:

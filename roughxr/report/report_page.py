@@ -258,8 +258,7 @@ _FIRST = (
         [BUDGET],
         lambda run: figures.error_budget(run[BUDGET]),
         "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of "
-        "the change. Known biases are subtracted, and half of each stays as its error. *: change if the roughness is "
-        "extrapolated for another octave below the scan; not part of the total.",
+        "the change. Known biases are subtracted, and half of each stays as its error.",
     ),
 )
 

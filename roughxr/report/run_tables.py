@@ -221,27 +221,24 @@ def _origin(ds: xr.Dataset) -> str:
 def budget_table(run: Run) -> pd.DataFrame:
     """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
 
-    The total comes before the entry that is no part of it; its change is what all known biases amount to.
+    The change of the total is what all known biases amount to.
 
     Examples
     --------
-    >>> entries = {"relative_error": ("entry", [0.03, 0.04, 0.1]), "how": ("entry", ["known", "solved again", "added"])}
-    >>> names = {"entry": ["work of adhesion", "mesh and step", "finer roughness"]}
-    >>> entries |= {"standard_error": ("entry", [0.01] * 3), "pull_off_change": ("entry", [-0.03, 0.08, -0.1])}
+    >>> entries = {"relative_error": ("entry", [0.03, 0.04]), "how": ("entry", ["known", "solved again"])}
+    >>> names = {"entry": ["work of adhesion", "mesh"]}
+    >>> entries |= {"standard_error": ("entry", [0.01] * 2), "pull_off_change": ("entry", [-0.03, 0.08])}
     >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
     >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
-    {'work of adhesion': 3.0, 'mesh and step': 4.0, 'all of these': 5.0, 'finer roughness*': 10.0}
+    {'work of adhesion': 3.0, 'mesh': 4.0, 'all of these': 5.0}
     """
     budget = run[BUDGET]
     values = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
     rows = {str(name): row for name, *row in zip(budget["entry"].values, *values, budget["how"].values)}
-    outside = rows.pop("finer roughness", None)
     error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
     shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
     words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
     rows["all of these"] = [error, own, shift, words]
-    if outside is not None:
-        rows["finer roughness*"] = [*outside[:3], f"not in the total: {outside[3]}"]
     columns = ["error [%]", "± [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 

@@ -86,8 +86,7 @@ def run_summary(run: Run) -> xr.Dataset:
         else:
             out.attrs["not_extrapolated"] = attrs["known"]
     if BUDGET in run:
-        errors = run[BUDGET]["relative_error"]
-        entries = errors.where(errors["entry"] != "finer roughness", drop=True).fillna(0.0)
+        entries = run[BUDGET]["relative_error"].fillna(0.0)
         out = out.assign(total_error=float(run[BUDGET]["total_error"]), largest_error=float(entries.max()))
         out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())
     if advice := _advice(run, out):

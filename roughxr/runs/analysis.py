@@ -53,7 +53,8 @@ from ..statistics import pull_off
 from ..statistics.headline import answered, headline
 from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.parameter_grid import vary
-from ..studies.uncertainty_budget import budget_of, changes_of, cut_off_waves
+from ..studies.roughness_scale import scale_dependence
+from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.text import warn
@@ -64,6 +65,9 @@ COMPARED = {name: {"formulation": name} for name in ("published", "self_similar"
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
+
+#: Places at which the pull-off is computed over the shortest wavelength.
+_SCALE_PLACES = 4
 
 #: Places over which formulas are set beside the sum between rigid bodies.
 _FORMULA_PLACES = 16
@@ -96,7 +100,7 @@ class Plan(NamedTuple):
     mesh: Mesh = _MESH
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     extrapolated: int = 16  # places at which the roughness is extrapolated below the scan; 0: none
-    budget: int = 8  # most places solved again under each change of the error budget; 0: no budget
+    budget: int = 8  # places solved again under each change of the error budget; 0: no budget
 
 
 #: Stages that are not shown.
@@ -149,7 +153,7 @@ def run(
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
-        Most places at which each change of the error budget is simulated; 0: no budget.
+        Number of places at which each change of the error budget is simulated; 0: no budget.
 
     Returns
     -------
@@ -337,12 +341,16 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
     plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
-    scales = cut_off_waves(scan, places=min(plan.budget, 4), subregions=solved, preload=plan.preload)
     finer = task.groups.get("solutions/finer")
-    changes = changes_of(scan, solved, most=plan.budget, finer=finer, preload=plan.preload, mesh=mesh)
-    how = {"preload": plan.preload, "mesh": mesh, "law": solved.attrs["law"], "places": plan.budget}
-    recorded = schema.record(budget_of(scan, solved, changes, scales), "error_budget", scan, **how)
-    return {BUDGET: recorded} | ({} if scales is None else {"statistics/shorter_waves": scales})
+    out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
+    how = {"preload": plan.preload, "mesh": mesh, "places": plan.budget, "law": solved.attrs["law"]}
+    groups = {BUDGET: schema.record(out, "error_budget", scan, **how)}
+    some = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
+    try:
+        scales = scale_dependence(scan, seeds=2, subregions=some, method="adhesive", preload=plan.preload)
+    except ValueError:  # no sphere, or no spectrum to extrapolate
+        return groups
+    return groups | {"statistics/shorter_waves": scales}
 
 
 def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
@@ -459,7 +467,7 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
     while 2 * n <= MOST_REFINED:
         took, before = say.passed() - before, say.passed()
         each = took / count
-        say.expect(budget=17 * min(plan.budget, 4) * each)  # so many changes at a few places
+        say.expect(budget=17 * plan.budget * each)  # so many changes at a few places
         finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
         change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
         _show_answer(finer, say, change)

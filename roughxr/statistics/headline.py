@@ -16,13 +16,12 @@ from .sampling import at_first_preload, by_share, conditions
 _REMEDIES = {
     "sampling": "solve more places, or scan a larger area",
     "mesh": "solve on a finer mesh",
-    "pixel": "measure a scan with finer pixels",
-    "tip": "measure with a sharper tip",
+    "interpolation": "measure a scan with finer pixels",
+    "tip radius": "measure with a sharper tip",
     "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
     "modulus": "measure the modulus of the softer body",
     "sphere radius": "measure the radius of the sphere",
-    "range of the law": "state the range of adhesion of this pair (adhesion_range)",
-    "finer roughness": "measure a smaller scan with finer pixels",
+    "range of adhesion": "state the range of adhesion of this pair (adhesion_range)",
 }
 
 #: Units and meaning of the scalars of an answer, and of a run's summary.
@@ -61,10 +60,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Scalars: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high`` (nN), the ends of its
-        interval over places, ``places`` of ``solved_places``, ``mesh_error``, the median of the relative errors by mesh
-        and step, of `rigid` by its cells, and ``smooth_share``, the mean over the pull-off from a smooth flat; NaN for
-        what is not known, such as the interval of one place.
+        The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high``, the
+        ends of its interval, ``places``, ``solved_places``, ``mesh_error`` and ``smooth_share``; NaN where not known.
 
     Raises
     ------
@@ -78,16 +75,14 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Mean pull-off 593 nN (95 % interval 230 … 1607 nN, 3 places) for the surface as scanned.
     """
     ds = schema.entered(ds)
-    mean = answered(ds) if "pull_off_mean" not in ds else _extrapolated_answer(ds)
+    if "pull_off_mean" in ds:  # of `extrapolated`
+        ends = {"pull_off_force": "pull_off_mean", "low": "pull_off_lower", "high": "pull_off_upper"}
+        mean = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
+        mean.attrs["assumed"] = ds.attrs["assumed"]
+    else:
+        mean = answered(ds)
     print(headline(mean))
     return mean
-
-
-def _extrapolated_answer(ds: xr.Dataset) -> xr.Dataset:
-    """Return the best estimate of `extrapolated` and its interval."""
-    ends = {"pull_off_force": "pull_off_mean", "low": "pull_off_lower", "high": "pull_off_upper"}
-    out = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
-    return out.assign_attrs(assumed=ds.attrs["assumed"])
 
 
 def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
@@ -111,8 +106,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
     if mesh_error is None:
         mesh_error = float(np.abs(pull[own]).median()) if own else np.nan
     mean = float(by_share(force).mean())
-    has_smooth = {"sphere_radius", "work_of_adhesion"} <= set(pull.coords)
-    smooth = smooth_pull_off(pull) if has_smooth else 0.0
+    smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
     scalars = {
         "pull_off_force": mean,
         "low": low,
@@ -135,15 +129,7 @@ def with_units(summary: xr.Dataset) -> xr.Dataset:
 
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
-    """Return a run's mean pull-off with the roughness below the scan, and the ends of its interval, nN.
-
-    None where the run did not look for it, or found that it cannot be known.
-
-    Examples
-    --------
-    >>> best_estimate({}) is None
-    True
-    """
+    """Return a run's best estimate and the ends of its interval, nN; None where it has none."""
     if "statistics/extrapolated" not in run:
         return None
     extrapolated = run["statistics/extrapolated"]

@@ -1,7 +1,8 @@
 """Studies: many solves for one question.
 
-parameter_grid  `vary`: a verb over a grid of properties of the pair
-short_waves     `scale_dependence`: what waves shorter than the scan shows do
+parameter_grid      `vary`: a verb over a grid of properties of the pair
+extrapolation       `extrapolated`: the pull-off with the roughness below the pixel
+roughness_scale     `scale_dependence`: the pull-off over the shortest wavelength of the surface
 uncertainty_budget  `error_budget`: known uncertainties of the simulated pull-off and their sources
-assumptions, budget_changes   the assumptions that it changes, and the pull-off under each change
+assumptions, budget_changes   the assumptions that it changes, and the change of the pull-off under each
 """

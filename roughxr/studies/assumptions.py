@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,69 +14,8 @@ from ..scans import level
 from ..scans.tip import erode
 from ..vocabulary import schema
 
-#: Settings, the typical uncertainties of a careful experiment: cells this many times finer and steps as much shorter,
-#: preload increased by this many mean pull-offs, levelling, interpolation of the heights between the pixels, radius of
-#: the tip removed (nm), and factors on the parameters of the pair. A shorter range takes finer cells: at two thirds
-#: each place takes eight times as long. Modulus and radius are changed one way: the other would take a sixth of the
-#: time and change nothing.
-SIMULATED: dict[str, tuple] = {
-    "mesh": (2,),
-    "preload": (0.1,),
-    "levelling": ("quadratic",),
-    "interpolation": ("splines",),
-    "tip radius": (10.0,),
-    "range of adhesion": (4 / 3,),
-    "surface energy": (0.8, 1.2),
-    "modulus": (1.1,),
-    "sphere radius": (1.05,),
-}
-
-#: Further settings for the simulation of a body that yields: factors on its hardness.
-OF_YIELD: dict[str, tuple] = {"hardness": (0.75, 1.25)}
-
-#: Further settings for a humid pair: humidity added, and degrees added to the contact angles on both bodies.
-OF_LIQUID: dict[str, tuple] = {"humidity": (-0.05, 0.05), "contact angle": (-5.0, 5.0)}
-
-#: Factors that change how the contact is solved, not the scan or its pair.
-OF_SOLVES = ("mesh", "preload", "interpolation")
-
-#: Factors whose setting multiplies a parameter, so that the pull-off has a slope with it.
-RATIOS = ("range of adhesion", "surface energy", "modulus", "sphere radius", "hardness")
-
-
-class Case(NamedTuple):
-    """One factor at one of its settings."""
-
-    factor: str
-    value: Any
-    ds: xr.Dataset  # the scan and the pair as given
-
-    def changed(self) -> tuple[str, xr.Dataset]:
-        """Return the setting in words, and the scan and pair with it, which are unchanged if only the solve changes.
-
-        Raises
-        ------
-        ValueError
-            If the scan or its pair cannot be changed in this way.
-        """
-        if self.factor in CHANGES:
-            return CHANGES[self.factor](self.ds, self.value)
-        return _WORDS[self.factor](self.value), self.ds
-
-
-def cases(ds: xr.Dataset, settings: Mapping[str, Sequence]) -> list[Case]:
-    """Return the base case and each change."""
-    changes = [Case(factor, value, ds) for factor, values in settings.items() for value in values]
-    return [Case("base", None, ds), *changes]
-
-
-#: Changes of the solve, in words.
-_WORDS: dict[str, Callable[[Any], str]] = {
-    "base": lambda _: "as given",
-    "mesh": lambda value: f"{value} times as fine",
-    "interpolation": str,
-    "preload": lambda value: f"+ {value:.3g} pull-offs",
-}
+#: Radius (nm) of the tip whose effect is removed.
+TIP_RADIUS = 10.0
 
 
 def _levelled(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
@@ -118,15 +57,38 @@ def _wets_less(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
     return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
 
 
-#: The function that changes the scan or its pair, by factor.
-CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
-    "levelling": _levelled,
-    "tip radius": _without_tip,
-    "surface energy": _scaled("work_of_adhesion"),
-    "modulus": _scaled("contact_modulus"),
-    "sphere radius": _scaled("sphere_radius"),
-    "range of adhesion": _scaled("adhesion_range"),
-    "hardness": _harder,
-    "humidity": _more_humid,
-    "contact angle": _wets_less,
+class Factor(NamedTuple):
+    """An assumption: settings off by its typical uncertainty, a description of them, and the change of scan or pair."""
+
+    settings: tuple
+    words: str
+    change: Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]] | None = None  # None: only the solve changes
+    is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
+
+
+#: By name, with the uncertainties of a careful experiment. A shorter range takes finer cells: at two thirds each place
+#: takes eight times as long. Modulus and radius are changed one way: the other would take a sixth of the time and
+#: change nothing.
+FACTORS: dict[str, Factor] = {
+    "mesh": Factor((2,), "cells {} times as fine, and steps shorter by the same factor"),
+    "preload": Factor((0.1,), "preload {}"),
+    "levelling": Factor(("quadratic",), "another levelling: {}", _levelled),
+    "interpolation": Factor(("splines",), "heights between the pixels by {}"),
+    "tip radius": Factor((TIP_RADIUS,), "the distortion by a tip of {} removed from the scan", _without_tip),
+    "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scaled("adhesion_range"), True),
+    "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scaled("work_of_adhesion"), True),
+    "modulus": Factor((1.1,), "contact modulus {}", _scaled("contact_modulus"), True),
+    "sphere radius": Factor((1.05,), "radius {}", _scaled("sphere_radius"), True),
+    "hardness": Factor((0.75, 1.25), "hardness {}", _harder, True),
+    "humidity": Factor((-0.05, 0.05), "humidity {}", _more_humid),
+    "contact angle": Factor((-5.0, 5.0), "contact angles {}", _wets_less),
 }
+
+#: Factors of a humid pair.
+HUMID = ("humidity", "contact angle")
+
+
+def factors_of(ds: xr.Dataset) -> list[str]:
+    """Return the factors that a pair has: hardness where one is assigned, those of liquid where it is humid."""
+    absent = {*(() if "hardness" in ds.coords else ("hardness",)), *(() if schema.is_wet(ds) else HUMID)}
+    return [name for name in FACTORS if name not in absent]

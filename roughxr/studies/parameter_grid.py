@@ -9,15 +9,10 @@ from typing import Any
 
 import xarray as xr
 
-from ..asperity.asperity_sum import fit_of
-from ..asperity.catalogue import asperities
 from ..bodies import liquid
 from ..bodies import pair as materials
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities
-
-#: Verbs that sum over asperities: a scan's catalogue is made once for all solves.
-_OF_ASPERITIES = ("superpose", "pull_off_map", "rolling")
 
 #: How results are joined along what was varied.
 _TOGETHER: dict[str, Any] = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all"}
@@ -58,12 +53,6 @@ def vary(
     Dataset
         The result of ``solve`` with a dimension for each given parameter, and ``placement`` for an indenter.
 
-    Raises
-    ------
-    ValueError
-        If no parameter is given, one is not ascending or not positive (w may be 0), no pair is assigned, fields
-        are asked for at several radii, or radii are given together with an indenter.
-
     References
     ----------
     Cheng, Dunn & Brach, eqs. 20–24 and 36–42, which depend on E* and w in this way.
@@ -82,23 +71,22 @@ def vary(
     given |= {"humidity": humidity}
     if indenter is not None:
         return _placed(ds, solve, indenter, given, options)
-    axes = _axes(ds, given)
+    axes = {name: _values(values, name, ds) for name, values in given.items() if values is not None}
+    if not axes:
+        raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
         raise ValueError(
             "fields: expected one sphere_radius, since each has windows of its own size, found "
             f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
         )
-    varied = [name for name, values in given.items() if values is not None]
-    if verb_name(solve) in _OF_ASPERITIES and "asperity" not in ds.dims:
-        ds = asperities(ds, **fit_of(options.get("formulation")))
     parts: list[xr.Dataset] = []
     for values in itertools.product(*axes.values()):
         pair = dict(zip(axes, values))
         derived = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-        derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in varied else {}
+        derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
         bodies = ds.assign_coords(pair | derived)
-        part = solve(bodies, **options).assign_coords(pair).expand_dims(varied)
-        if humidity is not None:
+        part = solve(bodies, **options).assign_coords(pair).expand_dims(list(pair))
+        if "humidity" in pair:
             part = part.assign_coords(kelvin_radius=("humidity", [float(bodies["kelvin_radius"])]))
         if "share_under_liquid" in derived:
             part = part.assign_coords(share_under_liquid=("work_of_adhesion", [derived["share_under_liquid"]]))
@@ -106,8 +94,7 @@ def vary(
     refuse_other_deltas(parts)
     out = xr.combine_by_coords(parts, **_TOGETHER)
     assert isinstance(out, xr.Dataset)
-    arguments = {name: given[name] for name in varied}
-    return schema.record(schema.label(out), "vary", parts[0], solve=verb_name(solve), **arguments)
+    return schema.record(schema.label(out), "vary", parts[0], solve=verb_name(solve), **axes)
 
 
 def verb_name(solve: Callable) -> str:
@@ -140,22 +127,15 @@ def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[s
     return schema.record(out, "vary", parts[0], solve=verb_name(solve), indenter=made[0]["arguments"], **others)
 
 
-def refuse_other_deltas(parts: list[xr.Dataset], of: str = "pair") -> None:
+def refuse_other_deltas(parts: list[xr.Dataset]) -> None:
     """Raise where displacements must be given because their default differs from part to part."""
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
-        raise ValueError(f"delta: expected displacements in nm, since their default differs from one {of} to the next")
+        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
 
 
-def _axes(ds: xr.Dataset, given: dict[str, Any]) -> dict[str, list[float]]:
-    """Return the values of each parameter: those given, or the one assigned."""
-    if all(values is None for values in given.values()):
-        raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
-    axes = {}
-    for name, values in given.items():
-        if values is not None:
-            axes[name] = schema.ascending(values, schema.VARIABLES[name].units, name).tolist()
-            for value in axes[name] if name != "humidity" else ():
-                materials.check_plausible(name, value, ds)
-        elif name in ds.coords:
-            axes[name] = [float(ds[name])]
-    return axes
+def _values(given: Any, name: str, ds: xr.Dataset) -> list[float]:
+    """Return the values of a parameter, ascending and plausible."""
+    values = schema.ascending(given, schema.VARIABLES[name].units, name).tolist()
+    for value in values if name != "humidity" else ():
+        materials.check_plausible(name, value, ds)
+    return values

@@ -21,21 +21,8 @@ _LINE = re.compile(r"roughxr (\S+): (\w+)\((.*)\)")
 def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, **arguments: Any) -> xr.Dataset:
     """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
-    Parameters
-    ----------
-    ds : Dataset
-    operation : str
-        The function's name.
-    source : Dataset, optional
-        The Dataset whose history is continued; by default ``ds``.
-    **arguments
-        The function's arguments; None is left out, and arrays of more than 64 values are kept by their ends and
-        size.
-
-    Returns
-    -------
-    Dataset
-        With the attribute ``history`` in the form of the CF conventions, a line for each step, that `history` reads.
+    The attribute ``history`` has the form of the CF conventions, a line for each step; it continues that of ``source``,
+    by default of ``ds``. Arguments that are None are left out, arrays of more than 64 values shortened.
 
     Examples
     --------
@@ -50,17 +37,9 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
 
 
 def history(ds: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the steps that made a Dataset, oldest first.
+    """Return the steps that made a Dataset, oldest first: ``operation``, ``arguments`` and ``roughxr``, the version.
 
-    Parameters
-    ----------
-    ds : Dataset
-
-    Returns
-    -------
-    list of dict
-        For each step ``operation``, ``arguments`` and ``roughxr``, the version. A line by another program is a step
-        "unknown".
+    A line by another program is a step "unknown".
 
     Examples
     --------

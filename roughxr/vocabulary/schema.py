@@ -37,15 +37,7 @@ DATUMS = ("highest_peak", "first_contact")
 def label(ds: xr.Dataset) -> xr.Dataset:
     """Return a Dataset with units, long name and meaning set on every variable of a known name.
 
-    Parameters
-    ----------
-    ds : Dataset
-        Its numbers must be in the units of `VARIABLES`; they are not converted.
-
-    Returns
-    -------
-    Dataset
-        Variables of other names are unchanged.
+    Numbers must be in the units of `VARIABLES`; they are not converted.
 
     Examples
     --------
@@ -60,16 +52,7 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
 
 def kind_of(ds: xr.Dataset) -> str | None:
-    """Return which of `KINDS` a Dataset is, by the names and dimensions of its variables.
-
-    Parameters
-    ----------
-    ds : Dataset
-
-    Returns
-    -------
-    str or None
-        None if it is none of them.
+    """Return which of `KINDS` a Dataset is, by the names and dimensions of its variables, or None.
 
     Examples
     --------
@@ -123,11 +106,8 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
 
     Raises
     ------
-    TypeError
-        If ``ds`` is no Dataset.
-    ValueError
-        If variables, dimensions or units are not those of the kind: the message says what was
-        expected, what was found, and what to do.
+    TypeError, ValueError
+        If ``ds`` is no Dataset; if variables, dimensions or units are not those of the kind.
 
     Examples
     --------
@@ -150,8 +130,6 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
-    if kind == "asperities":
-        _refuse_duplicates(ds)
     ds = entered(ds)
     if kind == "asperities":
         _refuse_curvatures(ds)
@@ -159,19 +137,6 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
     return _validated_scan(ds) if kind == "scan" else ds
-
-
-def _refuse_duplicates(ds: xr.Dataset) -> None:
-    """Raise where a catalogue holds asperities twice, which would then press twice."""
-    if not {"x", "y"} <= set(ds.coords) or ds.chunks:
-        return
-    places = np.column_stack([np.asarray(ds[name].values, dtype=float) for name in ("x", "y", "height")])
-    twins = len(places) - len(np.unique(places, axis=0))
-    if twins:
-        raise ValueError(
-            f"asperities: expected each once, found {twins} of {len(places)} at the place and height of another; "
-            "make the catalogue again, or join only parts that do not overlap"
-        )
 
 
 def _refuse_curvatures(ds: xr.Dataset) -> None:
@@ -204,25 +169,20 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         spacing(ds[axis])
     out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
-    if bare:
-        warn(_without_units(out, bare))
+    if bare:  # the size that follows if numbers are nm
+        sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
+        heights = "" if out.chunks else f" and heights over {float(out['height'].max() - out['height'].min()):.4g} nm"
+        warn(
+            f"{', '.join(bare)}: expected units, found none; taken as nm, a scan of {sides} nm{heights}. Set them, for "
+            f"example ds[{bare[-1]!r}].attrs['units'] = 'm'"
+        )
     for name in bare:
         out[name].attrs["units"] = "nm"
     return out
 
 
-def _without_units(scan: xr.Dataset, bare: list[str]) -> str:
-    """Return a warning with the size that follows if numbers without units are nm."""
-    sides = " x ".join(f"{(scan.sizes[axis]) * spacing(scan[axis]):.4g}" for axis in ("x", "y"))
-    heights = "" if scan.chunks else f" and heights over {float(scan['height'].max() - scan['height'].min()):.4g} nm"
-    return (
-        f"{', '.join(bare)}: expected units, found none; taken as nm, a scan of {sides} nm{heights}. Set them, for "
-        f"example ds[{bare[-1]!r}].attrs['units'] = 'm'"
-    )
-
-
 def _plain_heights(height: xr.Variable) -> xr.Variable:
-    """Return heights whose squares do not overflow, NaN where a lazy array is masked, as xarray does in memory."""
+    """Return heights whose squares do not overflow; raise for infinite ones."""
     if height.dtype.kind in "iu":
         return _plain_heights(height.astype(float))
     data = height.data
@@ -231,13 +191,7 @@ def _plain_heights(height: xr.Variable) -> xr.Variable:
             f"height: expected finite heights, found {np.isinf(data).sum()} infinite ones; if they are missing, make "
             "them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()"
         )
-    if not isinstance(getattr(data, "_meta", None), np.ma.MaskedArray):
-        return height
-    return height.copy(data=data.map_blocks(_filled, dtype=float, meta=np.empty((0, 0))))
-
-
-def _filled(block: np.ndarray) -> np.ndarray:
-    return np.ma.filled(block.astype(float), np.nan)
+    return height
 
 
 def spacing(coordinate: xr.DataArray) -> float:
@@ -311,7 +265,12 @@ def _assigned(value: xr.DataArray, name: str) -> float:
 
 def finite(height: np.ndarray) -> np.ndarray:
     """Return a height map; raise where pixels are missing."""
-    none_missing(int(np.count_nonzero(~np.isfinite(height))), height.size)
+    if missing := int(np.count_nonzero(~np.isfinite(height))):
+        raise ValueError(
+            f"height: expected finite heights, found {missing} missing pixels of {height.size}; "
+            "fill them first (ds.contact.fill(), in a shell --fill linear) or crop them away "
+            "(roughxr.scans.crop(ds, x=…, y=…))"
+        )
     return height
 
 
@@ -322,16 +281,6 @@ def complete(ds: xr.Dataset) -> xr.Dataset:
         finite(height.values)
         return ds
     return ds.assign(height=height.copy(data=height.data.map_blocks(finite, meta=height.data._meta)))
-
-
-def none_missing(missing: int, size: int) -> None:
-    """Raise if pixels of a height map are missing, and say how many."""
-    if missing:
-        raise ValueError(
-            f"height: expected finite heights, found {missing} missing pixels of {size}; "
-            "fill them first (ds.contact.fill(), in a shell --fill linear) or crop them away "
-            "(roughxr.scans.crop(ds, x=…, y=…))"
-        )
 
 
 def ascending(values: Any, units: str, name: str) -> np.ndarray:

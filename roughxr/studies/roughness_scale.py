@@ -1,10 +1,11 @@
-"""How waves shorter than the scan shows would change the pull-off: added below its pixels, or cut off above them."""
+"""The pull-off as a function of the shortest wavelength: fine roughness added below the pixels, or cut off above."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,7 +17,7 @@ from ..contact.subpixel import Below
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
-from ..vocabulary.units import Places, Quantity, whole_number
+from ..vocabulary.units import Places, Quantities, Quantity, whole_number
 from .extrapolation import Question, Surface, next_guess, with_hardness
 
 METHODS = ("rigid", "adhesive")
@@ -31,18 +32,10 @@ _LARGEST_CELL = 1.0
 _PER_WAVE = 8
 
 
-class _Rigid(NamedTuple):
-    """How the pull between rigid bodies is summed on each surface."""
-
-    spectrum: xr.Dataset
-    seeds: int
-    options: dict[str, Any]
-
-
 def scale_dependence(
     ds: xr.Dataset,
     *,
-    shortest: Sequence[Any] | Any,
+    shortest: Quantities | None = None,
     seeds: int = 4,
     subregions: Places = (2, 2),
     method: str = "rigid",
@@ -56,14 +49,14 @@ def scale_dependence(
     ----------
     ds : Dataset
         A scan in memory with an assigned sphere and work of adhesion.
-    shortest : array_like
-        Shortest wavelengths of the surface, nm, ascending. One longer than the shortest that the scan shows is made by
-        cutting off shorter waves (`smooth`), a shorter one by adding waves that continue the scan's spectrum
-        (`add_fine_roughness`).
+    shortest : array_like, optional
+        Shortest wavelengths of the surface, nm, ascending; by default the shortest that the scan shows, half an octave
+        and an octave below, and 2 and 4 pixels where those are longer. Below the shortest shown, roughness that
+        continues the scan's spectrum is added (`add_fine_roughness`); above, roughness is cut off (`smooth`).
     seeds : int
-        Number of random surfaces for each wavelength at which waves are added.
+        Number of random surfaces for each wavelength at which roughness is added.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres.
+        As in `direct`.
     method : {"rigid", "adhesive"}
         Between rigid bodies (`rigid`), or by the simulation with adhesion, solved as in `extrapolated`.
     law : str, optional
@@ -76,20 +69,20 @@ def scale_dependence(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where waves are cut off all seeds are equal.
+        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where roughness is cut off all seeds are equal.
         The scatter over seeds is that between surfaces that all agree with the scan. Attributes hold the spectrum that
         was extrapolated.
 
     Raises
     ------
     ValueError
-        As for `rigid`, `adhesive` and `add_fine_roughness`.
+        If the scan has no spectrum to extrapolate.
 
     Notes
     -----
-    From one wavelength to the next a seed's waves stay and finer ones are added, so that its curve is smooth. They are
-    added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation as far
-    as the sphere can reach. Beyond that rigid bodies face a plane, and the simulation leaves the surface out.
+    From one wavelength to the next a seed's roughness stays and finer roughness is added, so that its curve is smooth.
+    It is added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation
+    as far as the sphere can reach. Beyond that rigid bodies face a plane, and the simulation leaves the surface out.
 
     Examples
     --------
@@ -102,14 +95,13 @@ def scale_dependence(
     ds = schema.entered(ds)
     ds = in_memory(ds).scan
     schema.one_of(method, METHODS, "method")
-    waves, count = schema.ascending(shortest, "nm", "shortest"), whole_number(seeds, "seeds", least=1)
-    spectrum = self_affine_fit(ds, hurst=hurst)
+    count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
+    waves = schema.ascending(_usual(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
     if method == "rigid":
         schema.refuse_unused("method='rigid'", preload=preload)
         law = law or "hamaker"
-        way = _Rigid(spectrum, count, {"delta": [0.0], "law": law})
-        forces = np.stack([_on_surfaces(ds, centres, wave, way) for wave in waves], axis=1)
+        forces = _between_rigid_bodies(ds, centres, waves, count, law, spectrum)
     else:
         schema.refuse_unused("method='adhesive'", law=law)
         law, preload = "exponential", 0.0 if preload is None else preload
@@ -120,6 +112,14 @@ def scale_dependence(
     out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments, preload=preload, hurst=hurst)
+
+
+def _usual(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
+    """Return wavelengths (nm) below, at and above the shortest that a scan shows."""
+    shown, pixel = float(spectrum["shortest_wavelength"]), schema.square_pixel(ds)
+    if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
+        raise ValueError("shortest: expected wavelengths in nm, since this scan has no spectrum to extrapolate")
+    return [0.5 * shown, 0.5**0.5 * shown, shown, *(n * pixel for n in (2, 4) if n * pixel > 1.02 * shown)]
 
 
 def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
@@ -136,44 +136,29 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
     return np.stack(out[::-1], axis=1)
 
 
-def _on_surfaces(ds: xr.Dataset, centres: xr.Dataset, wave: float, way: _Rigid) -> np.ndarray:
-    """Return the pull between rigid bodies (place, seed) on surfaces with one shortest wave."""
+def _between_rigid_bodies(ds, centres, waves, seeds: int, law: str, spectrum: xr.Dataset) -> np.ndarray:
+    """Return the pull between rigid bodies (place, wavelength, seed)."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    half = max(np.sqrt(2 * radius * _RISE_AT_EDGE), 8 * max(schema.pixel(ds)))
-    places = zip(centres["subregion_x"].values, centres["subregion_y"].values)
-    return np.array(
-        [_over_seeds(crop(ds, x=(x - half, x + half), y=(y - half, y + half)), (x, y), wave, way) for x, y in places]
-    )
+    pixel, shown = schema.square_pixel(ds), float(spectrum["shortest_wavelength"])
+    half = max(np.sqrt(2 * radius * _RISE_AT_EDGE), 8 * pixel)
+    out = np.empty((centres.sizes["subregion"], len(waves), seeds))
+    for place, (x, y) in enumerate(zip(centres["subregion_x"].values, centres["subregion_y"].values)):
+        part = crop(ds, x=(x - half, x + half), y=(y - half, y + half))
+        pull = partial(quietly, rigid, subregions=([x], [y]), delta=[0.0], law=law)
+        for k, wave in enumerate(waves):
+            cells = int(np.ceil(pixel / _LARGEST_CELL))
+            if wave >= shown:
+                out[place, k] = pull(smooth(part, shortest=wave), refine=cells)["pull_off_force"].item()
+                continue
+            cells = max(cells, int(np.ceil(_PER_WAVE * pixel / wave)))
+            for seed in range(seeds):
+                finer = add_fine_roughness(part, shortest=wave, seed=seed, refine=cells, spectrum=spectrum)
+                out[place, k, seed] = pull(finer)["pull_off_force"].item()
+    return out
 
 
-def _over_seeds(part: xr.Dataset, centre: tuple[float, float], wave: float, way: _Rigid) -> np.ndarray:
-    """Return the pull at a place on surfaces with one shortest wave, one for each seed."""
-    at: dict[str, Any] = {"subregions": ([centre[0]], [centre[1]])}
-    side = schema.square_pixel(part)
-    cells = int(np.ceil(side / _LARGEST_CELL))
-    if wave >= float(way.spectrum["shortest_wavelength"]):
-        smoother = smooth(part, shortest=wave)
-        return np.full(way.seeds, float(rigid(smoother, refine=cells, **at, **way.options).pull_off_force[0]))
-    cells = max(cells, int(np.ceil(_PER_WAVE * side / wave)))
-    finer = (
-        add_fine_roughness(part, shortest=wave, seed=seed, refine=cells, spectrum=way.spectrum)
-        for seed in range(way.seeds)
-    )
-    return np.array([float(quietly(rigid, surface, **at, **way.options).pull_off_force[0]) for surface in finer])
-
-
-def mean_over_waves(ds: xr.Dataset) -> xr.DataArray:
-    """Return the mean pull-off (shortest_kept, seed) over the places that are known at every wave.
-
-    A place that is missing at some waves would move the mean there, whatever the waves do. Where no place is known at
-    all of them, all count.
-
-    Examples
-    --------
-    >>> force = (("subregion", "shortest_kept", "seed"), [[[1.0], [2.0]], [[9.0], [float("nan")]]])
-    >>> mean_over_waves(xr.Dataset({"pull_off_force": force})).values.ravel().tolist()
-    [1.0, 2.0]
-    """
+def mean_over_wavelengths(ds: xr.Dataset) -> xr.DataArray:
+    """Return the mean pull-off (shortest_kept, seed) over the places known at every wavelength, or over all."""
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
     everywhere = force.notnull().all(["shortest_kept", "seed"]).values
     return (force.isel(subregion=everywhere) if everywhere.any() else force).mean("subregion")
