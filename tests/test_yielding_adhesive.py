@@ -10,7 +10,6 @@ from roughxr.contact.adhesion import adhesive
 from roughxr.contact.cycle import extrapolation_of
 from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
-from roughxr.contact.reference import flattened_pull_off, punch_pull_off
 from roughxr.kernels.adhesion import states as smooth_states
 from roughxr.kernels.adhesion import traction_laws as smooth_laws
 from roughxr.kernels.adhesion.path import follow_smooth
@@ -18,6 +17,7 @@ from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
 
+from .closed_forms import flattened_pull_off, punch_pull_off
 from .surfaces import rough, scan
 
 E, W = 39.4, 0.1

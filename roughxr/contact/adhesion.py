@@ -203,8 +203,7 @@ def adhesive(
 
     A body yields on loading, where the pressure less the attraction would exceed its hardness by more than a part of
     1e-3 (see `direct`). Retraction is elastic on the shape that is left, and its tension is not limited.
-    ``dissipated`` includes the plastic work. A flattened summit recovers and peels off:
-    `reference.flattened_pull_off` is its pull-off without range.
+    ``dissipated`` includes the plastic work. A flattened summit recovers and peels off.
 
     The errors leave out roughness finer than the scan's pixels.
 

@@ -22,21 +22,15 @@ from .estimates import elastic_pull_off, tabor
 
 __all__ = [
     "contact_modulus",
-    "dmt_pull_off",
     "elastic_pull_off",
-    "flattened_pull_off",
     "gaussian_work",
     "gilman_surface_energy",
     "hamaker_constant",
     "hertz",
-    "jkr_curve",
     "jkr_pull_off",
     "jkr_sphere",
-    "maugis_pull_off",
     "meniscus_sphere",
-    "punch_pull_off",
     "rabinovich",
-    "rigid_sphere",
     "rumpf",
     "tabor",
     "tabor_parameter",
@@ -48,32 +42,14 @@ FORMULATIONS = ("energy", "self_similar")
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
-_UNITS = {
-    "radius": "nm",
-    "contact_modulus": "GPa",
-    "work_of_adhesion": "J/m^2",
-    "hardness": "GPa",
-    "adhesion_range": "nm",
-    "curvature_min": "1/nm",
-    "curvature_max": "1/nm",
-    "length": "nm",
-    "retardation": "nm",
-    "kelvin_radius": "nm",
-    "surface_tension": "J/m^2",
-    "hamaker_constant": "nN nm",
-    "closest_approach": "nm",
-    "asperity_radius": "nm",
-    "rms": "nm",
-    "wavelength": "nm",
-    "long_rms": "nm",
-    "long_wavelength": "nm",
-}
+#: Units of options, if not nm.
+_UNITS = {"contact_modulus": "GPa", "hamaker_constant": "nN nm", "curvature_min": "1/nm", "curvature_max": "1/nm"}
+_UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2"}
 
 
-def _positive(names: str, *given: Any) -> list[Any]:
-    """Return options of these names as positive numbers in their units, None where they are not given."""
-    each = zip(names.split(), given)
-    return [None if value is None else positive(value, _UNITS[name], name) for name, value in each]
+def _positive(**given: Any) -> list[Any]:
+    """Return options as positive numbers in their units, None where they are not given."""
+    return [None if value is None else positive(value, _UNITS.get(name, "nm"), name) for name, value in given.items()]
 
 
 def hertz(
@@ -103,11 +79,6 @@ def hertz(
         ``force`` (nN), ``contact_area`` (nm²), ``semi_axis_a`` and ``semi_axis_b`` (nm), ``pressure`` (GPa, the
         largest) along ``delta``.
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or the paraboloid is given twice or not at all.
-
     References
     ----------
     Johnson, Contact Mechanics (1985), §4.2.
@@ -118,7 +89,7 @@ def hertz(
     32951.0
     """
     radius, contact_modulus, curvature_min, curvature_max = _positive(
-        "radius contact_modulus curvature_min curvature_max", radius, contact_modulus, curvature_min, curvature_max
+        radius=radius, contact_modulus=contact_modulus, curvature_min=curvature_min, curvature_max=curvature_max
     )
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
@@ -156,49 +127,16 @@ def jkr_sphere(
     -0.8889
     """
     radius, contact_modulus, work_of_adhesion = _positive(
-        "radius contact_modulus work_of_adhesion", radius, contact_modulus, work_of_adhesion
+        radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion
     )
     delta = schema.ascending(delta, "nm", "delta")
-    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
+    units = jkr.self_similar_units(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion)
     reduced = delta / units.delta
     a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
     force = units.P * a**1.5 * (a**1.5 - 2)
     radius_of = units.a * a
     out = _along("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
     return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
-
-
-def jkr_curve(
-    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, largest: float = 2.0, points: int = 201
-) -> xr.Dataset:
-    """Return the whole curve of JKR's sphere, unstable branch included, along its contact radius.
-
-    Parameters
-    ----------
-    radius, contact_modulus, work_of_adhesion : number or quantity
-        nm, GPa, J/m².
-    largest : float
-        Contact radius at the end of the curve, over that at pull-off under load control.
-    points : int
-
-    Returns
-    -------
-    Dataset
-        ``delta`` (nm) and ``force`` (nN) along ``semi_axis_a`` (nm).
-
-    Examples
-    --------
-    >>> curve = jkr_curve(radius=3000, contact_modulus=39.407, work_of_adhesion=1.2842)
-    >>> bool(curve.force.min() < 0 < curve.force[-1])
-    True
-    """
-    radius, contact_modulus, work_of_adhesion = _positive(
-        "radius contact_modulus work_of_adhesion", radius, contact_modulus, work_of_adhesion
-    )
-    units = _jkr_units(radius, contact_modulus, work_of_adhesion)
-    a = np.linspace(0.0, largest, points)
-    curve = {"delta": units.delta * (a**2 - 4 / 3 * np.sqrt(a)), "force": units.P * (a**3 - 2 * a**1.5)}
-    return _along("semi_axis_a", units.a * a, curve)
 
 
 def jkr_pull_off(
@@ -227,11 +165,6 @@ def jkr_pull_off(
     float
         nN, positive.
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, the paraboloid is given twice or not at all, or the formulation is unknown.
-
     References
     ----------
     Giudici, Vella & Griffiths, arXiv 2407.00378.
@@ -244,7 +177,7 @@ def jkr_pull_off(
     0.9813
     """
     work_of_adhesion, radius, curvature_min, curvature_max = _positive(
-        "work_of_adhesion radius curvature_min curvature_max", work_of_adhesion, radius, curvature_min, curvature_max
+        work_of_adhesion=work_of_adhesion, radius=radius, curvature_min=curvature_min, curvature_max=curvature_max
     )
     schema.one_of(formulation, FORMULATIONS, "formulation")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
@@ -255,39 +188,6 @@ def jkr_pull_off(
         return self_similar
     state = elliptic_jkr.contact_at(B / A, elliptic_jkr.largest_tension(B / A))
     return float(-state.P * self_similar)
-
-
-def maugis_pull_off(
-    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
-) -> float:
-    """Return the pull-off force of Maugis's sphere with Dugdale's law, between JKR's and DMT's.
-
-    Parameters
-    ----------
-    radius, contact_modulus, work_of_adhesion : number or quantity
-        nm, GPa, J/m².
-    adhesion_range : number or quantity
-        z₀ of the interatomic potential, nm.
-
-    Returns
-    -------
-    float
-        nN, positive.
-
-    References
-    ----------
-    Maugis, J. Colloid Interface Sci. 150 (1992) 243.
-
-    Examples
-    --------
-    >>> pull = maugis_pull_off(radius=100, contact_modulus=39.4, work_of_adhesion=1.35)
-    >>> round(pull / (3.14159 * 1.35 * 100), 2)
-    1.54
-    """
-    radius, work_of_adhesion = _positive("radius work_of_adhesion", radius, work_of_adhesion)
-    pair = {"contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion, "adhesion_range": adhesion_range}
-    parameter = maugis.parameter(tabor_parameter(radius=radius, **pair))
-    return float(np.pi * work_of_adhesion * radius * maugis.pull_off(parameter))
 
 
 def tabor_parameter(
@@ -314,205 +214,9 @@ def tabor_parameter(
     5.1
     """
     radius, contact_modulus, work_of_adhesion, adhesion_range = _positive(
-        "radius contact_modulus work_of_adhesion adhesion_range",
-        radius,
-        contact_modulus,
-        work_of_adhesion,
-        adhesion_range,
+        radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion, adhesion_range=adhesion_range
     )
     return float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
-
-
-def punch_pull_off(
-    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity | None = None
-) -> float:
-    """Return the pull-off force of a flat punch whose edge is sharp.
-
-    Parameters
-    ----------
-    radius : number or quantity
-        Of the punch, nm.
-    contact_modulus, work_of_adhesion : number or quantity
-        E*, GPa, and w, J/m².
-    adhesion_range : number or quantity, optional
-        nm: the adhesion pulls with σ₀ = w over this range up to a gap of the range (Dugdale's law). By default none.
-
-    Returns
-    -------
-    float
-        nN: √(8π w E* a³) without range. With a range, a cohesive zone from c to the edge a carries part of the pull:
-        with m = a/c it is 2σ₀ [c √(a² − c²) + a² arccos(1/m)], where c is such that the gap at the edge, (4σ₀c/πE*)
-        [√(m² − 1) arccos(1/m) + 1 − m], is w/σ₀. Where the gap stays below this with the whole punch pulling, π a² σ₀.
-
-    Notes
-    -----
-    Range matters to a punch that is small beside the cohesive zone, π E* w/(4σ₀²). An asperity flattened at
-    a hardness above the pull of adhesion recovers on unloading, and is no flat punch: see `flattened_pull_off`.
-
-    References
-    ----------
-    Kendall, J. Phys. D 4 (1971) 1186. The zone is that of Maugis, J. Colloid Interface Sci. 150 (1992) 243, for a flat.
-
-    Examples
-    --------
-    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
-    >>> round(punch_pull_off(**flat), 1), round(punch_pull_off(adhesion_range=0.3, **flat), 1)
-    (314.7, 104.7)
-    """
-    radius, contact_modulus, work_of_adhesion, adhesion_range = _positive(
-        "radius contact_modulus work_of_adhesion adhesion_range",
-        radius,
-        contact_modulus,
-        work_of_adhesion,
-        adhesion_range,
-    )
-    from scipy.optimize import brentq
-
-    if adhesion_range is None:
-        return float(np.sqrt(8 * np.pi * work_of_adhesion * contact_modulus * radius**3))
-    pull = work_of_adhesion / adhesion_range
-
-    def opens_too_far(inner: float) -> float:
-        m = radius / inner
-        gap = 4 * pull * inner / (np.pi * contact_modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
-        return gap - adhesion_range
-
-    least, most = 1e-9 * radius, radius * (1 - 1e-12)
-    if opens_too_far(least) < 0:
-        return float(np.pi * radius**2 * pull)
-    inner = brentq(opens_too_far, least, most)
-    return float(2 * pull * (inner * np.sqrt(radius**2 - inner**2) + radius**2 * np.arccos(inner / radius)))
-
-
-def flattened_pull_off(
-    *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, hardness: Quantity
-) -> float:
-    """Return the pull-off force of an asperity that was pressed flat, its whole contact at the hardness.
-
-    Parameters
-    ----------
-    radius : number or quantity
-        Radius of the contact under the largest load, nm.
-    contact_modulus, work_of_adhesion, hardness : number or quantity
-        E*, GPa, w, J/m², and H, GPa.
-
-    Returns
-    -------
-    float
-        nN: the largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's
-        radius on unloading. Adhesion has no range.
-
-    Notes
-    -----
-    A contact that bore H everywhere recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and
-    peels from the rim. It acts as a flat punch, `punch_pull_off`, where H is small compared with √(w E*/a) (2 % less at
-    0.03 times this, half at 1.2 times), and as JKR's sphere of radius E* a/H where H is large (3 % less at ten times).
-
-    References
-    ----------
-    Own, from the pressures of Sneddon, Int. J. Eng. Sci. 3 (1965) 47, on the shape that a uniform pressure leaves, and
-    Johnson, Kendall & Roberts (1971).
-
-    Examples
-    --------
-    >>> flat = {"radius": 10, "contact_modulus": 39.4, "work_of_adhesion": 0.1}
-    >>> [round(flattened_pull_off(hardness=H, **flat), 1) for H in (0.001, 0.6, 6.0)]
-    [314.4, 181.4, 29.9]
-    """
-    radius, contact_modulus, work_of_adhesion, hardness = _positive(
-        "radius contact_modulus work_of_adhesion hardness", radius, contact_modulus, work_of_adhesion, hardness
-    )
-    from scipy.optimize import brentq
-
-    punch = punch_pull_off(radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
-    load = hardness * radius**2
-    part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
-    s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
-    return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
-
-
-def dmt_pull_off(*, radius: Quantity, work_of_adhesion: Quantity) -> float:
-    """Return the pull-off force 2πwR of a sphere that is rigid (any law), or whose adhesion has a long range.
-
-    Parameters
-    ----------
-    radius, work_of_adhesion : number or quantity
-        nm, J/m².
-
-    Returns
-    -------
-    float
-        nN, positive.
-
-    References
-    ----------
-    Bradley, Phil. Mag. 13 (1932) 853; Derjaguin, Muller & Toporov, J. Colloid Interface Sci. 53 (1975) 314.
-
-    Examples
-    --------
-    >>> round(dmt_pull_off(radius=100, work_of_adhesion=0.1), 3)
-    62.832
-    """
-    radius, work_of_adhesion = _positive("radius work_of_adhesion", radius, work_of_adhesion)
-    return 2 * np.pi * work_of_adhesion * radius
-
-
-def rigid_sphere(
-    distance: Quantities,
-    *,
-    radius: Quantity,
-    work_of_adhesion: Quantity,
-    length: Quantity,
-    law: str = "hamaker",
-    retardation: Quantity | None = None,
-) -> xr.Dataset:
-    """Return the force between a rigid sphere and a flat half space across a gap, integrated over the true sphere.
-
-    By law="hamaker" it is Hamaker's 2A R³/(3D²(D + 2R)²), with A = 12π z₀² w.
-
-    Parameters
-    ----------
-    distance : array_like or quantity
-        Distance of the sphere's lowest point from the plane, nm, positive and ascending.
-    radius : number or quantity
-        nm.
-    work_of_adhesion : number or quantity
-        w, J/m²; with law="hamaker" the work of separation from the distance ``length``.
-    length : number or quantity
-        nm: the cut-off z₀ of law="hamaker", ε of "lennard_jones", ρ of "exponential", the range h of "dugdale".
-    law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
-    retardation : number or quantity, optional
-        Wavelength λ, nm, of retarded van der Waals forces (law="hamaker"); about 100 nm. By default none.
-
-    Returns
-    -------
-    Dataset
-        ``force`` (nN, negative pulls) along ``distance`` (nm).
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or the law is unknown.
-
-    References
-    ----------
-    Hamaker, Physica 4 (1937) 1058; Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273; Gregory,
-    J. Colloid Interface Sci. 83 (1981) 138, for retardation.
-
-    Examples
-    --------
-    >>> curve = rigid_sphere([0.3], radius=1000, work_of_adhesion=0.1 / (12 * np.pi * 0.3**2), length=0.3)
-    >>> round(float(curve.force[0]), 4)
-    -185.1296
-    """
-    radius, work_of_adhesion, length, retardation = _positive(
-        "radius work_of_adhesion length retardation", radius, work_of_adhesion, length, retardation
-    )
-    z = schema.ascending(distance, "nm", "distance")
-    if z[0] <= 0:
-        raise ValueError(f"distance: expected positive distances, found {z[0]:g} nm")
-    attraction = _potential(law, work_of_adhesion, length, retardation)
-    return _along("distance", z, {"force": -potentials.sphere_pull(z, radius, attraction)})
 
 
 def meniscus_sphere(
@@ -542,11 +246,6 @@ def meniscus_sphere(
         ``force`` (nN, negative pulls) along ``distance``, 0 where no bridge can stand; ``thin_force``, that of the law
         of thin menisci, 2πRγ(cos θ₁ + cos θ₂ − D/r_K).
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, distances are negative, or an angle exceeds 90 degrees.
-
     Notes
     -----
     Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, the pull
@@ -563,7 +262,7 @@ def meniscus_sphere(
     (-82.53, -90.48)
     """
     radius, kelvin_radius, surface_tension = _positive(
-        "radius kelvin_radius surface_tension", radius, kelvin_radius, surface_tension
+        radius=radius, kelvin_radius=kelvin_radius, surface_tension=surface_tension
     )
     D = schema.ascending(distance, "nm", "distance")
     if D[0] < 0:
@@ -623,11 +322,6 @@ def rumpf(
     float
         nN, positive: (A/6z₀²) [rR/(r + R) + R/(1 + r/z₀)²].
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or both or none are given of radius and roughness.
-
     References
     ----------
     Rumpf, Particle Technology (1990); Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
@@ -639,12 +333,11 @@ def rumpf(
     (1.991, True)
     """
     radius, asperity_radius, rms, hamaker_constant, closest_approach = _positive(
-        "radius asperity_radius rms hamaker_constant closest_approach",
-        radius,
-        asperity_radius,
-        rms,
-        hamaker_constant,
-        closest_approach,
+        radius=radius,
+        asperity_radius=asperity_radius,
+        rms=rms,
+        hamaker_constant=hamaker_constant,
+        closest_approach=closest_approach,
     )
     if (asperity_radius is None) == (rms is None):
         raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
@@ -685,11 +378,6 @@ def rabinovich(
         (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²)]. Without the longer scale
         this is the former; what lies beneath both scales is left out.
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or only one of the two for the longer scale is given.
-
     References
     ----------
     Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10 and 17.
@@ -703,14 +391,13 @@ def rabinovich(
     10.0
     """
     radius, rms, wavelength, hamaker_constant, closest_approach, long_rms, long_wavelength = _positive(
-        "radius rms wavelength hamaker_constant closest_approach long_rms long_wavelength",
-        radius,
-        rms,
-        wavelength,
-        hamaker_constant,
-        closest_approach,
-        long_rms,
-        long_wavelength,
+        radius=radius,
+        rms=rms,
+        wavelength=wavelength,
+        hamaker_constant=hamaker_constant,
+        closest_approach=closest_approach,
+        long_rms=long_rms,
+        long_wavelength=long_wavelength,
     )
     flat = hamaker_constant * radius / (6 * closest_approach**2)
     near = 1 / (1 + _CAP_HEIGHT * rms / closest_approach) ** 2
@@ -732,7 +419,8 @@ def gaussian_work(
     rms : number or quantity
         Standard deviation of the heights, nm.
     length : number or quantity
-        Length of the law, nm, see `rigid_sphere`.
+        Length of the law, nm: the cut-off z₀ of "hamaker", ε of "lennard_jones", ρ of "exponential", the gap up to
+        which "dugdale" pulls.
     work_of_adhesion : number or quantity
         Work of adhesion of smooth surfaces, J/m².
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
@@ -745,29 +433,14 @@ def gaussian_work(
     float
         J/m²; a large rigid sphere pulls with 2πR times it.
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or the law is unknown.
-
     Examples
     --------
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
-    rms, length, work_of_adhesion = _positive("rms length work_of_adhesion", rms, length, work_of_adhesion)
-    return potentials.gaussian_mean(_potential(law, work_of_adhesion, length), rms, cut)
-
-
-def _potential(law: str, work: float, length: float, retardation: float | None = None) -> potentials.Potential:
-    """Return a law of attraction whose work from ``length`` on is ``work``, retarded or not."""
+    rms, length, work_of_adhesion = _positive(rms=rms, length=length, work_of_adhesion=work_of_adhesion)
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
-    if law != "hamaker" and retardation is not None:
-        raise ValueError(f"retardation: used by law='hamaker' only, found law={law!r}; leave it out")
-    built = potentials.potential(law, work, length, np.inf if retardation is None else retardation)
-    if built.code == potentials.RETARDED:
-        return built._replace(work=work**2 / float(potentials.energy(length, built)))
-    return built
+    return potentials.gaussian_mean(potentials.potential(law, work_of_adhesion, length), rms, cut)
 
 
 def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -> tuple[float, float]:
@@ -779,10 +452,6 @@ def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -
     if flat > sharp:
         raise ValueError(f"curvature_min: expected at most curvature_max = {sharp:g}, found {flat:g}")
     return 0.5 * flat, 0.5 * sharp
-
-
-def _jkr_units(radius: float, contact_modulus: float, work_of_adhesion: float) -> jkr.Units:
-    return jkr.self_similar_units(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion)
 
 
 def _along(axis: str, values: np.ndarray, curves: dict[str, Any]) -> xr.Dataset:

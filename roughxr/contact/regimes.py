@@ -166,8 +166,7 @@ def _resolved(pixels: float) -> str:
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:
     """Return Hertz's largest pressure (GPa) under the force 2πwR with which adhesion pulls a stiff summit down."""
-    force = reference.dmt_pull_off(radius=radius, work_of_adhesion=w)
-    return (6 * force * modulus**2 / (np.pi**3 * radius**2)) ** (1 / 3)
+    return (12 * w * modulus**2 / (np.pi**2 * radius)) ** (1 / 3)
 
 
 def formulas(
@@ -236,7 +235,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
     left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
     result = {
-        "bradley": reference.dmt_pull_off(radius=radius, work_of_adhesion=w),
+        "bradley": 2 * np.pi * w * radius,
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
         "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
         "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),

@@ -23,7 +23,6 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.contact import reference
 from roughxr.kernels.adhesion import traction_laws as smooth_laws
 from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace.load_control import loaded_arrays
@@ -31,6 +30,7 @@ from roughxr.kernels.halfspace.products import coefficients_for
 from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.scans.synthetic import self_affine
 from tests import half_space as kalker
+from tests.closed_forms import flattened_pull_off, punch_pull_off
 
 DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)
@@ -119,7 +119,7 @@ def accuracy_rows():
 def punch_rows():
     """Print pull-offs of a flat punch of 10 nm over Griffith's, and Dugdale's over their closed form."""
     flat = {"radius": 10.0, "contact_modulus": MODULUS, "work_of_adhesion": 0.1}
-    griffith = reference.punch_pull_off(**flat)
+    griffith = punch_pull_off(**flat)
     for cells in (5, 10, 20):
         x = np.arange(-cells - 3, cells + 4)
         disc = np.hypot(x[:, None], x) <= cells
@@ -130,7 +130,7 @@ def punch_rows():
             (
                 "1 GPa",
                 smooth_laws.dugdale(w, 0.1, 0.25),
-                reference.punch_pull_off(adhesion_range=0.1, **flat),
+                punch_pull_off(adhesion_range=0.1, **flat),
             ),
         ):
             (found,) = follow_smooth(separation, np.array([0.2]), 0.02, coefficients_for(separation.shape), law)
@@ -159,8 +159,8 @@ def flattened_rows(edge=10.0, work=0.1):
     """Print pull-offs without range of an asperity pressed flat, by hardness, over closed forms."""
     flat, unit = {"contact_modulus": MODULUS, "work_of_adhesion": work}, np.sqrt(work * MODULUS / edge)
     for hard in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0):
-        punch = reference.punch_pull_off(radius=edge, **flat)
-        closed = reference.flattened_pull_off(radius=edge, hardness=hard * unit, **flat)
+        punch = punch_pull_off(radius=edge, **flat)
+        closed = flattened_pull_off(radius=edge, hardness=hard * unit, **flat)
         row = [f"closed form {closed / punch:.3f} of a flat punch's"]
         for cells in (10, 20):
             separation, delta, radius = pressed_flat(cells, hard * unit, edge)
@@ -168,7 +168,7 @@ def flattened_rows(edge=10.0, work=0.1):
             law, love = smooth_laws.without_range(w, 0.25), coefficients_for(separation.shape)
             (found,) = follow_smooth(separation, np.array([delta]), 0.02, love, law)
             pull = -found.states["force"].min() * MODULUS * edge / cells
-            exact = reference.flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
+            exact = flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
             row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")
         print(f"pressed flat, H = {hard:4g} sqrt(w E*/a): {', '.join(row)}")
 

@@ -44,7 +44,7 @@ def rigid(
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
-        Traction across a gap, see `reference.rigid_sphere`; all laws have the same work of adhesion. "hamaker" ends at
+        Traction across a gap; all laws have the same work of adhesion. "hamaker" ends at
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
         wavelength of retardation is; the others have the pair's range of adhesion.
     refine : int

@@ -1,0 +1,64 @@
+"""Closed forms that results are compared with: rigid spheres, flat punches, Maugis's sphere; nm, GPa, J/m², nN."""
+
+import numpy as np
+from scipy.optimize import brentq
+
+from roughxr.kernels.adhesion import potentials
+from roughxr.kernels.asperity import maugis
+
+
+def potential(law, work, length, retardation=np.inf):
+    """Return a law of attraction whose work from ``length`` on is ``work``, retarded or not."""
+    built = potentials.potential(law, work, length, retardation)
+    if built.code == potentials.RETARDED:
+        return built._replace(work=work**2 / float(potentials.energy(length, built)))
+    return built
+
+
+def rigid_sphere(distance, *, radius, work_of_adhesion, length, law="hamaker"):
+    """Return the force between a rigid sphere and a flat half space, integrated over the true sphere (Hamaker 1937)."""
+    return -potentials.sphere_pull(np.asarray(distance, float), radius, potential(law, work_of_adhesion, length))
+
+
+def maugis_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range):
+    """Return the pull-off of Maugis's sphere with Dugdale's law, J. Colloid Interface Sci. 150 (1992) 243."""
+    tabor = maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range)
+    return float(np.pi * work_of_adhesion * radius * maugis.pull_off(maugis.parameter(tabor)))
+
+
+def punch_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range=None):
+    """Return the pull-off of a flat punch, √(8π w E* a³) without range (Kendall 1971).
+
+    With a range (Dugdale's law, σ₀ = w over it) a cohesive zone from c to the edge a carries part of the pull: with
+    m = a/c it is 2σ₀ [c √(a² − c²) + a² arccos(1/m)], where c is such that the gap at the edge, (4σ₀c/πE*)
+    [√(m² − 1) arccos(1/m) + 1 − m], is w/σ₀ (Maugis 1992, for a flat). Where the gap stays below this with the whole
+    punch pulling, π a² σ₀.
+    """
+    if adhesion_range is None:
+        return float(np.sqrt(8 * np.pi * work_of_adhesion * contact_modulus * radius**3))
+    pull = work_of_adhesion / adhesion_range
+
+    def opens_too_far(inner):
+        m = radius / inner
+        gap = 4 * pull * inner / (np.pi * contact_modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
+        return gap - adhesion_range
+
+    least, most = 1e-9 * radius, radius * (1 - 1e-12)
+    if opens_too_far(least) < 0:
+        return float(np.pi * radius**2 * pull)
+    inner = brentq(opens_too_far, least, most)
+    return float(2 * pull * (inner * np.sqrt(radius**2 - inner**2) + radius**2 * np.arccos(inner / radius)))
+
+
+def flattened_pull_off(*, radius, contact_modulus, work_of_adhesion, hardness):
+    """Return the pull-off of an asperity that was pressed flat, its whole contact, of radius a, at the hardness H.
+
+    The largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's radius
+    on unloading. The contact recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and peels
+    from the rim. Own, from the pressures of Sneddon, Int. J. Eng. Sci. 3 (1965) 47.
+    """
+    punch = punch_pull_off(radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion)
+    load = hardness * radius**2
+    part = 3 * punch / (8 * load)  # where the pull is largest, s^{3/2}/√(1 − s²)
+    s = brentq(lambda s: (s / part) ** 2 * s + s * s - 1, 0.0, 1.0, xtol=1e-15)
+    return float(punch * s**1.5 - 2 * load * (np.arcsin(s) - s * s**1.5 / part))
