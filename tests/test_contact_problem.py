@@ -96,7 +96,7 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
         np.testing.assert_array_equal(pull_off(found).pull_off_delta, exact.pull_off_delta)
     sweep = superpose(surface, subregions=(4, 4))
     assert (sweep.delta[0] < exact.pull_off_delta).all() and (exact.pull_off_delta < sweep.delta[-1]).all()
-    part = pull_off(sweep, method="sweep").pull_off_force / exact.pull_off_force
+    part = pull_off(sweep.drop_vars("pull_off_force")).pull_off_force / exact.pull_off_force
     assert float(part.max()) <= 1 + 1e-12 and float(part.min()) > 0.9
 
 
@@ -106,7 +106,7 @@ def test_what_speaks_for_some_places_says_so():
     middle = float(found.pull_off_delta.median())
     short = superpose(surface, delta=[middle - 2.0, middle - 1.0], subregions=(4, 4))
     with pytest.warns(UserWarning, match="too short for .* of 16 places"):
-        by_steps = pull_off(short, method="sweep")
+        by_steps = pull_off(short.drop_vars("pull_off_force"))
     with pytest.warns(UserWarning, match=r"computed from \d+ of 16 samples, the others are missing"):
         pdf(by_steps, "pull_off_force")
     with pytest.warns(UserWarning, match=r"computed from \d+ of 16 samples, the others are missing"):

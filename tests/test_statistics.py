@@ -154,9 +154,12 @@ def test_weights_count_as_repetition():
 
 
 def test_weights_are_checked(sample):
-    for bad, says in ((np.ones(3), "one for each"), (-np.ones(4000), "at least 0"), ("area", "no 'area'")):
-        with pytest.raises(ValueError, match=says):
-            pdf(sample, "height", weights=bad)
+    weights = {"few": ("other", np.ones(3)), "negative": ("asperity", -np.ones(4000))}
+    weights["missing"] = "asperity", np.full(4000, np.nan)
+    says = {"few": "one for each", "negative": "at least 0", "missing": "4000 missing", "area": "no 'area'"}
+    for bad, words in says.items():
+        with pytest.raises(ValueError, match=words):
+            pdf(sample.assign(weights), "height", weights=bad)
 
 
 def test_empirical_cdf_steps_at_the_samples(sample):

@@ -53,11 +53,9 @@ def test_an_empty_tile_is_no_debris():
     assert not debris(catalogue, centres).any()
 
 
-def test_single_asperities_and_other_variables_are_judged_too():
+def test_single_asperities_are_judged_too():
     catalogue, _ = tiles([14.0, 15, 16, 27])
     assert debris(catalogue).dims == ("asperity",) and debris(catalogue).values.tolist() == [False] * 3 + [True]
-    forces = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2, 3, 99], {"units": "nN"})})
-    assert debris(forces, name="pull_off_force").threshold_units == "nN"
     with pytest.raises(ValueError, match="positive number"):
         debris(catalogue, threshold=0)
 

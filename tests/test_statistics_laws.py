@@ -63,7 +63,7 @@ def test_positive_laws_leave_other_samples_alone():
     ds = xr.Dataset({"height": ("asperity", [-1.0, 0.5, 2.0, 3.0], {"units": "nm"})})
     found = fit(ds, "height", simulations=0)
     assert np.isnan(found.aic.sel(law=["log_normal", "weibull"])).all() and np.isfinite(found.aic.sel(law="normal"))
-    assert "no place" in found.attrs["missing"]
+    assert "not defined" in found.attrs["missing"]
 
 
 def test_bad_input_is_refused_in_words():

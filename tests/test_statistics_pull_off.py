@@ -46,7 +46,7 @@ def test_a_cycle_has_its_own_events(cycle):
     xr.testing.assert_equal(found.pull_off_delta, cycle.pull_off_delta)
     assert found.bracketed.all()
     assert found.pull_off_force.dims == ("subregion",)
-    on_the_grid = pull_off(cycle, method="sweep")
+    on_the_grid = pull_off(cycle.drop_vars(["pull_off_force", "complete"]))
     assert (on_the_grid.pull_off_force.max("branch").fillna(0) < found.pull_off_force).all()
 
 
@@ -93,7 +93,7 @@ def test_a_sweep_that_cannot_pull_says_what_to_do(ground, elastic_sweep):
         with pytest.raises(
             ValueError, match=r"found one without; take reference.elastic_pull_off.*or solve with adhesion"
         ):
-            pull_off(ds, method="sweep")
+            pull_off(ds)
 
 
 def test_methods_ask_for_what_they_need(ground, cycle):
@@ -102,10 +102,6 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         elastic_pull_off(sticky)
     with pytest.raises(ValueError, match="expected a sweep without adhesion"):
         elastic_pull_off(cycle)
-    with pytest.raises(ValueError, match="method='cycle': expected a result of `adhesive`"):
-        pull_off(sticky, method="cycle")
-    with pytest.raises(ValueError, match=r"method: expected one of 'exact', 'cycle', .*, found 'jkr'"):
-        pull_off(sticky, method="jkr")
     with pytest.raises(ValueError, match="it holds pull-off forces already"):
         pull_off(pull_off(sticky))
 
@@ -180,12 +176,6 @@ def test_what_has_several_answers_says_which_ways_there_are():
         roughxr.answer(several.rename(scan="humidity"))
     with pytest.raises(ValueError, match="run adhesive, rigid or superpose first"):
         roughxr.answer(xr.Dataset({"height": (("x", "y"), np.ones((2, 2)))}))
-
-
-def test_a_sweep_is_not_found_in_the_events_of_a_preload():
-    events = xr.Dataset({"pull_off_force": ("subregion", [3.0]), "complete": ("subregion", [True])})
-    with pytest.raises(ValueError, match="expected a solution with 'force' along 'delta', found variables"):
-        pull_off(events, method="sweep")
 
 
 def test_a_mean_over_places_is_no_place():

@@ -255,25 +255,6 @@ def test_what_states_no_units_is_in_the_tables():
     assert_same(found, roughxr.direct(made()["scan"], delta=[4.0], subregions=PLACES), rtol=1e-12)
 
 
-def test_weights_go_by_label():
-    pulls = made()["pulls"]
-    rng = np.random.default_rng(2)
-    weights = xr.DataArray(rng.uniform(0.5, 2, pulls.sizes["subregion"]), {"subregion": pulls.subregion}, ["subregion"])
-    turned = weights.isel(subregion=rng.permutation(weights.size))
-    for function in (
-        lambda w: roughxr.pdf(pulls, "pull_off_force", bins=4, weights=w),
-        lambda w: roughxr.statistics.cdf(pulls, "pull_off_force", weights=w),
-        lambda w: roughxr.summary(pulls, weights=w),
-    ):
-        xr.testing.assert_allclose(function(turned), function(weights))
-    some = weights.isel(subregion=slice(1, None))
-    for refused in (roughxr.pdf, roughxr.statistics.cdf):
-        with pytest.raises(ValueError, match=r"weights: expected .*found 1 missing"):
-            refused(
-                pulls, "pull_off_force", weights=xr.concat([some, some[:1].assign_coords(subregion=[999])], "subregion")
-            )
-
-
 def test_a_decimal_comma_is_refused_by_its_name():
     with pytest.raises(ValueError, match="sphere_radius: expected a decimal point, found a comma in '0,5 um'"):
         units.magnitude("0,5 um", "nm", "sphere_radius")

@@ -121,7 +121,7 @@ CALLS = {
     "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
     "placements": [on("scan", sphere_radius=500.0, count=2)],
     "power_spectrum": [on("scan")],
-    "pull_off": [on("summed"), on("summed", method="sweep")],
+    "pull_off": [on("summed")],
     "pull_off_map": [on("scan", subregions=PLACES), on("catalogue", subregions=PLACES)],
     "reconstruct": [on("scan"), on("scan", "catalogue")],
     "reduction": [on("pulls")],

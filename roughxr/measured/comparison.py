@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, counted_equally, known_samples
+from ..statistics.sampling import Samples, counted_equally, samples
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, fraction, magnitude
 from .registration import Match, matched
@@ -109,7 +109,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {names}; take .contact.pull_off() of a solution first")
-    sample = counted_equally(known_samples(ds, _NAME), "compare")
+    sample = counted_equally(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise ValueError(
             f"{words}: expected at least one {_NAME} that pulls (positive), found none of {sample.values.size}; "

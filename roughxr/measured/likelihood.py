@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, counted_equally, known_samples
+from ..statistics.sampling import Samples, counted_equally, samples
 
 #: Quantiles whose distance and spread are reported: tails with few places are left out.
 _LEVELS = np.linspace(0.05, 0.95, 19)
@@ -95,7 +95,7 @@ class _Test(NamedTuple):
 
 def positive_forces(measured: xr.Dataset) -> Samples:
     """Return measured forces; raise where they are not all positive."""
-    forces = known_samples(measured, "pull_off_force")
+    forces = samples(measured, "pull_off_force", quiet=True)
     low = int((forces.values <= 0).sum())
     if low:
         raise ValueError(
@@ -112,7 +112,7 @@ def predicted_forces(pull: xr.Dataset, words: str) -> Samples:
     if without:  # leaving them out would compare with different places at each value
         total = forces["pull_off_force"].size
         raise ValueError(f"expected a pull-off at every place, found none at {without} of {total} for {words}")
-    return known_samples(forces, "pull_off_force")
+    return samples(forces, "pull_off_force", quiet=True)
 
 
 def ln_quantiles(values: np.ndarray) -> np.ndarray:

@@ -11,30 +11,24 @@ from ..vocabulary.units import fraction
 
 
 def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
-    """Compare the force of the superposed asperities with that of the direct simulation, place by place.
+    """Compare the force of superposed asperities with that of `direct` at each place and displacement.
 
     Parameters
     ----------
     superposed, direct : Dataset
-        Two solutions over the same subregions and from the same datum, both without adhesion; the first is
-        interpolated at the displacements of the second.
+        Two solutions at the same subregions and from the same datum, both without adhesion; the first is interpolated
+        at the displacements of the second.
     by : float
         Largest difference, relative to the direct force, that counts as agreement.
 
     Returns
     -------
     Dataset
-        ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN
-        where that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree,
-        and ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta;
-        ``parting_delta`` (nm) along subregion, the displacement from which on the two differ by more than ``by``: that
-        of the first contact where they never agree, NaN where they agree to the end or never touch;
+        ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN where
+        that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree, and
+        ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta; ``parting_delta`` (nm)
+        along subregion, from which on they differ by more than ``by``, NaN where they agree to the end or never touch;
         ``mean_difference`` of the mean forces along delta, and ``mean_parting_delta``.
-
-    Raises
-    ------
-    ValueError
-        If they are not solutions, are of different places or datums, or do not overlap in delta.
 
     Examples
     --------

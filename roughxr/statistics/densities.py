@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -37,7 +35,7 @@ def pdf(
     *,
     method: str = "histogram",
     bins: int | str | ArrayLike | None = None,
-    weights: str | xr.DataArray | None = None,
+    weights: str | None = None,
 ) -> xr.DataArray:
     """Return the probability density of a variable over its subregions or asperities.
 
@@ -53,8 +51,8 @@ def pdf(
     bins : int, str or array, optional
         Of a histogram, as for `numpy.histogram_bin_edges`, by default "auto"; edges in the variable's units or with
         their own. A rule ignores the weights.
-    weights : str or DataArray, optional
-        Weight of each sample: a variable of ``ds``, or an array along the same dimension.
+    weights : str, optional
+        Variable of ``ds`` that holds the weight of each sample; by default ``landing_share`` where there is one.
 
     Returns
     -------
@@ -62,11 +60,6 @@ def pdf(
         ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with ``cdf`` beside it; the
         attributes hold ``bin_rule`` and ``bin_edges``, or ``bandwidth`` and ``boundary``, and the numbers of
         ``samples`` and ``missing`` ones. ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
-
-    Raises
-    ------
-    ValueError
-        If there is no such variable, it has other dimensions, or fewer than two finite samples.
 
     References
     ----------
@@ -86,7 +79,11 @@ def pdf(
     units = ds[name].attrs.get("units", "1")
     bins = plain(bins, units, name) if carries_units(bins) else bins
     if method == "histogram":
-        points, values, cumulative, extra = _histogram(some, "auto" if bins is None else bins)
+        bins = "auto" if bins is None else bins
+        edges = np.histogram_bin_edges(some.values, bins=bins)
+        values = np.histogram(some.values, bins=edges, density=True, weights=some.weights)[0]
+        points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
+        extra = {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
     else:
         schema.refuse_unused("method='kde'", bins=bins)
         lower = 0.0 if name in NOT_NEGATIVE and some.values.min() >= 0 else -np.inf
@@ -99,27 +96,20 @@ def pdf(
     return out
 
 
-def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | xr.DataArray | None = None) -> xr.DataArray:
+def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | None = None) -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
     Parameters
     ----------
     ds : Dataset
-    name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension.
-    weights : str or DataArray, optional
-        Weight of each sample.
+    name, weights
+        As in `pdf`.
 
     Returns
     -------
     DataArray
         ``cdf``, the share of the samples up to and including each value, along the variable's own name: one entry
         for each distinct sample, ascending, and 1 at the last.
-
-    Raises
-    ------
-    ValueError
-        As for `pdf`.
 
     Examples
     --------
@@ -136,14 +126,6 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | xr.DataA
     out = xr.DataArray(share / share[-1], dims=name, coords={name: axis}, name="cdf")
     out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
     return out.assign_attrs(samples=some.values.size, missing=some.missing)
-
-
-def _histogram(some: Samples, bins: Any) -> tuple:
-    edges = np.histogram_bin_edges(some.values, bins=bins)
-    density, edges = np.histogram(some.values, bins=edges, density=True, weights=some.weights)
-    rule = bins if isinstance(bins, str) else "given"
-    cumulative = np.cumsum(density * np.diff(edges))
-    return (edges[:-1] + edges[1:]) / 2, density, cumulative, {"bin_rule": rule, "bin_edges": edges}
 
 
 def _kernel_density(some: Samples, boundary: float, end: float, points: int = 512) -> tuple:

@@ -77,14 +77,8 @@ def fit(
         Along ``law``: ``location`` and ``scale`` (the variable's unit; for the log-normal, ``scale`` is the median and
         ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN where a law has none), ``log_likelihood``,
         ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest distance between empirical
-        and fitted cumulative probability), and ``ks_p_value``. All are NaN where a law is not defined for the samples.
-        Neighbouring places are counted as independent; where they are not, ``ks_p_value`` is too small and differences
-        in AIC are too large.
-
-    Raises
-    ------
-    ValueError
-        If a law is not known, or the samples are fewer than three or all equal.
+        and fitted cumulative probability), and ``ks_p_value``; NaN where a law is not defined for the samples. Places
+        are counted as independent; where they are not, ``ks_p_value`` is too small and differences in AIC too large.
 
     References
     ----------
@@ -112,7 +106,11 @@ def fit(
     out["aic_difference"] = out["aic"] - out["aic"].min()
     weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
     out["akaike_weight"] = weight / weight.sum()
-    return schema.record(_labelled(out, ds, name, values.size), "fit", ds, name=name, simulations=simulations)
+    for own in ("location", "scale"):
+        out[own].attrs["units"] = ds[name].attrs.get("units", "1")
+    out = schema.label(out).assign_attrs(variable=name, samples=values.size)
+    out.attrs["missing"] = "NaN where a law is not defined for the samples"
+    return schema.record(out, "fit", ds, name=name, simulations=simulations)
 
 
 def _judged(values: np.ndarray, name: str) -> np.ndarray:
@@ -124,14 +122,6 @@ def _judged(values: np.ndarray, name: str) -> np.ndarray:
         "else from all"
     )
     return np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
-
-
-def _labelled(out: xr.Dataset, ds: xr.Dataset, name: str, size: int) -> xr.Dataset:
-    for own in ("location", "scale"):
-        out[own].attrs["units"] = ds[name].attrs.get("units", "1")
-    return schema.label(out).assign_attrs(
-        variable=name, samples=size, missing="NaN where a law has no place for the samples"
-    )
 
 
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:

@@ -44,10 +44,9 @@ def pooled(
     Parameters
     ----------
     ds : Dataset
-        Along ``over``, for example results of several scans by ``xr.concat(…, "scan")`` or, for placements, of `vary`.
+        Along ``over``, for example results of several scans by ``xr.concat(…, "scan")``, or placements of `vary`.
     name : str
-        A variable along ``over`` and its samples (``subregion``, ``asperity``, or a map), or along ``over`` alone, for
-        example a roughness.
+        A variable along ``over`` and its samples, or along ``over`` alone, for example a roughness.
     over : str
         The dimension that is pooled.
     statistics : sequence of str
@@ -58,16 +57,10 @@ def pooled(
     Returns
     -------
     Dataset
-        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its interval of
-        95 %;
-        ``between_std``, the standard deviation between scans beyond the scatter of their places, 0 where there is none;
+        Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its 95 %
+        interval; ``between_std``, the standard deviation between scans beyond the scatter of their places;
         ``between_p_value``, the probability that they differ as much by that scatter alone. Along (``over``,
         statistic): each scan's ``estimate`` and its ``standard_error``.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two scans, a name is unknown, or a scan has fewer than two samples.
 
     Notes
     -----
@@ -123,7 +116,9 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     """Return the statistics of each scan and their standard errors, (scans, statistics)."""
     from scipy.stats import t
 
-    parts = [_alone(ds.isel({over: k}), name) for k in range(ds.sizes[over])]
+    parts = [of_a_map(ds.isel({over: k})[[name]]) for k in range(ds.sizes[over])]
+    dim = next((dim for dim in SAMPLES if dim in parts[0][name].dims), SAMPLES[0])
+    parts = [part.isel({dim: np.isfinite(part[name].values)}) for part in parts]  # others' samples are no missing ones
     intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
     estimate = np.stack([interval["estimate"].values for interval in intervals])
     worth = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
@@ -132,13 +127,6 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     above = np.stack([interval["high"].values for interval in intervals]) - estimate
     error = (below + np.where(np.isnan(above), below, above)) / widths[:, None]
     return estimate, error, list(options["statistics"])
-
-
-def _alone(part: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one scan's variable with its places, without the samples that only other scans have."""
-    part = of_a_map(part[[name]])
-    dim = next((dim for dim in SAMPLES if dim in part[name].dims), None)
-    return part if dim is None else part.isel({dim: np.isfinite(part[name].values)})
 
 
 def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float, positive: bool = False) -> Pool:

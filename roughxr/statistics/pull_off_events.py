@@ -15,17 +15,15 @@ from ..vocabulary.text import warn
 _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
-def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
+def pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the pull-off of each subregion: the largest pull and its displacement.
 
     Parameters
     ----------
     ds : Dataset
-        A solution with ``force`` along ``delta``. Other dimensions are kept.
-    method : {"exact", "cycle", "sweep"}, optional
-        "exact": what `superpose` found, at any displacement. "cycle": that of a cycle of `adhesive`. "sweep": the
-        largest pull among the displacements, too small where the sweep is coarse or ends too soon. By default "exact"
-        or "cycle", whichever the solution holds, else "sweep".
+        A solution. Other dimensions than ``delta`` are kept. The pull-off is the solver's own, at any displacement,
+        where it has one, as of `superpose` and `adhesive`; else the largest pull among the displacements of ``force``,
+        too small where the sweep is coarse or ends too soon.
 
     Returns
     -------
@@ -38,8 +36,7 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     Raises
     ------
     ValueError
-        If ``ds`` is no solution, its sweep has fewer than two displacements, or it does not suit the method: a
-        sweep of `direct`, or with law="hertz", never pulls.
+        If the sweep cannot pull: that of `direct`, or with law="hertz".
 
     See Also
     --------
@@ -56,21 +53,17 @@ def pull_off(ds: xr.Dataset, *, method: str | None = None) -> xr.Dataset:
     (3.0, 0.0)
     """
     ds = schema.entered(ds)
-    force = None if "complete" in ds and "force" not in ds else _force(ds)  # with a preload there are only events
-    kind = "cycle" if "complete" in ds else "exact"
-    if method is None:
-        method = kind if "pull_off_force" in ds else "sweep"
-    schema.one_of(method, ("exact", "cycle", "sweep"), "method")
-    if method == "sweep":
-        out = _of_sweep(_with_adhesion(ds, _force(ds)), converged(ds))
+    if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
+        out, method = _of_events(ds), "cycle" if "complete" in ds else "exact"
     else:
-        out = _of_events(ds, method, kind)
+        force, method = _with_adhesion(ds), "sweep"
+        out = _of_sweep(force, converged(ds))
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
     out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"
-    if method == "sweep" and force is not None and not force.chunks:
+    if method == "sweep" and not force.chunks:
         _warn_of_ends(out, ds["delta"].values)
-    return schema.record(schema.label(out), "pull_off", ds, method=method)
+    return schema.record(schema.label(out), "pull_off", ds)
 
 
 def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
@@ -85,16 +78,13 @@ def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
         )
 
 
-def _force(ds: xr.Dataset) -> xr.DataArray:
+def _with_adhesion(ds: xr.Dataset) -> xr.DataArray:
+    """Return the force of a sweep that can pull; raise for others, and say what else to do."""
     if "force" not in ds or "delta" not in ds["force"].dims:
         hint = "; it holds pull-off forces already" if "pull_off_force" in ds else ""
         names = ", ".join(map(str, ds.data_vars))
         raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {names}{hint}")
-    return ds["force"]
-
-
-def _with_adhesion(ds: xr.Dataset, force: xr.DataArray) -> xr.DataArray:
-    """Return the force of a sweep that can pull; raise for others, and say what else to do."""
+    force = ds["force"]
     if force.sizes["delta"] < 2:
         raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
@@ -127,17 +117,14 @@ def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
     )
 
 
-def _of_events(ds: xr.Dataset, method: str, kind: str) -> xr.Dataset:
+def _of_events(ds: xr.Dataset) -> xr.Dataset:
     """Return the pull-off that a solver found by itself, whatever the displacements."""
-    if "pull_off_force" not in ds or method != kind:
-        words = ", ".join(map(str, ds.data_vars))
-        source = "`adhesive`" if method == "cycle" else "`superpose` by a law with adhesion"
-        raise ValueError(f"method={method!r}: expected a result of {source}, found variables: {words}; take 'sweep'")
-    pulls = ds["pull_off_force"] > 0
+    bracketed = pulls = ds["pull_off_force"] > 0
     names = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
-    bracketed = pulls & ds["complete"] if method == "cycle" else pulls
-    if method == "cycle" and "delta" in ds.dims:
-        bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
+    if "complete" in ds:
+        bracketed = pulls & ds["complete"]
+        if "delta" in ds.dims:
+            bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
     out = ds[names].where(pulls).assign(bracketed=bracketed)
     if "pull_off_error" in out:
         out["pull_off_error"].attrs["missing"] = "NaN where no finer mesh was solved, as with accuracy=None"
@@ -186,11 +173,6 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         With ``pull_off_ratio``, pull-off force over that of the same sphere on a smooth flat, unit 1.
-
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no pull-off, or has no pair with adhesion.
 
     Examples
     --------

@@ -15,9 +15,6 @@ PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
 
 SAMPLES = tuple(PLACES)
 
-#: Name under which weights join their samples.
-_WEIGHTS = "_weights"
-
 #: Coordinate of the places where particles rest: the share of particles at each, a weight wherever no other is given.
 SHARE = "landing_share"
 
@@ -31,29 +28,23 @@ class Samples(NamedTuple):
     missing: int
 
 
-def samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
-    """Return the finite samples of a variable."""
-    known = known_samples(ds, name, weights=weights)
-    warn_of_missing(
-        name, known.missing, known.values.size + known.missing, ds[name].attrs.get("missing", ds.attrs.get("missing"))
-    )
-    return known
-
-
-def known_samples(ds: xr.Dataset, name: str, *, weights: Any = None) -> Samples:
-    """Return the same as `samples`, without a warning of missing ones."""
-    ds, weights = with_weights(ds, name, weights)
+def samples(ds: xr.Dataset, name: str, *, weights: str | None = None, quiet: bool = False) -> Samples:
+    """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``."""
+    weights = weights_of(ds, name, weights)
     ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
-    weight = None if weights is None else _checked(ds[weights].values.astype(float), ds[name])
+    weight = None if weights is None else _checked(ds[weights], ds[name])
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
     places = None
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
-    return Samples(values[finite], None if weight is None else weight[finite], places, int((~finite).sum()))
+    missing = int((~finite).sum())
+    if not quiet:
+        warn_of_missing(name, missing, values.size, ds[name].attrs.get("missing", ds.attrs.get("missing")))
+    return Samples(values[finite], None if weight is None else weight[finite], places, missing)
 
 
 def at_first_preload(ds: Any) -> Any:
@@ -119,46 +110,25 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
     return [dim for dim in dims if dim not in own] if own else []
 
 
-def with_weights(ds: xr.Dataset, name: str, weights: Any) -> tuple[xr.Dataset, str | None]:
-    """Return a Dataset that holds the weights, those of a DataArray at the labels of their samples, and their name."""
-    if weights is None:
-        shared = name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
-        return ds, SHARE if shared else None
-    if isinstance(weights, str):
-        if weights not in ds:
-            raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
-        return ds, weights
-    if not isinstance(weights, xr.DataArray):
-        given = np.asarray(weights, dtype=float)
-        _same_shape(given, ds[name])
-        return ds.assign({_WEIGHTS: (ds[name].dims, given)}), _WEIGHTS
-    placed = _at_samples(weights, ds)
-    if any(ds.sizes.get(dim) != size for dim, size in placed.sizes.items()):
-        _same_shape(placed, ds[name])
-    return ds.assign({_WEIGHTS: placed}), _WEIGHTS
+def weights_of(ds: xr.Dataset, name: str, weights: str | None) -> str | None:
+    """Return the name of a variable's weights: those that are given, else the shares of particles at the places."""
+    if weights is not None and weights not in ds:
+        raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
+    shared = name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
+    return weights or (SHARE if shared else None)
 
 
-def _at_samples(weights: xr.DataArray, ds: xr.Dataset) -> xr.Variable:
-    """Return weights at the labels of their samples, where both have labels; NaN for a label that has none."""
-    labelled = [dim for dim in weights.dims if dim in ds.indexes and dim in weights.indexes]
-    others = {dim: ds[dim] for dim in labelled if not ds.indexes[dim].equals(weights.indexes[dim])}
-    return (weights.reindex(others) if others else weights).variable
-
-
-def _same_shape(weights: Any, samples: xr.DataArray) -> None:
-    """Raise for weights of another number than the samples."""
-    if weights.shape != samples.shape:
-        raise ValueError(f"weights: expected one for each of {samples.size} samples, found shape {weights.shape}")
-
-
-def _checked(weights: np.ndarray, samples: xr.DataArray) -> np.ndarray:
+def _checked(weights: xr.DataArray, samples: xr.DataArray) -> np.ndarray:
     """Return weights; raise unless there is one for each sample, none negative and not all 0."""
-    _same_shape(weights, samples)
-    if not np.isfinite(weights).all() or (weights < 0).any() or not weights.any():
-        missing = int((~np.isfinite(weights)).sum())
-        words = f", found {missing} missing, or without a label of the samples" if missing else ""
-        raise ValueError(f"weights: expected finite numbers of at least 0, not all 0{words}")
-    return weights
+    if weights.dims != samples.dims:
+        raise ValueError(f"weights: expected one for each of {samples.size} samples, found dimensions {weights.dims}")
+    values = weights.values.astype(float)
+    if not np.isfinite(values).all() or (values < 0).any() or not values.any():
+        raise ValueError(
+            f"weights: expected finite numbers of at least 0, not all 0, found {int((~np.isfinite(values)).sum())} "
+            "missing, or negative ones"
+        )
+    return values
 
 
 def per(units: str) -> str:

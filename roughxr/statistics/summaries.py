@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, of_a_map, warn_of_missing, with_weights
+from .sampling import SAMPLES, of_a_map, warn_of_missing, weights_of
 
 
 def summary(
     ds: xr.Dataset,
     *,
     quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95),
-    weights: str | xr.DataArray | None = None,
+    weights: str | None = None,
 ) -> xr.Dataset:
     """Return mean, standard deviation, extremes and quantiles over subregions or asperities.
 
@@ -26,19 +26,14 @@ def summary(
         all lie along ``x`` and ``y``, as in a map, every pixel is a sample.
     quantiles : sequence of float
         Between 0 and 1.
-    weights : str or DataArray, optional
-        Weight of each sample: a variable of ``ds``, or an array along its samples.
+    weights : str, optional
+        As in `pdf`.
 
     Returns
     -------
     Dataset
         The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; with weights the
         root of the weighted mean square deviation), min, max and one ``q…`` for each quantile, in per cent.
-
-    Raises
-    ------
-    ValueError
-        If nothing lies along ``subregion`` or ``asperity``.
 
     Examples
     --------
@@ -49,7 +44,7 @@ def summary(
     """
     ds = schema.entered(ds)
     along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
-    ds, weights = with_weights(ds, next(iter([*along, *ds.data_vars]), ""), weights)
+    weights = weights_of(ds, next(iter([*along, *ds.data_vars]), ""), weights)
     ds = of_a_map(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
@@ -57,20 +52,15 @@ def summary(
     weight = None if weights is None else ds[weights]
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
     wanted.pop(weights, None)
-    for array in wanted.values():
-        _warn_of_missing(array, dim, ds.attrs.get("missing"))
+    for name, array in wanted.items():
+        if not array.chunks:  # else it would have to be computed
+            missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
+            warn_of_missing(str(name), missing, array.sizes[dim], ds.attrs.get("missing"))
     rows = {
         name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
         for name, array in wanted.items()
     }
     return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
-
-
-def _warn_of_missing(array: xr.DataArray, dim: str, why: str | None) -> None:
-    """Warn where samples are missing, but not for a lazy array, which would have to be computed."""
-    if not array.chunks:
-        missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
-        warn_of_missing(str(array.name), missing, array.sizes[dim], why)
 
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: xr.DataArray | None) -> xr.DataArray:
