@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperity.asperity_sum import FORMULATIONS, catalogue_field, options_of
+from roughxr.asperity.asperity_sum import FORMULATIONS, options_of, plain_asperities
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
@@ -202,7 +202,7 @@ def test_results_do_not_depend_on_the_company(surface):
 def test_few_loads_are_needed(glass):
     """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
     options = options_of(glass, "jkr", "energy", "highest_peak")
-    forest = kernel.build_grid(catalogue_field(roughxr.asperities(glass), options)[0], law("energy"), 3000.0, 0)
+    forest = kernel.build_grid(plain_asperities(roughxr.asperities(glass), options)[0], law("energy"), 3000.0, 0)
     rng = np.random.default_rng(3)
     x, y = rng.uniform(0, 5000, (2, 200))
     found = kernel.pull_offs(x, y, forest, law("energy").spline, 3000.0, 0)

@@ -211,7 +211,7 @@ def test_a_place_without_contact_is_missing_and_says_why():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"directions": 0}, "directions: expected at least one"),
+        ({"directions": 0}, "directions: expected a whole number of at least 1"),
         ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
         ({"load": np.nan}, "load: expected finite"),
     ],

@@ -51,18 +51,25 @@ class SumOptions(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def options_of(ds, law, formulation, datum) -> SumOptions:
+def options_of(ds: xr.Dataset, law: str, formulation: str, datum: str) -> SumOptions:
     """Return the options of a sum over asperities; raise where they do not go together."""
-    _check(law, formulation)
+    schema.one_of(law, LAWS, "law")
+    schema.one_of(formulation, FORMULATIONS, "formulation")
+    if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
+        raise ValueError(
+            f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
+        )
     schema.one_of(datum, schema.DATUMS, "datum")
     if "indenter_height" in ds:
         raise ValueError(
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    menisci = menisci_of(ds)  # which reach further, and hold more than the solids
+    length = range_of(ds) if menisci is None else menisci.range
     return SumOptions(
         law=formulation if law == "jkr" else law,
-        adhesion_range=_range(ds, law),
+        adhesion_range=length if law in RANGED else np.nan,
         composite=formulation != "published",
         profile=PROFILES["sphere"],
         first_contact=datum == "first_contact",
@@ -70,31 +77,6 @@ def options_of(ds, law, formulation, datum) -> SumOptions:
         contact_modulus=modulus,
         work_of_adhesion=0.0 if law == "hertz" else work_of(ds),
     )
-
-
-def _range(ds: xr.Dataset, law: str) -> float:
-    """Return how far a law reaches, nm: of a humid pair as far as the liquid, which holds more than the solids."""
-    menisci = menisci_of(ds)
-    if law not in RANGED:
-        return np.nan
-    if menisci is None:
-        return range_of(ds)
-    return menisci.range
-
-
-def _check(law: str, formulation: str) -> None:
-    """Raise where law and formulation do not go together."""
-    if law in FORMULATIONS or formulation in LAWS:
-        raise ValueError(
-            f"law: expected one of {', '.join(map(repr, LAWS))}, and formulation one of "
-            f"{', '.join(map(repr, FORMULATIONS))}, found law={law!r}, formulation={formulation!r}"
-        )
-    schema.one_of(law, LAWS, "law")
-    schema.one_of(formulation, FORMULATIONS, "formulation")
-    if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
-        raise ValueError(
-            f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
-        )
 
 
 def law_of(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
@@ -126,6 +108,11 @@ class Summands:
             return self.ds
         return asperities(self.ds, **fit_of(self.formulation))
 
+    @cached_property
+    def prepared(self) -> Asperities:
+        """The asperities as plain numbers."""
+        return plain_asperities(self.catalogue, self.options)
+
 
 def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = "highest_peak") -> Summands:
     """Return what a verb that sums asperities was given; raise where it does not go together."""
@@ -134,10 +121,20 @@ def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = 
     return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), is_lazy(ds))
 
 
-def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
-    """Return the peaks of a catalogue, as the law sees them, the half-width of their patch, and the number left out."""
-    A, B = composite_curvatures(catalogue, options)
-    scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, options.kernel_law())
+class Asperities(NamedTuple):
+    """The peaks of a catalogue as plain numbers, as a law sees them."""
+
+    field: sums.Field
+    patch_radius: float  # nm
+    excluded: int  # saddles left out
+    grid: largest_pull.AsperityGrid | None  # in which the largest pull is searched, of laws with adhesion
+
+
+def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
+    """Return the peaks of a catalogue, with the sphere's curvature where the law adds it."""
+    sphere, law = 0.5 / options.radius if options.composite else 0.0, options.kernel_law()
+    A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
+    scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, law)
     x, y = catalogue["x"].values, catalogue["y"].values
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
@@ -145,14 +142,10 @@ def catalogue_field(catalogue: xr.Dataset, options: SumOptions) -> tuple:
     x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
     orientation, scales = catalogue["orientation"].values[peaks], type(scales)(*(array[peaks] for array in scales))
     field = sums.Field(x, y, depth, orientation, at_edge, _neighbours(x, y), scales)
-    return field, float(catalogue["patch_radius"]), int((~peaks).sum())
-
-
-def composite_curvatures(catalogue: xr.Dataset, options: SumOptions) -> tuple[np.ndarray, np.ndarray]:
-    """Return half the principal curvatures (nm⁻¹) of each asperity, with the sphere's where the law adds it."""
-    sphere = 0.5 / options.radius if options.composite else 0.0
-    low, high = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
-    return low, high
+    grid = None
+    if options.law != "hertz":
+        grid = largest_pull.build_grid(field, law, options.radius, options.profile)
+    return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 
 
 def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -168,16 +161,6 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         itself[~itself.any(axis=1), -1] = True  # where several points coincide, another one may come first
         out[:, :count] = nearest[~itself].reshape(x.size, count)
     return out
-
-
-def asperity_grid(catalogue: xr.Dataset, options: SumOptions) -> largest_pull.AsperityGrid:
-    """Return the asperities of a catalogue as the grid in which the largest pull is searched."""
-    return grid_of(catalogue_field(catalogue, options), options)
-
-
-def grid_of(prepared: tuple, options: SumOptions) -> largest_pull.AsperityGrid:
-    """Return the asperities of `catalogue_field` as the grid in which the largest pull is searched."""
-    return largest_pull.build_grid(prepared[0], options.kernel_law(), options.radius, options.profile)
 
 
 def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: SumOptions) -> np.ndarray:

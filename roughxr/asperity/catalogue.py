@@ -60,12 +60,9 @@ class _Setup(NamedTuple):
 def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitted") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
-    A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a plateau is one peak.
-    Its paraboloid is the least-squares fit to a square patch around it. Pixels may break a narrow oblique ridge up into
-    several peaks.
-
-    A paraboloid has the summit's curvature only if the patch is narrower than the shortest wave that makes up the
-    summit: fitted over two waves it is several times too flat, and the asperity's pull too strong.
+    A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours. Its paraboloid is the least-squares
+    fit to a square patch around it, and has the summit's curvature only if the patch is narrower than the shortest
+    wavelength: fitted over two wavelengths it is several times too flat, and the asperity's pull too strong.
 
     Parameters
     ----------
@@ -73,8 +70,8 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
         A scan. The heights of a lazy one are loaded.
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
-        pixels from 3 to 31, on pixels that splines have made finer where that is too few; a scan whose shortest wave is
-        below two pixels is fitted on 3 × 3 of its own. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
+        pixels from 3 to 31, on pixels refined by splines where that is too few; 3 × 3 pixels where the shortest
+        wavelength is below two pixels. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
         many pixels. A length such as "15 nm": the largest patch that does not exceed it.
     vertex : {"fitted", "pixel"}
         Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
@@ -89,12 +86,6 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
         flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
         coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
         ``rms_slope`` say how the fit was made.
-
-    Raises
-    ------
-    ValueError
-        If the scan is not one, has missing pixels, or the patch is even, larger than the scan, or a length of less than
-        a fifth of a pixel.
 
     Warns
     -----
@@ -157,21 +148,16 @@ def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) ->
 @cached
 def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
     """Return the peaks of heights, on finer pixels if so set up, and their paraboloids."""
-    if setup.refine > 1:
-        height = _splined(height, setup.refine)
+    from scipy.interpolate import RectBivariateSpline
+
+    if setup.refine > 1:  # bicubic splines through the pixel centres
+        order = [min(3, n - 1) for n in height.shape]
+        spline = RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
+        finer = spline(*(np.arange(setup.refine * (n - 1) + 1) / setup.refine for n in height.shape))
+        height = np.round(finer, _DECIMALS)
     height = np.ascontiguousarray(height, dtype=float)
     peaks = search(height)
     return peaks, fit_paraboloids(height, peaks.ix, peaks.iy, *setup.pixel, size=setup.patch, vertex=setup.vertex)
-
-
-def _splined(height: np.ndarray, refine: int) -> np.ndarray:
-    """Return heights on pixels ``refine`` times finer, by bicubic splines through the pixel centres."""
-    from scipy.interpolate import RectBivariateSpline
-
-    order = [min(3, n - 1) for n in height.shape]
-    spline = RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
-    finer = spline(*(np.arange(refine * (n - 1) + 1) / refine for n in height.shape))
-    return np.round(finer, _DECIMALS)
 
 
 def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:

@@ -9,8 +9,6 @@ spacing, overlap and Tabor's parameter do not predict where in `LOW` to `HIGH` a
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -27,30 +25,19 @@ RATIO, LOW, HIGH = 0.7, 0.3, 1.4
 WIDEST = 0.8
 
 
-def expectation(catalogue: xr.Dataset, law: str) -> dict[str, Any]:
-    """Return what to expect of the pull-off from these asperities, as attributes of the sum."""
-    unknown = _unknown(catalogue, law)
-    if unknown:
-        return {"expectation": f"its ratio to the simulation with adhesion is not known: {unknown}"}
-    words = "pull-off over that of the adhesive simulation on such a surface"
-    return {
-        "expectation": f"{words}: {RATIO:.2g}, {LOW:g} … {HIGH:g} for nine of ten surfaces",
-        "expected_ratio": RATIO,
-        "expected_ratio_low": LOW,
-        "expected_ratio_high": HIGH,
-    }
-
-
-def _unknown(catalogue: xr.Dataset, law: str) -> str:
-    """Return the reason why no ratio is known, empty where one is."""
+def expectation(catalogue: xr.Dataset, law: str) -> str:
+    """Return what to expect of the pull-off from these asperities over that of `adhesive`, or why it is not known."""
+    unknown = ""
     if law not in ("energy", "self_similar"):
-        return f"it was measured for the corrected formulas, not for {law!r}"
-    if "shortest_wavelength" not in catalogue.coords:
-        return "the patch was chosen without regard to the scan's shortest wave; take asperities(patch='auto')"
-    wave, pixel = float(catalogue["shortest_wavelength"]), float(catalogue["pixel"])
-    if not wave >= RESOLVED * pixel:
-        return f"the shortest wave of the scan spans {wave / pixel:.2g} pixels, too few to resolve its summits"
-    return ""
+        unknown = f"it was measured for the corrected formulas, not for {law!r}"
+    elif "shortest_wavelength" not in catalogue.coords:
+        unknown = "the patch was chosen without regard to the shortest wavelength; take asperities(patch='auto')"
+    elif not (pixels := float(catalogue["shortest_wavelength"] / catalogue["pixel"])) >= RESOLVED:
+        unknown = f"the shortest wavelength of the scan spans {pixels:.2g} pixels, too few to resolve its summits"
+    if unknown:
+        return f"its ratio to the simulation with adhesion is not known: {unknown}"
+    words = "pull-off over that of the adhesive simulation on such a surface"
+    return f"{words}: {RATIO:.2g}, {LOW:g} … {HIGH:g} for nine of ten surfaces"
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
@@ -60,18 +47,11 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
     smooth = factor * np.pi * work * radius
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
+        width, wave = 2 * float(catalogue["patch_radius"]), float(catalogue.coords.get("shortest_wavelength", np.nan))
+        cause = "contacts overlap, and each is counted in full; take `adhesive`"
+        if not width <= WIDEST * wave:
+            cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "
-            f"{factor:g} πwR = {smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): "
-            f"{_excess(catalogue)}"
+            f"{factor:g} πwR = {smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): {cause}"
         )
-
-
-def _excess(catalogue: xr.Dataset) -> str:
-    width = 2 * float(catalogue["patch_radius"])
-    wave = float(catalogue.coords.get("shortest_wavelength", np.nan))
-    if width > WIDEST * wave:
-        return f"a patch of {width:.3g} nm is too wide for waves of {wave:.3g} nm; take asperities(patch='auto')"
-    if np.isnan(wave):
-        return f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
-    return "contacts overlap, and each is counted in full; take `adhesive`"

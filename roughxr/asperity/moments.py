@@ -14,8 +14,8 @@ from ..kernels.asperity import rotation
 from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
-from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude
-from .asperity_sum import DEFAULT, Summands, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
+from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
+from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, largest_pulls, law_of, summands_of
 
 _MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
@@ -57,9 +57,8 @@ def rolling(
 
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
     foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a solution by
-    `adhesive` or `rigid` with fields: the largest moment about the front of the foremost cell in contact, over the
-    states of the retraction, each an equilibrium between the pull on the sphere and a push at that edge: the contact
-    resists at least this. Of `rigid` cells up to 1.25 of its law's length apart are in contact.
+    `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states of the
+    retraction, which the contact resists at least. Cells of `rigid` within 1.25 of its law's length are in contact.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def rolling(
         Force on the sphere's axis as it begins to roll, nN, positive pushes; for example its weight. It must be
         positive where nothing adheres.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`; not for a solution, which has its own.
+        As in `direct`; not for a solution, which has its own.
 
     Returns
     -------
@@ -91,8 +90,7 @@ def rolling(
     Raises
     ------
     ValueError
-        If no pair is assigned, the pair of a scan is humid, the load is not positive where nothing adheres, directions
-        are empty or not finite, or a solution holds no pressures or no retraction.
+        If a scan's pair is humid, nothing adheres and no load pushes, or a solution has no pressures on retraction.
 
     Notes
     -----
@@ -107,14 +105,14 @@ def rolling(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> held = rolling(scan, directions=8, subregions=(2, 2))
     >>> held.resisting_moment.dims, held.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """
     ds = schema.entered(ds)
-    angles = _angles(directions)
+    count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
+    angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
         if subregions is not None:
@@ -135,15 +133,6 @@ def rolling(
     return _finished(out.assign_attrs(named), summands.ds, "superpose", arguments)
 
 
-def _angles(directions: Any) -> np.ndarray:
-    """Return directions in rad; raise where there are none."""
-    if is_whole(directions):
-        if directions < 1:
-            raise ValueError(f"directions: expected at least one, found {directions}")
-        return 2 * np.pi * np.arange(directions) / directions
-    return schema.ascending(directions, "rad", "directions")
-
-
 def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
     """Return the result with its labels and its history."""
     out.attrs |= {"method": method, "load": arguments["load"], "missing": _MISSING[method]}
@@ -154,26 +143,20 @@ def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str,
 
 def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
-    positions, prepared = regions.centres(summands.ds, subregions), _prepared(summands.catalogue, summands.options)
+    positions = regions.centres(summands.ds, subregions)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     solve = partial(spread.task_results, name="rolling", lazy=summands.lazy)
-    records = solve(_roll, centres, layout.dtype, prepared, summands.options, layout, load)
+    records = solve(_roll, centres, layout.dtype, summands.prepared, summands.options, layout, load)
     out = labelled(records, layout, summands.ds, positions)
     return spread.finish(out.assign_attrs(datum="highest_peak"))
 
 
-def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:
-    """Return the asperities, and, where they adhere, the asperity grid for the search of the largest pull."""
-    field = catalogue_field(ds, options)
-    return field[0], grid_of(field, options) if options.work_of_adhesion > 0 else None
-
-
-def _roll(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout, load: float) -> np.ndarray:
+def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout, load: float) -> np.ndarray:
     """Roll the sphere off one place."""
-    (field, grid), record = prepared, layout.blank()
-    if grid is not None:
-        pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
+    field, record = prepared.field, layout.blank()
+    if prepared.grid is not None:
+        pull = largest_pulls(np.array([x]), np.array([y]), prepared.grid, options)[0]
         record["pull_off_force"], record["pull_off_delta"] = pull["pull_off_force"], pull["pull_off_delta"]
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     spline = options.kernel_law().spline
@@ -225,13 +208,7 @@ def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
 
 
 def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first direction (last axis) of the least moment but for rounding, and whether others tie with it.
-
-    Examples
-    --------
-    >>> least(np.array([2.0, 1.0 + 1e-12, 3.0, 1.0]))
-    (np.int64(1), np.True_)
-    """
+    """Return the first direction (last axis) of the least moment but for rounding, and whether others tie with it."""
     equal = moment <= moment.min(axis=-1, keepdims=True) + _EQUAL_MOMENTS * np.abs(moment).max(axis=-1, keepdims=True)
     return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
@@ -253,6 +230,8 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
 
 def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     """Return the record of one place of a solution: its states along ``delta``."""
+    from scipy.ndimage import binary_dilation, label
+
     record, angles = layout.blank(), layout.axes["direction"]
     for name in ("pull_off_force", "pull_off_delta"):
         record[name] = ds[name]
@@ -269,7 +248,9 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
     rest = _state_at_rest(area, ds["force"].values, load)
     record["contact_area"] = np.nan if rest is None else area[rest]
-    record["contacts"] = 0 if rest is None else _supports(touching[rest], cells)
+    if rest is not None:  # patches less than two pixels apart are one contact
+        square = np.ones((3, 3))
+        record["contacts"] = label(binary_dilation(touching[rest], square, iterations=max(cells, 1)), square)[1]
     record["converged"] = bool(np.all(converged(ds)))
     known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
     return _put(record, layout, largest if known else np.full_like(largest, np.nan))
@@ -282,14 +263,6 @@ def _touching(ds: xr.Dataset) -> np.ndarray:
         return (states["gap"].values <= _CLOSED_GAP) | (states["pressure"].values > 0)
     length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
     return states["gap"].values <= _RIGID_GAP * length
-
-
-def _supports(touching: np.ndarray, refine: int) -> int:
-    """Return the number of contacts; patches less than two pixels (of ``refine`` cells each) apart are one."""
-    from scipy.ndimage import binary_dilation, label
-
-    square = np.ones((3, 3))
-    return int(label(binary_dilation(touching, square, iterations=max(refine, 1)), square)[1])
 
 
 def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | None:

@@ -30,11 +30,6 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Q
         (nm) give its difference from the scan. It matches the peaks, not the surface between them: expect a
         residual as large as the roughness.
 
-    Raises
-    ------
-    ValueError
-        If no asperity is a peak.
-
     References
     ----------
     Cheng, Dunn & Brach, "Rough surface reconstruction". The residual printed there, 0.0034 nm, lacks a

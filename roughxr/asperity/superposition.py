@@ -14,7 +14,7 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from .asperity_sum import ADHESIVE, DEFAULT, SumOptions, catalogue_field, grid_of, largest_pulls, law_of, summands_of
+from .asperity_sum import ADHESIVE, DEFAULT, Asperities, Summands, SumOptions, largest_pulls, law_of, summands_of
 from .expectation import expectation, warn_above_smooth
 
 _STATES = {
@@ -53,46 +53,33 @@ def superpose(
     delta : array_like, optional
         Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
         pressed as deep as the median place lies below the highest peak.
-    subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
+    subregions, datum
+        As in `direct`; "first_contact" is the first touch of a vertex.
     law : {"jkr", "maugis", "hertz"}, optional
-        Adhesion of zero range, of finite range, or none; by default "jkr", for a humid pair "maugis" with the liquid's
-        range. For a humid pair both take the work of adhesion of liquid and solids. "maugis" is Maugis's law between
-        JKR and DMT, of a sphere, tabulated for 0.02 < λ < 50 and read for each asperity at its own λ = 1.157 μ (see
-        `tabor`); an ellipse keeps Hertz's shape.
+        Adhesion of zero range, of finite range (Maugis's law between JKR and DMT, for 0.02 < λ = 1.157 μ < 50, see
+        `tabor`), or none; by default "jkr", for a humid pair "maugis" with the range, and the work of adhesion, of
+        liquid and solids.
     formulation : {"energy", "self_similar", "published"}
         For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
         "self_similar": Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ²
         where the derivation gives λ, and with the asperity's curvature alone. The others add the sphere's own curvature
         to the asperity's. law="hertz" with "published" is the paper's sum without adhesion.
-    datum : {"highest_peak", "first_contact"}
-        Where delta = 0: the sphere's lowest point level with the highest point of the whole scan, or this
-        subregion's first touch of a vertex.
 
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the number of ``contacts``,
-        of those beyond the patch of their paraboloid, and of those that overlap
-        one of eight nearest neighbours, so that superposition no longer holds; ``truncated`` where an asperity at the
-        scan's edge is in contact; ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact
-        ``pull_off_force`` (nN, NaN where nothing pulls) and ``pull_off_delta`` (nm) along subregion, as `pull_off_map`.
-        Lazy where the scan is a dask array.
-
-        Attributes say what to expect of the pull-off in comparison with `adhesive`:
-        ``expectation`` in words and, where known, ``expected_ratio`` with ``expected_ratio_low`` and ``…_high``.
-
-    Raises
-    ------
-    ValueError
-        If no pair is assigned, no work of adhesion for a law with adhesion, the indenter is no sphere, the
-        displacements are empty, not finite or not ascending, or law="maugis" is given a formulation.
+        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the numbers of ``contacts``,
+        of those beyond the patch of their paraboloid, and of those that overlap one of eight nearest neighbours, so
+        that superposition no longer holds; ``truncated`` where an asperity at the scan's edge is in contact;
+        ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact ``pull_off_force`` and
+        ``pull_off_delta`` of `pull_off_map`, and as attributes the ``expectation`` of the pull-off over that of
+        `adhesive`. Lazy where the scan is a dask array.
 
     Warns
     -----
     UserWarning
         If a pull-off exceeds that of the same sphere on a smooth flat, with the probable cause (input in memory only);
-        if a hardness is assigned: asperities stay elastic. `direct` and `adhesive` let bodies yield.
+        if a hardness is assigned: asperities stay elastic.
 
     Notes
     -----
@@ -107,10 +94,9 @@ def superpose(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> sweep = superpose(scan, delta=np.arange(-5, 15, 0.5), subregions=(2, 2))
-    >>> bool((sweep.force.min("delta") < 0).all())
+    >>> bool((sweep.pull_off_force > 0).all())
     True
     """
     summands = summands_of(ds, law, formulation, datum)
@@ -121,19 +107,18 @@ def superpose(
             "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
             "which let the bodies yield, or drop the hardness"
         )
-    prepared = _prepared(summands.catalogue, options)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
-    deltas = _default_sweep(prepared[0], centres, options) if delta is None else schema.ascending(delta, "nm", "delta")
+    deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
     layout = Layout({"delta": deltas}, _STATES, events)
     solve = partial(spread.task_results, name="superpose", lazy=lazy)
-    records = solve(_superpose, centres, layout.dtype, prepared, options, layout)
+    records = solve(_superpose, centres, layout.dtype, summands.prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
     out.attrs = {"datum": datum, "method": "superpose", **named}
     if law in ADHESIVE:
-        out.attrs |= expectation(summands.catalogue, options.law)
+        out.attrs["expectation"] = expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named, "datum": datum}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
@@ -142,15 +127,9 @@ def superpose(
     return out
 
 
-def _prepared(ds: xr.Dataset, options: SumOptions) -> tuple:
-    """Return the asperities, and the grid for the largest pull where they adhere."""
-    field = catalogue_field(ds, options)
-    return field, grid_of(field, options) if options.work_of_adhesion > 0 else None
-
-
-def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options: SumOptions) -> np.ndarray:
+def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np.ndarray:
     """Return displacements from before any place pulls to well beyond where all places are touched."""
-    field = prepared[0]
+    field, options = summands.prepared.field, summands.options
     if field.x.size == 0:
         return np.linspace(-1, 1, _STEPS)
     touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
@@ -160,9 +139,9 @@ def _default_sweep(prepared: tuple, centres: list[tuple[float, float]], options:
     return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
 
 
-def _superpose(x: float, y: float, prepared: tuple, options: SumOptions, layout: Layout) -> np.ndarray:
+def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:
     """Sum the asperities of one subregion at all displacements."""
-    (field, patch_radius, excluded), grid = prepared
+    field, patch_radius, excluded, grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     zero = offset.min() if options.first_contact and offset.size else 0.0
     summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
