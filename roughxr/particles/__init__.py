@@ -14,8 +14,8 @@ A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, 
 from .adhesion_parameters import parameters
 from .dem import to_dem
 from .force_balance import critical_load, with_pull_off
-from .kinetics import LogNormal, biasi_adhesion, resuspension_rate, rock_n_roll
-from .loads import LOADS, Body, Flow, Load, Push, drag, friction_reynolds, lift, torque, weight
+from .kinetics import LogNormal, biasi_adhesion, rock_n_roll
+from .loads import LOADS, Body, Flow, Load, Push
 from .remaining_fraction import resuspension
 from .resting_places import resting
 
@@ -28,16 +28,10 @@ __all__ = [
     "Push",
     "biasi_adhesion",
     "critical_load",
-    "drag",
-    "friction_reynolds",
-    "lift",
     "parameters",
     "resting",
     "resuspension",
-    "resuspension_rate",
     "rock_n_roll",
     "to_dem",
-    "torque",
-    "weight",
     "with_pull_off",
 ]

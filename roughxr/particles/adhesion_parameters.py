@@ -36,19 +36,14 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Returns
     -------
     Dataset
-        Scalars; `to_table` lists them, and writes them as CSV. Of the log-normal law: ``adhesion_mean`` and
-        ``adhesion_spread`` (geometric, of the pull-off over the smooth sphere's) and ``adhesion_law_distance``
-        (Kolmogorov's, from the places). ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off
-        force, with ``_low`` and ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS'
-        γ. From `rolling`, over all places and directions: ``moment_mean`` (nN nm) and ``moment_spread`` (geometric),
-        ``lever_median`` over the radius, with ``_low`` and ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll.
-        From asperities ``asperity_density`` (denasp), ``asperity_radius`` (rayasp), ``asperity_coverage``, and
-        ``large_asperity_spacing`` (espasg), ``large_asperity_radius`` (rayasg), in nm, where code_saturne expects m.
-
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no pull-off with an adhesive pair, or fewer than three places pull.
+        Scalars, which `to_table` lists. Of the log-normal law ``adhesion_mean`` and ``adhesion_spread`` (geometric, of
+        the pull-off over the smooth sphere's) and ``adhesion_law_distance`` (Kolmogorov's, from the places).
+        ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off force, with ``_low`` and
+        ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`
+        ``moment_mean`` (nN nm) and ``moment_spread`` (geometric), ``lever_median`` over the radius, with ``_low`` and
+        ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll. From asperities ``asperity_density`` (denasp),
+        ``asperity_radius`` (rayasp), ``asperity_coverage``, ``large_asperity_spacing`` (espasg) and
+        ``large_asperity_radius`` (rayasg), in nm, where code_saturne expects m.
 
     Notes
     -----
@@ -63,8 +58,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> found = parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
     (True, 'J/m^2')
@@ -72,9 +66,19 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     ds = schema.entered(ds)
     refuse_varied(ds)
     ds = reduction(ds)
-    rows = _of_pull_offs(ds)
+    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
+    rows = {
+        "adhesion_mean": float(law["scale"]),
+        "adhesion_spread": float(np.exp(law["shape"])),
+        "adhesion_law_distance": float(law["ks_distance"]),
+        **_quantiles("work_of_adhesion", ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])),
+    }
+    rows["surface_energy_median"] = 0.5 * rows["work_of_adhesion_median"]
     if "lever" in ds:
-        rows |= _of_moments(ds)
+        moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
+        rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
+        rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
+        rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     if catalogue is not None:
         density, radius = _of_asperities(catalogue)
         rows |= {"asperity_density": density, "asperity_radius": radius}
@@ -100,25 +104,6 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
     }
     out = reduced.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
     return schema.record(schema.label(out), "by_place", ds)
-
-
-def _of_pull_offs(ds: xr.Dataset) -> dict[str, float]:
-    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
-    work = ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])
-    rows = {
-        "adhesion_mean": float(law["scale"]),
-        "adhesion_spread": float(np.exp(law["shape"])),
-        "adhesion_law_distance": float(law["ks_distance"]),
-        **_quantiles("work_of_adhesion", work),
-    }
-    return rows | {"surface_energy_median": 0.5 * rows["work_of_adhesion_median"]}
-
-
-def _of_moments(ds: xr.Dataset) -> dict[str, float]:
-    moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
-    lever = _quantiles("lever", ds["lever"] / ds["sphere_radius"])
-    spread = {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
-    return spread | lever | {"rolling_friction_median": 0.5 * lever["lever_median"]}
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:

@@ -46,11 +46,6 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
         Lines with comments and SI units, one particle type for each class, at the sphere's radius. They hold the
         adhesion between sphere and wall; its dynamics (damping, friction, time step) are for you to add.
 
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no pull-off with an adhesive pair, or an option is not as described.
-
     Notes
     -----
     LAMMPS was run with these lines: pulling a particle off the wall takes the pull-off force given here, within 1e-5
@@ -59,8 +54,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> text = to_dem(roughxr.rolling(scan, directions=8, subregions=(3, 3)), code="lammps", classes=2)
     >>> [line.split()[:4] for line in text.splitlines() if line.startswith("fix wall1")]
     [['fix', 'wall1', 'class1', 'wall/gran']]
@@ -119,17 +113,13 @@ def _distribution(ds: xr.Dataset) -> str:
     force = steps["pull_off_force"].values
     table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
     if "lever" in ds:
-        table["lever_over_radius"] = _levers(ds, force) / float(ds["sphere_radius"])
+        pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values  # in the weakest direction
+        known = np.isfinite(pull)
+        lever = pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
+        table["lever_over_radius"] = lever / float(ds["sphere_radius"])
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),
         f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
-
-
-def _levers(ds: xr.Dataset, force: np.ndarray) -> np.ndarray:
-    """Return the lever (nm) of the weakest direction at the places of these pull-off forces, ascending."""
-    pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values
-    known = np.isfinite(pull)
-    return pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()

@@ -24,7 +24,7 @@ from ..asperity.moments import least
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, magnitude, positive
-from .loads import FLOWS, LIFTS, LOADS, Body, Flow, Load, Push
+from .loads import LOADS, Body, Flow, Load, Push, in_numbers
 
 MODES = ("roll", "slide", "lift")
 
@@ -59,7 +59,7 @@ def critical_load(
     friction_coefficient: Quantity | None = None,
     shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
-    """Return the smallest strength of a load at which each place gives way, and how: rolling, sliding or lifting.
+    """Return the smallest strength of a load at which the sphere detaches at each place, and how.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def critical_load(
         kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
     flow : {"air", "water"} or Flow
         The fluid, at 20 °C, or ``particles.Flow(density, viscosity, lift, gravity)``: kg/m³, m²/s (kinematic), a
-        formula of `particles.lift` ("by_range" by default), m/s².
+        formula of lift ("by_range" by default), m/s².
     friction_coefficient : number, optional
         Slides at a force of μ times the sum of pull-off force and weight less lift.
     shear_strength : number or quantity, optional
@@ -85,22 +85,14 @@ def critical_load(
     -------
     Dataset
         Along subregion, and whatever `vary` varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration``
-        (m/s²) or ``critical_angle`` (rad), 0 where a place rolls by itself and NaN where no strength suffices or
+        (m/s²) or ``critical_angle`` (rad), 0 where the sphere rolls by itself and NaN where no strength suffices or
         nothing is in contact; ``mode``, which comes first: roll, slide, lift, "none" or "no contact"; ``in_range``,
-        whether all formulas of the load are valid there. In wall shear those of drag and torque are valid for r⁺ up to
-        1. Hall measured lift above 1.8, so that with lift="hall" it is False everywhere: no r⁺ satisfies both.
-
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no result of `rolling`, a name is unknown, a number is not positive, both options of sliding are
-        given, or the load needs a density that is missing.
+        whether all formulas of the load are valid there: in wall shear up to r⁺ = 1, with lift="hall" nowhere.
 
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
     >>> found = critical_load(held, "wall_shear", particle_density=2500)
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
@@ -111,7 +103,7 @@ def critical_load(
         given = {"direction": direction, "particle_density": particle_density, "flow": flow}
         given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
         return for_each(name, ds, critical_load, load=load, **given)
-    kind = load_of(load)
+    kind = load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
     body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
@@ -132,8 +124,7 @@ def critical_load(
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method, at unchanged levers.
 
-    The part of the moment that is due to adhesion is scaled by the ratio of the pull-off forces at each place; the part
-    due to the load, and all distances, are unchanged.
+    The part of the moment that is due to adhesion is scaled by the ratio of the pull-off forces at each place.
 
     Parameters
     ----------
@@ -147,16 +138,10 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     Dataset
         In the form of `rolling`; the attribute ``levers`` says where the levers come from.
 
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no result of `rolling`, or places or forces of the other do not match.
-
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
     >>> half = with_pull_off(held, held.assign(pull_off_force=0.5 * held.pull_off_force))
     >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
@@ -165,7 +150,14 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     ds, pull_off = schema.entered(ds), schema.entered(pull_off)
     expect_moments(ds)
     force = pull_off.get("pull_off_force")
-    if force is None or force.dims != ("subregion",) or not _same_places(ds, pull_off):
+    names = [name for name in ("subregion_x", "subregion_y") if name in ds.coords]
+    alike = ds.sizes["subregion"] == pull_off.sizes.get("subregion")
+    if (
+        force is None
+        or force.dims != ("subregion",)
+        or not alike
+        or any(not np.allclose(ds[name], pull_off[name]) for name in names)
+    ):
         raise ValueError("pull_off: expected pull_off_force along subregion at the same places, found others")
     load = float(ds.attrs.get("load", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
@@ -175,13 +167,6 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.record(schema.label(out), "with_pull_off", ds)
-
-
-def _same_places(first: xr.Dataset, other: xr.Dataset) -> bool:
-    """Return whether two results have the same contact centres in the same order."""
-    if first.sizes["subregion"] != other.sizes.get("subregion"):
-        return False
-    return all(np.allclose(first[name], other[name]) for name in ("subregion_x", "subregion_y") if name in first.coords)
 
 
 def scope_of(ds: xr.Dataset) -> str:
@@ -216,25 +201,13 @@ def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> x
 def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
-    flow = Flow(
-        density=positive(flow.density, "kg/m^3", "flow.density"),
-        viscosity=positive(flow.viscosity, "m^2/s", "flow.viscosity"),
-        lift=schema.one_of(flow.lift, LIFTS, "flow.lift"),
-        gravity=float(magnitude(flow.gravity, "m/s^2", "flow.gravity")),
-    )
-    return Body(radius, _possible(density, "kg/m^3", "particle_density") or np.nan, flow)
+    return Body(radius, _possible(density, "kg/m^3", "particle_density") or np.nan, in_numbers(flow))
 
 
 def recorded(body: Body) -> dict[str, Any]:
     """Return the fluid around a particle as it is kept in the history."""
     density, viscosity, lift, gravity = body.flow
     return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
-
-
-def load_of(load: str | Load) -> Load:
-    """Return a load, also of its name."""
-    return load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
 
 
 def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
@@ -244,11 +217,16 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
     names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
     moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
+    angles = ds["direction"].values
+    if isinstance(direction, str) and direction == "weakest":
+        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing nothing is told of the place
+    else:
+        towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
     tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used
     return Held(
         moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
         hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
-        share=_shares(ds["direction"].values, moment, direction),
+        share=np.cos(angles[None, :] - towards[:, None]),
         pull_off=np.nan_to_num(ds["pull_off_force"].values),
         area=ds["contact_area"].values,
         load=float(ds.attrs.get("load", 0.0)),
@@ -281,15 +259,6 @@ def _possible(given: Any, units: str, name: str) -> float | None:
         stated = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
         raise ValueError(f"{name}: expected a physical value ({known}), found {stated}")
     return value
-
-
-def _shares(angles: np.ndarray, moment: np.ndarray, direction: Any) -> np.ndarray:
-    """Return e·n at each place, for the direction of the load or that of the smallest moment there."""
-    if isinstance(direction, str) and direction == "weakest":
-        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing nothing is told of the place
-    else:
-        towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
-    return np.cos(angles[None, :] - towards[:, None])
 
 
 def drive_ratios(push: Push, body: Body, limit: Held) -> np.ndarray:

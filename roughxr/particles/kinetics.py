@@ -17,7 +17,10 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
-from .loads import FLOWS, Flow, friction_reynolds, lift
+from .loads import FLOWS, Flow, in_numbers, lift
+
+#: With turbulent fluctuations, or leaving at once where the mean force exceeds the adhesion.
+MODELS = ("rock_n_roll", "static")
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
@@ -55,11 +58,6 @@ def biasi_adhesion(radius: Quantity) -> LogNormal:
     LogNormal
         Geometric mean 0.016 − 0.0023 r^0.545 and spread 1.8 + 0.136 r^1.4, r in µm.
 
-    Raises
-    ------
-    ValueError
-        If the fit's mean is not positive there, from r = 35 µm on.
-
     References
     ----------
     Biasi et al., J. Aerosol Sci. 32 (2001) 1175.
@@ -76,47 +74,6 @@ def biasi_adhesion(radius: Quantity) -> LogNormal:
     return LogNormal(0.016 - 0.0023 * r**0.545, 1.8 + 0.136 * r**1.4)
 
 
-def resuspension_rate(
-    ratio: Quantities,
-    friction_velocity: Quantities,
-    *,
-    flow: Flow = FLOWS["air"],
-) -> Any:
-    """Return the rate (1/s) at which a particle leaves, from the ratio of mean removal force to adhesion.
-
-    Parameters
-    ----------
-    ratio : array_like
-        F/f_a, at least 0; inf where nothing resists.
-    friction_velocity : number, array or quantity
-        m/s, broadcast against ``ratio``.
-    flow : Flow
-        The fluid; by default air.
-
-    Returns
-    -------
-    float or array
-
-    References
-    ----------
-    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
-
-    Examples
-    --------
-    >>> fastest = 0.0413 / (2 * np.pi * 1.539e-5)
-    >>> resuspension_rate([0.0, 10.0], 1.0).tolist() == [0.0, fastest]
-    True
-    """
-    from scipy.special import log_ndtr
-
-    speed = np.asarray(magnitude(friction_velocity, "m/s", "friction_velocity"))
-    with np.errstate(divide="ignore"):
-        x = (1 / np.asarray(ratio, float) - 1) / FLUCTUATION
-    x = np.minimum(x, 1e6)
-    most = FREQUENCY * speed**2 / (2 * np.pi * positive(flow.viscosity, "m^2/s", "flow.viscosity"))
-    return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
-
-
 def rock_n_roll(
     friction_velocity: Quantities,
     *,
@@ -125,7 +82,7 @@ def rock_n_roll(
     weights: ArrayLike | None = None,
     time: Quantities = 1.0,
     model: str = "rock_n_roll",
-    flow: Flow = FLOWS["air"],
+    flow: str | Flow = "air",
 ) -> np.ndarray:
     """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
 
@@ -143,20 +100,13 @@ def rock_n_roll(
         Weight of each sample.
     time : number, array or quantity
         s.
-    model : {"rock_n_roll", "static"}
-        With turbulent fluctuations; or "static": particles leave at once if the mean force exceeds their adhesion.
-    flow : Flow
-        The fluid; by default air.
+    model, flow
+        As in `resuspension`.
 
     Returns
     -------
     array
         (friction_velocity, time)
-
-    Raises
-    ------
-    ValueError
-        If a speed is negative, or no adhesion is given.
 
     References
     ----------
@@ -170,23 +120,38 @@ def rock_n_roll(
     >>> round(float(left[0, 0]), 5)
     0.34026
     """
-    schema.one_of(model, ("rock_n_roll", "static"), "model")
-    speed = np.atleast_1d(magnitude(friction_velocity, "m/s", "friction_velocity"))
+    schema.one_of(model, MODELS, "model")
+    speed, seconds = not_negative(friction_velocity, "m/s", "friction_velocity"), not_negative(time, "s", "time")
     r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
-    if forces.size == 0 or not np.isfinite(forces).all():
-        raise ValueError(f"adhesion: expected finite forces in nN, found {adhesion!r}")
-    friction_reynolds(speed, r, flow=flow)  # raises for negative speeds
-    pressure = positive(flow.density, "kg/m^3", "flow.density") * speed**2 * factor("Pa", "GPa")
-    force = 0.5 * lift(speed, r, flow=flow._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
-    ratio = force[:, None] / forces
-    seconds = np.atleast_1d(magnitude(time, "s", "time"))
+    if forces.size == 0:
+        raise ValueError("adhesion: expected forces in nN, found none")
+    fluid = in_numbers(flow)
+    pressure = fluid.density * speed**2 * factor("Pa", "GPa")
+    force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
     shares = None if weights is None else np.asarray(weights)
-    return np.average(survival(ratio, speed, seconds, model, flow), axis=1, weights=shares)
+    return np.average(survival(force[:, None] / forces, speed, seconds, model, fluid), axis=1, weights=shares)
+
+
+def not_negative(values: Any, units: str, name: str) -> np.ndarray:
+    """Return ascending values that are not negative."""
+    array = schema.ascending(values, units, name)
+    if array[0] < 0:
+        raise ValueError(f"{name}: expected values that are not negative, found {array[0]:g} {units}")
+    return array
 
 
 def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, flow: Flow) -> np.ndarray:
     """Return the probability (speed, sample, time) that each sample remains, from its ratio F/f_a (speed, sample)."""
     if model == "static":
         return np.repeat((ratio < 1).astype(float)[..., None], seconds.size, axis=2)
-    rate = resuspension_rate(ratio, speed[:, None], flow=flow)
-    return np.exp(-rate[..., None] * seconds)
+    return np.exp(-resuspension_rate(ratio, speed[:, None], flow)[..., None] * seconds)
+
+
+def resuspension_rate(ratio: Any, speed: Any, flow: Flow = FLOWS["air"]) -> Any:
+    """Return the rate p (1/s) from the ratio F/f_a, inf where nothing resists, and the friction velocity (m/s)."""
+    from scipy.special import log_ndtr
+
+    with np.errstate(divide="ignore"):
+        x = np.minimum((1 / np.asarray(ratio, float) - 1) / FLUCTUATION, 1e6)
+    most = FREQUENCY * speed**2 / (2 * np.pi * flow.viscosity)
+    return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
@@ -11,21 +9,9 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from .force_balance import (
-    Body,
-    Held,
-    body_of,
-    drive_ratios,
-    for_each,
-    held_of,
-    recorded,
-    scope_of,
-    varied_dimension,
-)
-from .kinetics import survival
+from .force_balance import body_of, drive_ratios, for_each, held_of, recorded, scope_of, varied_dimension
+from .kinetics import MODELS, not_negative, survival
 from .loads import LOADS, Flow
-
-MODELS = ("rock_n_roll", "static")
 
 #: Confidence level of the band over places, and the resamples that make it.
 _CONFIDENCE, _RESAMPLES = 0.95, 399
@@ -57,24 +43,18 @@ def resuspension(
     time : array_like or quantity
         s, ascending.
     model : {"rock_n_roll", "static"}
-        "rock_n_roll": the quasi-static model of Reeks & Hall, in which the force has normal fluctuations with an rms of
-        0.366 of its mean; "static": a particle leaves at once where the mean force exceeds the resistance.
+        The quasi-static model of Reeks & Hall, with normal fluctuations of the force; or "static": a particle leaves at
+        once where the mean force exceeds the resistance.
     direction, particle_density, flow, friction_coefficient, shear_strength
-        As for `critical_load`.
+        As in `critical_load`.
 
     Returns
     -------
     Dataset
-        ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with ``remaining_low`` and
-        ``remaining_high``, the 95 % band of a block bootstrap over places, if there are at least two;
-        ``remaining_here`` along (subregion, friction_velocity, time), the probability at each place; ``in_range`` along
-        friction_velocity, whether drag, torque and lift are valid, see `critical_load`. Places without contact are NaN
-        and left out of the mean; the attribute ``places`` is the number of the others.
-
-    Raises
-    ------
-    ValueError
-        As for `critical_load`; or if speeds or times are negative or not ascending, or no place is in contact.
+        ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with its 95 % band over places,
+        ``remaining_low`` and ``remaining_high``; ``remaining_here`` along (subregion, friction_velocity, time), the
+        probability at each place, NaN without contact; ``in_range`` along friction_velocity, as in `critical_load`. The
+        attribute ``places`` is the number of places in contact.
 
     References
     ----------
@@ -83,10 +63,9 @@ def resuspension(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> left = resuspension(held, friction_velocity=[0.1, 100.0])
+    >>> left = resuspension(held, friction_velocity=[0.001, 100.0])
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """
@@ -96,14 +75,20 @@ def resuspension(
         given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
         given |= {"flow": flow, "friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
         return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given)
-    speed = _not_negative(friction_velocity, "m/s", "friction_velocity")
-    seconds = _not_negative(time, "s", "time")
+    speed = not_negative(friction_velocity, "m/s", "friction_velocity")
+    seconds = not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
     limit = held_of(ds, direction, friction_coefficient, shear_strength)
     if not limit.known.any():
         raise ValueError(f"expected at least one place in contact, found none of {limit.known.size}")
-    out = _labelled(_remaining_at(speed, seconds, body, limit, model), ds, speed, seconds)
-    out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
+    push = LOADS["wall_shear"].push
+    ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
+    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow).transpose(1, 0, 2)
+    left = np.where(limit.known[:, None, None], left, np.nan)
+    place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
+    out = xr.Dataset({"remaining_here": (("subregion", "friction_velocity", "time"), left)}, place)
+    out = out.assign_coords(friction_velocity=speed, time=seconds)
+    out["in_range"] = ("friction_velocity", push(speed, body).in_range)
     out = _with_band(out, int(limit.known.sum()))
     out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact", "comment": scope_of(ds)}
@@ -111,28 +96,6 @@ def resuspension(
     given |= {"particle_density": particle_density, **recorded(body)}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "resuspension", ds, **given)
-
-
-def _not_negative(values: Any, units: str, name: str) -> np.ndarray:
-    """Return ascending values that are not negative."""
-    array = schema.ascending(values, units, name)
-    if array[0] < 0:
-        raise ValueError(f"{name}: expected values that are not negative, found {array[0]:g} {units}")
-    return array
-
-
-def _remaining_at(speed: np.ndarray, seconds: np.ndarray, body: Body, limit: Held, model: str) -> np.ndarray:
-    """Return the probability (place, speed, time) that the particle at each place remains."""
-    push = LOADS["wall_shear"].push
-    ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
-    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow)
-    return np.where(limit.known[:, None, None], left.transpose(1, 0, 2), np.nan)
-
-
-def _labelled(shares: np.ndarray, ds: xr.Dataset, speed: np.ndarray, seconds: np.ndarray) -> xr.Dataset:
-    place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
-    dims = ("subregion", "friction_velocity", "time")
-    return xr.Dataset({"remaining_here": (dims, shares)}, coords={**place, "friction_velocity": speed, "time": seconds})
 
 
 def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:

@@ -15,7 +15,7 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places
 
-#: Motion of the sphere, in pixels, within which a summit counts as carrying it.
+#: Motion of the sphere, in pixels, within which a summit counts as a support.
 _CARRYING_MOTION = 0.05
 
 #: Distance (pixels) within which resting positions are one.
@@ -59,7 +59,6 @@ def resting(
     landings : (int, int), optional
         Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
         spheres land everywhere, and shares are those of the area.
-
     on : Dataset, optional
         A catalogue of the scan's asperities. Each resting position is then moved to the nearest one on their vertices,
         on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
@@ -69,16 +68,11 @@ def resting(
     Dataset
         Along ``subregion``, to be given to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
         (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm),
-        ``carriers``, the summits that it stands on (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm);
-        ``barrier``, the height of the lowest pass over the rest (nm), ``pass_x``, ``pass_y`` (nm), ``pass_to``, the
-        rest beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its carriers reaches the
-        scan's edge. The attribute ``share_off_scan`` is the share of the area from which a sphere rolls off the scan.
-        Empty, with a warning, where there is no rest at all.
-
-    Raises
-    ------
-    ValueError
-        If no sphere is assigned, or pixels are missing.
+        ``carriers``, the number of supporting summits (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm);
+        ``barrier``, the height of the lowest pass over the resting position (nm), ``pass_x``, ``pass_y`` (nm),
+        ``pass_to``, the position beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its
+        supports reaches the scan's edge. The attribute ``share_off_scan`` is the share of the area from which a sphere
+        rolls off the scan. Empty, with a warning, where there is no resting position.
 
     Notes
     -----
@@ -88,8 +82,7 @@ def resting(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> places = resting(scan)
     >>> bool((places.carriers >= 3).mean() > 0.9), round(float(places.landing_share.sum()), 6)
     (True, 1.0)
@@ -102,7 +95,9 @@ def resting(
     settled = _settled(z, ground)
     out = _at_the_bottom(scan, ground, settled)
     if landings is not None:
-        out = _reached(out, _basins_of(scan, ground, settled, landings))
+        rest, count = np.unique(_basins_of(scan, ground, settled, landings).astype(int) - 1, return_counts=True)
+        share = "subregion", count / max(count.sum(), 1)
+        out = out.isel(subregion=rest).assign_coords(landing_share=share)  # numbers stay those of all rests
     if on is not None:
         out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     out = out.assign_coords(schema.travelling(scan))
@@ -123,8 +118,7 @@ def is_rests(places: Any) -> bool:
 
 def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
     """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and what it may touch."""
-    height, cells = scan["height"].values, (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
-    schema.none_missing(int((~np.isfinite(height)).sum()), height.size)
+    height, cells = schema.finite(scan["height"].values), (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
     height = band_limited(height, _REFINE)
     x, y = (
         (scan[axis].values.astype(float)[:, None] + pixel * cells).ravel()
@@ -249,28 +243,17 @@ def _root(to: np.ndarray, label: int) -> int:
     return int(label)
 
 
-def _placed(x: np.ndarray, y: np.ndarray, share: np.ndarray) -> xr.Dataset:
-    """Return places and their weights as coordinates."""
-    places = {"subregion_x": x, "subregion_y": y, "landing_share": share}
-    along = {name: ("subregion", values) for name, values in places.items()}
-    return xr.Dataset(coords={"subregion": np.arange(x.size), **along})
-
-
-def _carried(out: xr.Dataset, ground: rests.Ground, places: np.ndarray) -> xr.Dataset:
-    """Add what carries the sphere."""
-    number, at = rests.carriers(places, ground, _CARRYING_MOTION)
-    at = at[:, : max(int(number.max(initial=0)), 1)]
-    out = out.assign(rest_height=("subregion", places[:, 2]), carriers=("subregion", number))
-    return out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
-
-
 def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> xr.Dataset:
     """Return all places of rest with their lowest passes."""
     count = len(settled.places)
     area = rests.areas(settled.labels, count + 1)[1:]
     x, y = settled.places.T[:2]
-    out = _placed(x, y, area / max(area.sum(), 1))
-    out = _carried(out, ground, settled.places)
+    places = {"subregion_x": x, "subregion_y": y, "landing_share": area / max(area.sum(), 1)}
+    out = xr.Dataset(coords={"subregion": np.arange(x.size), **{n: ("subregion", v) for n, v in places.items()}})
+    number, at = rests.carriers(settled.places, ground, _CARRYING_MOTION)
+    at = at[:, : max(int(number.max(initial=0)), 1)]
+    out = out.assign(rest_height=("subregion", settled.places[:, 2]), carriers=("subregion", number))
+    out = out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
     source, target = np.concatenate([settled.pairs, settled.pairs[:, ::-1]]).T
@@ -284,7 +267,10 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> x
     out["pass_to"] = "subregion", lowest[:, 3].astype(int)
     rim = np.concatenate([settled.labels[[0, -1]].ravel(), settled.labels[:, [0, -1]].ravel()])
     touches = np.isin(np.arange(1, count + 1), rim)
-    return out.assign(truncated=("subregion", touches | _beyond_edge(scan, out)))
+    x_low, x_high, y_low, y_high = regions.extent(scan)
+    off = np.min([x - x_low, x_high - x, y - y_low, y_high - y], axis=0, initial=np.inf)
+    far = np.nan_to_num(np.hypot(at[:, :, 0] - x[:, None], at[:, :, 1] - y[:, None])).max(axis=1, initial=0.0)
+    return out.assign(truncated=("subregion", touches | (off < far)))
 
 
 def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -> xr.Dataset:
@@ -303,21 +289,6 @@ def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -
     moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
     out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
     return out.assign(rest_height=("subregion", moved[:, 2]))
-
-
-def _reached(out: xr.Dataset, labels: np.ndarray) -> xr.Dataset:
-    """Return the rests that some landings reach, with shares of their number; numbers stay those of all rests."""
-    rest, count = np.unique(labels.astype(int) - 1, return_counts=True)
-    return out.isel(subregion=rest).assign_coords(landing_share=("subregion", count / max(count.sum(), 1)))
-
-
-def _beyond_edge(scan: xr.Dataset, out: xr.Dataset) -> np.ndarray:
-    """Return where the sphere over its carriers reaches beyond the scan."""
-    x_low, x_high, y_low, y_high = regions.extent(scan)
-    x, y = out["subregion_x"].values, out["subregion_y"].values
-    off = np.min([x - x_low, x_high - x, y - y_low, y_high - y], axis=0, initial=np.inf)
-    far = np.hypot(out["carrier_x"].values - x[:, None], out["carrier_y"].values - y[:, None])
-    return off < np.nan_to_num(far).max(axis=1, initial=0.0)
 
 
 def _basins_of(scan: xr.Dataset, ground: rests.Ground, settled: _Rests, landings: Any) -> np.ndarray:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,26 +34,17 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     Each place of ``solved``, a result of `adhesive` by preload, is retracted again with its fields, from the depth of
     its preload: the levers are those of the patches in contact there.
     """
-    places = []
-    for k in range(solved.sizes["subregion"]):
-        place = solved.isel(subregion=[k])
+
+    def states(place: xr.Dataset) -> xr.Dataset:
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
-        if not low < high:
-            low, high = _NOT_PULLED
         refine, law = int(place["refinement"].max()), solved.attrs["law"]
-        with warnings.catch_warnings():  # the run has given the warnings of this simulation
-            warnings.simplefilter("ignore", UserWarning)
-            states = adhesive(
-                specimen,
-                delta=np.linspace(low, high, _STATES),
-                datum="first_contact",
-                subregions=place,
-                law=law,
-                mesh=Mesh(refine=refine if law == "lennard_jones" else min(refine, _MOST_CELLS), step=0.4),
-                fields=True,
-            )
-            places.append(rolling(states, directions=directions))
-    return _of_places(specimen, solved, places, "simulated_moments", directions)
+        mesh = Mesh(refine=refine if law == "lennard_jones" else min(refine, _MOST_CELLS), step=0.4)
+        deltas = np.linspace(*((low, high) if low < high else _NOT_PULLED), _STATES)
+        return adhesive(
+            specimen, delta=deltas, datum="first_contact", subregions=place, law=law, mesh=mesh, fields=True
+        )
+
+    return _moments(states, specimen, solved, "simulated_moments", directions)
 
 
 def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
@@ -60,26 +53,21 @@ def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int 
     For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
     """
     closest = floor(options_of(specimen, "hamaker").law)
-    places = []
-    for k in range(positions.sizes["subregion"]):
-        with warnings.catch_warnings():  # the run has given the warnings of these sums
-            warnings.simplefilter("ignore", UserWarning)
-            states = rigid(
-                specimen,
-                delta=[-closest],
-                datum="first_contact",
-                subregions=positions.isel(subregion=[k]),
-                refine=_RIGID_CELLS,
-                fields=True,
-            )
-            places.append(rolling(states, directions=directions))
-    return _of_places(specimen, positions, places, "rigid_moments", directions)
+    options: dict[str, Any] = {"delta": [-closest], "datum": "first_contact", "refine": _RIGID_CELLS, "fields": True}
+    return _moments(
+        lambda place: rigid(specimen, subregions=place, **options), specimen, positions, "rigid_moments", directions
+    )
 
 
-def _of_places(
-    specimen: Specimen, positions: xr.Dataset, places: list[xr.Dataset], verb: str, directions: int
+def _moments(
+    states: Callable[[xr.Dataset], xr.Dataset], specimen: Specimen, positions: xr.Dataset, verb: str, directions: int
 ) -> xr.Dataset:
-    """Return the moments of single places, one after the other, with the places' own coordinates."""
+    """Return the moments of the states at each place, with the places' own coordinates."""
+    places = []
+    with warnings.catch_warnings():  # the run has given the warnings of these solves
+        warnings.simplefilter("ignore", UserWarning)
+        for k in range(positions.sizes["subregion"]):
+            places.append(rolling(states(positions.isel(subregion=[k])), directions=directions))
     out = xr.concat(places, "subregion", combine_attrs="override")
     shared = {name: positions[name] for name in ("subregion", "landing_share") if name in positions.coords}
     return schema.record(schema.label(out.assign_coords(shared)), verb, specimen.bodies, directions=directions)
