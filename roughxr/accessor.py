@@ -27,7 +27,7 @@ from .particles import critical_load, resting, resuspension
 from .statistics.headline import answer
 from .studies.extrapolation import extrapolated
 from .studies.parameter_grid import vary
-from .studies.short_waves import scale_dependence
+from .studies.roughness_scale import scale_dependence
 from .studies.uncertainty_budget import error_budget
 from .vocabulary import schema
 from .vocabulary.numbers import number

@@ -11,7 +11,7 @@ Condens. Matter 20 (2008) 315007. The film widens the gap that fills as it does 
 by default. Kelvin's equation was found to hold down to radii of 4 nm (Fisher & Israelachvili, J. Colloid Interface
 Sci. 80 (1981) 528); below some 1 nm, a few molecules, it is an extrapolation.
 
-γ J/m²;  V nm³ per molecule here, cm³/mol at the door;  T K;  r_K, h, f nm;  θ rad
+γ J/m²;  V cm³/mol;  T K;  r_K, h, f nm;  θ rad
 """
 
 from __future__ import annotations
@@ -97,19 +97,12 @@ class Menisci(NamedTuple):
 
 def menisci_of(ds: xr.Dataset) -> Menisci | None:
     """Return the liquid that a pair carries; None for a dry one."""
-    return _menisci(ds) if schema.is_wet(ds) else None
-
-
-def _menisci(ds: xr.Dataset) -> Menisci:
-    schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
-    values = {name: float(ds[name]) for name in COORDINATES if name in ds.coords}
-    return Menisci(
-        values["kelvin_radius"],
-        values["surface_tension"],
-        (values["contact_angle_1"], values["contact_angle_2"]),
-        values.get("liquid_film", 0.0),
-        values.get("share_under_liquid", 1.0),
-    )
+    if not schema.is_wet(ds):
+        return None
+    radius, tension = schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
+    first, second = (float(ds[name]) for name in ANGLES)
+    film, share = (float(ds.coords.get(name, usual)) for name, usual in (("liquid_film", 0), ("share_under_liquid", 1)))
+    return Menisci(radius, tension, (first, second), film, share)
 
 
 def work_of(ds: xr.Dataset) -> float:
@@ -138,7 +131,7 @@ def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water", temperat
     """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
     kelvin = _kelvin(temperature)
     tension, volume = _liquid(liquid, kelvin)
-    return _radius(_pressure(humidity), tension, volume, kelvin)
+    return 1e3 * tension * volume / (_GAS * kelvin * abs(math.log(_pressure(humidity))))
 
 
 @dataclass(frozen=True)
@@ -156,7 +149,7 @@ class HumidAir:
     liquid : {"water", "ethanol"} or pair
         What condenses; or its surface tension, J/m², and molar volume, cm³/mol.
     film : number or quantity, optional
-        Thickness, nm, of an adsorbed film on each body, which widens the gap that fills; by default none.
+        Thickness, nm, of an adsorbed film on each body, which widens the gap that fills.
 
     Examples
     --------
@@ -171,11 +164,6 @@ class HumidAir:
     film: Any = None
 
 
-def humid_air(given: Any) -> HumidAir | None:
-    """Return the air that a pair is given, by its humidity alone or whole; None where the pair is dry."""
-    return given if given is None or isinstance(given, HumidAir) else HumidAir(given)
-
-
 def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
     """Return what a pair carries of condensed liquid, see `assign_pair`.
 
@@ -183,27 +171,26 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
     """
     humidity, liquid, kelvin = air.humidity, air.liquid, _kelvin(air.temperature)
     tension, volume = _liquid(liquid, kelvin)
-    unit = tension * volume / (_GAS * kelvin)  # J cm³/(m² J) = 1e-6 m = 1e3 nm
+    unit = 1e3 * tension * volume / (_GAS * kelvin)  # J cm³/(m² J) = 1e-6 m = 1e3 nm
     if _is_length(humidity):
         radius = positive(humidity, "nm", "humidity")
-        pressure = math.exp(-1e3 * unit / radius)
+        pressure = math.exp(-unit / radius)
         if pressure >= _SATURATION:
             _pressure(pressure)
     else:
         pressure = _pressure(humidity)
-        radius = _radius(pressure, tension, volume, kelvin)
+        radius = unit / abs(math.log(pressure))
     wetting = angles(air.contact_angle)
-    coords = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension}
-    coords |= {"contact_angle_1": wetting[0], "contact_angle_2": wetting[1]}
-    thickness = _film(air.film)
-    if thickness:
-        coords["liquid_film"] = thickness
+    coords = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension, **dict(zip(ANGLES, wetting))}
+    if film := single(
+        air.film or 0.0, "nm", "film", "a thickness of at least 0 nm on each body", lambda film: film >= 0
+    ):
+        coords["liquid_film"] = film
     medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None
     if "share_under_liquid" not in pair:
-        coords["share_under_liquid"] = (
-            _share(pair, medium) if bodies is None or medium is None else _named(bodies, medium)
-        )
-    _refuse_thick(ds, pair, Menisci(radius, tension, wetting, thickness, 1.0), pressure)
+        own = bodies is not None and medium is not None
+        coords["share_under_liquid"] = _named(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
+    _refuse_thick(ds, pair, radius, pressure)
     return coords
 
 
@@ -213,7 +200,7 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
     changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
-    _refuse_thick(ds, dict(ds.coords), _menisci(ds.assign_coords(changed)), pressure)
+    _refuse_thick(ds, dict(ds.coords), changed["kelvin_radius"], pressure)
     return changed
 
 
@@ -256,11 +243,6 @@ def described(ds: xr.Dataset) -> str:
             "is an extrapolation there"
         )
     return words + "."
-
-
-def _radius(pressure: float, tension: float, volume: float, kelvin: float) -> float:
-    """Return Kelvin's radius (nm) from J/m², cm³/mol and K."""
-    return 1e3 * tension * volume / (_GAS * kelvin * abs(math.log(pressure)))
 
 
 def _pressure(given: Any) -> float:
@@ -316,12 +298,6 @@ def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
     return positive(given[0], "J/m^2", "liquid"), positive(given[1], "cm^3/mol", "liquid")
 
 
-def _film(given: Any) -> float:
-    """Return the thickness (nm) of the film on each body."""
-    words = "a thickness of at least 0 nm on each body"
-    return 0.0 if given is None else single(given, "nm", "film", words, lambda thickness: thickness >= 0)
-
-
 def _share(pair: dict[str, float], medium: float | None) -> float:
     """Return the share of the work of adhesion left under a liquid between two bodies that are alike.
 
@@ -345,16 +321,17 @@ def _named(bodies: tuple, medium: float) -> float:
     return max(combined(first, second, medium) / combined(first, second), 0.0)
 
 
-def _refuse_thick(ds: xr.Dataset, pair: Any, menisci: Menisci, pressure: float) -> None:
-    """Raise where menisci are not thin against the sphere, or reach across the scan."""
-    sizes = {"the sphere's radius": float(pair["sphere_radius"]) if "sphere_radius" in pair else math.inf}
+def _refuse_thick(ds: xr.Dataset, pair: Any, radius: float, pressure: float) -> None:
+    """Raise where menisci of a Kelvin radius (nm) are not thin against the sphere, or reach across the scan."""
+    sizes = {"the sphere's radius": (float(pair["sphere_radius"]), 1.0)} if "sphere_radius" in pair else {}
     if "height" in ds and {"x", "y"} <= set(ds.indexes):
-        sizes["the scan"] = min(
+        side = min(
             abs(float(ds[axis][-1] - ds[axis][0])) * factor(ds[axis].attrs.get("units", "nm"), "nm") for axis in "xy"
         )
-    for what, size in sizes.items():
-        if menisci.kelvin_radius > _THIN_SHARE * size * (1 if what != "the scan" else 2.5):
+        sizes["the scan"] = side, 2.5
+    for what, (size, times) in sizes.items():
+        if radius > times * _THIN_SHARE * size:
             raise ValueError(
                 f"humidity: expected menisci that are small beside {what} ({size:.3g} nm), found a Kelvin radius of "
-                f"{menisci.kelvin_radius:.3g} nm at {pressure:.3g}; give a lower humidity"
+                f"{radius:.3g} nm at {pressure:.3g}; give a lower humidity"
             )

@@ -81,7 +81,10 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     >>> round(contact_modulus(75, 0.22), 3)
     39.407
     """
-    moduli = [_modulus(value) for value in _two(young_modulus, "GPa", "young_modulus")]
+    both = _two(young_modulus, "GPa", "young_modulus")
+    moduli = [
+        np.inf if isinstance(value, float) and value == np.inf else _plausibly(value, "young_modulus") for value in both
+    ]
     ratios = [_ratio(value) for value in _two(poisson_ratio, "1", "poisson_ratio")]
     compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
     if compliance == 0:
@@ -157,10 +160,9 @@ def assign_pair(
     sphere_radius : number or quantity
         nm; either this or ``indenter``.
     indenter : Dataset or DataArray
-        A scan of the indenter's face, such as of a colloidal probe: its highest point is put at the contact
-        centre, and it is turned over about the x axis to face the surface (its y runs against the surface's).
-        Or its heights (x, y), pointing out of it, with x, y counted from the contact centre along the surface's
-        axes. It must be larger than any contact with it.
+        A scan of the indenter's face, such as of a colloidal probe: it is turned over about the x axis to face the
+        surface, its highest point at the contact centre. Or its heights (x, y), pointing out of it, with x, y counted
+        from the contact centre along the surface's axes. It must be larger than any contact with it.
     materials : str or pair of str
         Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
         given, the work of adhesion of clean bodies by van der Waals forces alone; see `substances`.
@@ -176,20 +178,19 @@ def assign_pair(
         ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
         dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
     hamaker_constant : number or quantity, optional
-        A of the bodies across what lies between them, nN nm (1e-18 J), such as "6.5e-20 J" or
-        ``reference.hamaker_constant("silica", medium="water")``. With a work of adhesion it sets the closest approach,
-        z₀ = √(A/(12πw)); without one w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own across air,
-        unless a work of adhesion is given.
+        A of the bodies across the medium between them, nN nm (1e-18 J), as "6.5e-20 J" or by
+        `reference.hamaker_constant`. With a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without
+        one w = A/(12π z₀²) with z₀ = 0.165 nm. Named materials have their own, unless a work of adhesion is given.
     retardation : number or quantity, optional
-        Wavelength, nm, of retarded van der Waals forces (`rigid` by Hamaker's law), about 100 nm; by default they are
-        not retarded, which overestimates the contribution of gaps of more than some 10 nm.
+        Wavelength, nm, of retarded van der Waals forces (`rigid` by Hamaker's law), about 100 nm; by default none,
+        which overestimates the contribution of gaps of more than some 10 nm.
     hardness : number or quantity, optional
         H of the softer body, GPa: the largest pressure that it bears, see `direct`. Without it the bodies stay elastic,
-        and results with named materials report how much of them lies above the hardness estimated for these.
+        and results with named materials report the share above the hardness estimated for these.
     humidity : number, str or HumidAir, optional
-        Relative humidity, as 0.6 or "60 %": water condenses in gaps below r_K (cos θ₁ + cos θ₂) and pulls with γ/r_K
-        beside the solids' own attraction, which is weaker under it. Or Kelvin's radius r_K, as "0.8 nm"; or `HumidAir`,
-        where the liquid is not water at 25 °C that wets both bodies. Without it the pair is dry.
+        Relative humidity, as 0.6 or "60 %", or Kelvin's radius r_K, as "0.8 nm", or `HumidAir`, where the liquid is not
+        water at 25 °C that wets both bodies. It condenses in gaps below r_K (cos θ₁ + cos θ₂), pulls with γ/r_K and
+        weakens the solids' own attraction. Without it the pair is dry.
 
     Returns
     -------
@@ -217,14 +218,20 @@ def assign_pair(
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.pair_of(materials)
-    air = liquids.humid_air(humidity)
-    adhesion, under_liquid = _dry_and_wet(surface_energy, work_of_adhesion, air)
+    air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
+    under_liquid: dict[str, float] = {}
+    if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
+        both = _two(work_of_adhesion, "J/m^2", "work_of_adhesion")
+        adhesion, under = (_work_of_adhesion(surface_energy, work) for work in both)
+        under_liquid["share_under_liquid"] = under / adhesion if under is not None and adhesion else 1.0
+    else:
+        adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
     values = _stated(
         contact_modulus=_contact_modulus(bodies, contact_modulus, young_modulus, poisson_ratio),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
         **_attraction(bodies, adhesion, hamaker_constant),
-        adhesion_range=_length(adhesion_range, "adhesion_range"),
-        retardation=_length(retardation, "retardation"),
+        adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
+        retardation=_plausibly(retardation, "retardation"),
     )
     values |= _hardness(bodies, hardness, values)
     if air is not None:
@@ -286,26 +293,19 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
 
 def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
-    constant = None if given is None else positive(given, "nN nm", "hamaker_constant")
-    if constant is not None:
-        _plausible(constant, "hamaker_constant", given)
+    constant = _plausibly(given, "hamaker_constant")
     if bodies is not None and adhesion is None and constant is None:
         constant = substances.combined(*(body.hamaker for body in bodies))
     if constant is not None:
         adhesion = substances.work_of(constant) if adhesion is None else adhesion
-        _check_cut_off(constant, adhesion)
+        distance = _closest_approach(constant, adhesion)
+        if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
+            warn(
+                f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {adhesion:.3g} J/m² mean a closest "
+                f"approach of {distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
+                ImplausiblePair,
+            )
     return _stated(work_of_adhesion=adhesion, hamaker_constant=constant)
-
-
-def _check_cut_off(constant: float, work: float) -> None:
-    """Warn of a Hamaker constant and a work of adhesion that bring the bodies too near, or not near enough."""
-    distance = _closest_approach(constant, work)
-    if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
-        warn(
-            f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {work:.3g} J/m² mean a closest "
-            f"approach of {distance:.2g} nm: is this intended? (van der Waals solids have 0.1 to 0.5 nm)",
-            ImplausiblePair,
-        )
 
 
 def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
@@ -321,8 +321,8 @@ def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poiss
         raise ValueError("poisson_ratio: used with young_modulus only, found none; leave it out")
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    if given is not None:
-        return _plausible(positive(given, "GPa", "contact_modulus"), "contact_modulus", given)
+    if (modulus := _plausibly(given, "contact_modulus")) is not None:
+        return modulus
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected with young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
@@ -374,29 +374,21 @@ def _closest_approach(constant: float, work: float) -> float:
     return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
 
 
-def _dry_and_wet(surface_energy: Any, given: Any, air: HumidAir | None) -> tuple[float | None, dict[str, float]]:
-    """Return the work of adhesion without liquid, and the share of it under liquid where both are given."""
-    if air is None or not _is_several(given):
-        return _work_of_adhesion(surface_energy, given), {}
-    dry, under = (_work_of_adhesion(surface_energy, work) for work in _two(given, "J/m^2", "work_of_adhesion"))
-    return dry, {"share_under_liquid": under / dry if under is not None and dry else 1.0}
-
-
 def _stated(**values: float | None) -> dict[str, float]:
     """Return the values that are known."""
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _length(given: Any, name: str) -> float | None:
-    """Return a length (nm) that may be left out; raise or warn where it is none that bodies have."""
-    return None if given is None else _plausible(positive(given, "nm", name), name, given)
+def _plausibly(given: Any, name: str) -> Any:
+    """Return a positive number that may be left out; raise or warn where it is none that bodies have."""
+    return None if given is None else _plausible(positive(given, _RANGES[name].units, name), name, given)
 
 
 def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[str, float]:
     """Return the hardness (GPa), else named materials' estimate; raise unless it exceeds the pull of adhesion."""
     if given is None:
-        return {} if bodies is None else {"hardness_estimate": substances.softer_hardness(*bodies)}
-    value, length = _plausible(positive(given, "GPa", "hardness"), "hardness", given), pair.get("adhesion_range")
+        return {} if bodies is None else {"hardness_estimate": min(body.hardness for body in bodies)}
+    value, length = _plausibly(given, "hardness"), pair.get("adhesion_range")
     strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
@@ -414,7 +406,7 @@ def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[
 
 def _radius(given: Any, ds: xr.Dataset) -> float:
     """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
-    radius = _plausible(positive(given, "nm", "sphere_radius"), "sphere_radius", given)
+    radius = _plausibly(given, "sphere_radius")
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
@@ -451,7 +443,7 @@ def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
     elif name == "work_of_adhesion":
         _work_of_adhesion(None, value)
     else:
-        _plausible(positive(value, "GPa", name), name, value)
+        _plausibly(value, name)
 
 
 def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
@@ -464,7 +456,13 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(heights[axis])
-        _check_centred(heights[axis])
+        first, last = float(heights[axis][0]), float(heights[axis][-1])
+        if abs(first + last) / 2 > (last - first) / 4:
+            raise ValueError(
+                f"indenter: expected x and y counted from the contact centre, found {axis} from {first:g} to {last:g} "
+                "nm; give the whole scan instead of its height, and its highest point becomes the centre, or shift "
+                f"the axes with .assign_coords({axis}=…)"
+            )
     schema.finite(heights.values)
     return heights.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
 
@@ -475,17 +473,6 @@ def _facing(height: xr.DataArray) -> xr.DataArray:
     turned = height.assign_coords(x=height["x"] - top["x"], y=top["y"] - height["y"]).isel(y=slice(None, None, -1))
     axes = {f"indenter_{axis}": turned[axis].values for axis in "xy"}
     return xr.DataArray(turned.values, axes, list(axes), attrs={"units": "nm"})
-
-
-def _check_centred(axis: xr.DataArray) -> None:
-    """Raise where the contact centre is not within a map's axis, as when the axis starts at a corner of a scan."""
-    first, last = float(axis[0]), float(axis[-1])
-    if abs(first + last) / 2 > (last - first) / 4:
-        raise ValueError(
-            f"indenter: expected x and y counted from the contact centre, found {axis.name} from {first:g} to {last:g} "
-            "nm; give the whole scan instead of its height, and its highest point becomes the centre, or shift the "
-            f"axes with .assign_coords({axis.name}=…)"
-        )
 
 
 def _exactly_one(**given: Any) -> None:
@@ -507,12 +494,6 @@ def _two(value: Any, units: str, name: str) -> tuple[Any, Any]:
     if len(values) != 2:
         raise ValueError(f"{name}: expected one value or a pair, found {len(values)}")
     return values
-
-
-def _modulus(value: Any) -> float:
-    if isinstance(value, (int, float)) and value == np.inf:
-        return np.inf
-    return _plausible(positive(value, "GPa", "young_modulus"), "young_modulus", value)
 
 
 def _ratio(value: Any) -> float:

@@ -99,11 +99,6 @@ def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
     return MATERIALS[given[0]], MATERIALS[given[-1]]
 
 
-def softer_hardness(first: Material, second: Material) -> float:
-    """Return the estimated hardness (GPa) of the body that yields first."""
-    return min(first.hardness, second.hardness)
-
-
 def combined(first: float, second: float, medium: float = 0.0) -> float:
     """Return Hamaker's A₁₃₂ = (√A₁ − √A₃)(√A₂ − √A₃): √(A₁A₂) across vacuum, negative where they repel."""
     return (math.sqrt(first) - math.sqrt(medium)) * (math.sqrt(second) - math.sqrt(medium))
