@@ -61,14 +61,3 @@ def asperities_contact(delta, scales, spline):
         for j in range(delta.shape[1]):
             P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, spline)
     return Contact(P, a, b)
-
-
-@kernel
-def asperities_events(scales, law):
-    """Events of many asperities, shape (event, quantity, asperity), ordered as ``Events`` and ``EllipseState``."""
-    out = unset((3, 4, scales.a.size), 0.0)
-    for i in range(scales.a.size):
-        events = asperity_events(pick(scales, i), law)
-        for e in range(3):
-            out[e, 0, i], out[e, 1, i], out[e, 2, i], out[e, 3, i] = events[e]
-    return out

@@ -9,7 +9,7 @@ from roughxr.kernels.adhesion import states as smooth_states
 from roughxr.kernels.adhesion import traction_laws as laws
 from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.kernels.halfspace.products import coefficients_for, surface_displacement
+from roughxr.kernels.halfspace.products import DENSE_LIMIT, coefficients_for, surface_displacement
 
 from . import half_space as kalker
 
@@ -219,3 +219,25 @@ def test_what_is_never_touched_has_no_force(law):
     (path,) = follow(sphere() + 50.0, [1.0, 2.0], law)
     assert not path.states["force"].any() and not path.states["contact_area"].any()
     assert path.states["asked"].sum() == 4
+
+
+@pytest.mark.parametrize("name", ["exponential", "waals", "step"])
+def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name):
+    """From contact on, where the van der Waals law repels more the closer it is."""
+    law = laws.law_of(**{name: (0.03, 0.4)})
+    u, part = np.linspace(1e-4, 3.0, 61), 1e-5
+    every = [[(*laws.traction(x, law), laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)]
+    (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))
+    np.testing.assert_allclose(fall, (low - high) / (2 * part), atol=1e-6 * law.strength / law.length)
+    np.testing.assert_allclose(t, (more - less) / (2 * part), atol=1e-6 * law.strength)
+
+
+def test_a_long_contact_may_lie_along_either_axis(law):
+    """Where its linear systems need a part of the box that begins elsewhere along its length than across it."""
+    x, y = np.arange(40) - 19.6, np.arange(132) - 65.7
+    separation = x[:, None] ** 2 / 50 + y**2 / 800
+    (one,), (other,) = (follow(turned, [0.5], law, fields=True) for turned in (separation, separation.T.copy()))
+    assert one.states["converged"].all() and other.states["converged"].all()
+    assert np.count_nonzero(one.pressures[0]) > DENSE_LIMIT
+    assert one.states["force"].min() == pytest.approx(other.states["force"].min(), rel=1e-3)
+    np.testing.assert_allclose(one.pressures[0], other.pressures[0].T, atol=1e-4 * law.strength)

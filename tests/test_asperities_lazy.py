@@ -5,8 +5,6 @@ import pytest
 import xarray as xr
 
 from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.maps import pull_off_map
-from roughxr.asperity.superposition import superpose
 
 from .surfaces import glass_pair, rough, scan
 
@@ -23,15 +21,6 @@ def test_other_units_and_numbers_are_converted(dims):
     counts = (surface.height.transpose(*dims).astype("int16") * 1000).assign_attrs(units="pm")
     surface = surface.assign(height=counts)
     xr.testing.assert_identical(asperities(surface.chunk(x=11, y=17)), asperities(surface))
-
-
-@pytest.mark.parametrize("solve", [pull_off_map, superpose])
-def test_solves_of_a_lazy_scan_are_lazy_and_the_same(solve):
-    surface = glass_pair(scan(rough(128)))
-    options = {"subregions": (2, 2)} | ({"delta": [1.0, 5.0]} if solve is superpose else {})
-    lazy = solve(surface.chunk(x=32, y=32), **options)
-    assert lazy.pull_off_force.chunks is not None
-    xr.testing.assert_identical(lazy.compute(), solve(surface, **options))
 
 
 def test_pixels_finer_than_memory_allows_are_refused():

@@ -12,16 +12,14 @@ from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
 from roughxr.kernels.asperity.laws import (
     ASPERITY_LAWS,
-    asperities_scales,
     asperity_contact,
     asperity_scales,
     curve,
     law,
-    pick,
 )
 
-from .asperity_loops import Events, asperities_contact, asperities_events, asperity_events
-from .asperity_tables import elliptic_row, stable_state
+from .asperity_loops import asperities_contact, asperity_events
+from .asperity_tables import stable_state
 
 E_STAR, W = 39.407, 1.349  # GPa, J/m²
 ADHESIVE = ASPERITY_LAWS[1:]
@@ -265,24 +263,6 @@ def test_table_against_direct_solution(tolerance=1e-6):
             assert b == pytest.approx(state.b / lam, abs=tolerance * (1 + q))
 
 
-def test_table_is_what_the_code_computes():
-    """One row of samples, computed anew, is met by the shipped file; and the file is small."""
-    ratio = 20.0
-    z = np.array([0.1, 0.5, 1.0])
-    samples, marks = elliptic_row(ratio, z)
-    table, row = elliptic_table.table(), elliptic_table.row_of(ratio)
-    for (P, a, b), size in zip(samples, 1 / z**2):
-        stored = np.array(elliptic_table.lookup(table.spline, row, (size - 1) ** 2))
-        np.testing.assert_allclose(stored / [size**3, size, size], [P, a, b], atol=1e-6)
-    np.testing.assert_allclose([elliptic_table.mark(table.marks, row, i) for i in range(5)], marks, atol=2e-6)
-    assert elliptic_table.FILE.stat().st_size < 100_000
-
-
-def test_spline_weights_are_a_partition_of_unity():
-    for t in (0.0, 0.3, 1.0):
-        assert sum(elliptic_table.spline_weights(t)) == pytest.approx(1, rel=1e-15)
-
-
 @pytest.mark.parametrize("name", FREE_SHAPE)
 def test_flatter_than_the_table_keeps_its_last_curve(name):
     last, beyond = (events(name, ratio).largest_tension for ratio in (1e4, 3e4))
@@ -350,25 +330,6 @@ def test_plain_no_peak_gives_nan(name):
     assert np.isnan(asperity_events(no_peak, law(name))).all()
 
 
-@pytest.mark.parametrize("name", ASPERITY_LAWS)
-def test_many_asperities_are_each_one(name):
-    rng = np.random.default_rng(4)
-    A = rng.uniform(-2e-4, 5e-3, 12)
-    B = A + rng.exponential(5e-3, 12)
-    delta = rng.uniform(-3, 10, (12, 5))
-    many = asperities_scales(A, B, E_STAR, W, law(name))
-    contacts = asperities_contact(delta, many, law(name).spline)
-    happenings = asperities_events(many, law(name))
-    assert happenings.shape == (3, 4, 12)
-    for i in range(12):
-        one = asperity_scales(A[i], B[i], E_STAR, W, law(name))
-        np.testing.assert_array_equal(pick(many, i), one)
-        np.testing.assert_array_equal(happenings[:, :, i], np.array(asperity_events(one, law(name))))
-        for j in range(5):
-            expected = asperity_contact(delta[i, j], one, law(name).spline)
-            np.testing.assert_array_equal([x[i, j] for x in contacts], expected)
-
-
 # --- figures 2-4 ---
 
 
@@ -427,7 +388,3 @@ def test_fuller_tabor(name, sigma, h, pull):
     best = optimize.minimize_scalar(lambda s: -net_pull(s), bounds=(h - 1, h + 1), method="bounded")
     assert -best.fun == pytest.approx(pull, abs=0.6 * 10 ** np.floor(np.log10(pull) - 3))
     assert best.x == pytest.approx(h, abs=0.011)
-
-
-def test_events_are_named_in_order():
-    assert Events._fields == ("largest_tension", "end_of_branch", "touch")

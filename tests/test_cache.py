@@ -2,34 +2,9 @@
 
 import threading
 
-import numpy as np
-
 import roughxr
-from roughxr.scans.cache import MOST_RESULTS, cached
 
 from .surfaces import glass_pair, rough, scan
-
-
-def test_equal_heights_are_read_once_and_others_anew():
-    calls = []
-
-    @cached
-    def largest(height, times):
-        calls.append(height.shape)
-        return times * height.max()
-
-    first = np.arange(6.0).reshape(2, 3)
-    assert [largest(first, 2), largest(first.copy(), 2), largest(np.asfortranarray(first), 2)] == [10.0] * 3
-    assert len(calls) == 1
-    assert largest(first.reshape(3, 2), 2) == 10.0 and largest(first, 3) == 15.0 and len(calls) == 3
-    changed = first.copy()
-    changed[0, 0] = 7.0
-    assert largest(changed, 2) == 14.0
-    for k in range(MOST_RESULTS + 1):
-        largest(first + k, 5)
-    assert len(calls) == 4 + MOST_RESULTS + 1
-    largest(first, 5)  # the oldest was given up
-    assert len(calls) == 4 + MOST_RESULTS + 2
 
 
 def test_what_one_changes_in_place_no_other_sees():

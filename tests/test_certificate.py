@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import roughxr
 from roughxr.contact import elastic
@@ -199,12 +198,3 @@ def test_missing_heights_are_refused(surface):
     for solve in (roughxr.direct, roughxr.adhesive, roughxr.rigid):
         with pytest.raises(ValueError, match="missing pixels"):
             solve(holes)
-
-
-def test_the_certificate_is_a_table(surface, tmp_path):
-    import pandas as pd
-
-    found = roughxr.certificate(roughxr.direct(surface, delta=[1.5]))
-    assert isinstance(found, xr.Dataset) and found.verdict.startswith("all ")
-    table = pd.read_csv(found.contact.to_table(tmp_path / "certificate.csv"))
-    assert table.check.tolist() == found.check.values.tolist() and table.met.all()

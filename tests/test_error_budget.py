@@ -11,6 +11,8 @@ from roughxr.studies import budget_changes
 from roughxr.studies.budget_changes import change_of
 from roughxr.studies.uncertainty_budget import budget_of, error_budget
 
+from .verb_calls import unlabelled
+
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 
 
@@ -190,6 +192,7 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
 
 def test_a_budget_survives_its_archive(budget, scales, tmp_path):
     groups = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
+    assert unlabelled(budget) == unlabelled(scales) == []
     back = archive.load(archive.save(groups, tmp_path / "budget.nc"))
     for name, ds in groups.items():
         xr.testing.assert_identical(back[name].load(), ds)

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 matplotlib.use("Agg")
 
 from matplotlib import pyplot
-from scipy.ndimage import label
 
 from roughxr import figures
 from roughxr.asperity.catalogue import asperities
@@ -17,7 +16,6 @@ from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
 from roughxr.bodies.pair import assign_pair
 from roughxr.contact.elastic import direct
-from roughxr.figures.style import styled
 from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
 from roughxr.statistics import LAWS, bootstrap, debris, force_ratio, pull_off
@@ -170,19 +168,6 @@ def test_fields_that_are_missing_are_refused(run):
         figures.field_map(run["solutions/contact"], "gap", scan=run["scan"])
 
 
-def test_patches_that_share_a_corner_have_one_outline(run):
-    """Two patches on the diagonal are one patch; a third apart from them is another."""
-    ds = run["solutions/contact"]
-    pressure = xr.zeros_like(ds["pressure"])
-    cells = np.zeros((pressure.sizes["x"], pressure.sizes["y"]), bool)
-    cells[20:23, 20:23] = cells[23:25, 23:25] = cells[30:33, 20:22] = True
-    touching = xr.DataArray(cells, dims=("x", "y"), coords={"x": ds["x"], "y": ds["y"]})
-    ax = figures.field_map(ds.assign(pressure=pressure.where(~touching, 1.0)), subregion=int(ds["subregion"][0]))
-    (outline,) = ax.collections
-    assert label(cells, structure=np.ones((3, 3)))[1] == 2
-    assert sum(code == matplotlib.path.Path.MOVETO for code in outline.get_paths()[0].codes) == 2
-
-
 def test_intervals_are_those_of_the_bootstrap(run):
     pull = run["asperities"][["height"]]
     ax = figures.distribution(pull, "height")
@@ -193,32 +178,6 @@ def test_intervals_are_those_of_the_bootstrap(run):
     low, high = np.array([path.vertices[:, 1] for path in bars.get_paths()]).T
     mean = run["solutions/direct"].force.mean("subregion").values
     assert ((low <= mean) & (mean <= high)).all()
-
-
-def _reach_into_legend(ax) -> float:
-    """Return how far the bars reach into the legend, in pixels."""
-    ax.figure.draw_without_rendering()
-    box, steps = ax.get_legend().get_window_extent(), ax.patches[1].get_data()
-    left, right = (ax.transData.transform(np.c_[edges, steps.values]) for edges in (steps.edges[:-1], steps.edges[1:]))
-    below = (left[:, 0] <= box.x1) & (right[:, 0] >= box.x0)
-    return float(np.max(left[below, 1] - box.y0))
-
-
-@pytest.mark.parametrize("laws", [(), tuple(LAWS)])
-def test_the_legend_stands_above_the_bars(laws):
-    """Most samples are large, so that the highest bars are on the legend's side."""
-    forces = 30.0 - np.random.default_rng(0).lognormal(1, 0.8, 400)
-    ds = xr.Dataset({"pull_off_force": ("subregion", np.clip(forces, 1, None), {"units": "nN"})})
-    assert _reach_into_legend(figures.distribution(ds, laws=laws, label="simulation")) < 0
-
-
-def test_words_of_an_overview_overlap_no_bar_and_stay_inside(run):
-    groups = run | {"statistics/adhesive": run["statistics/energy"].isel(subregion=np.arange(18) % 9)}
-    figure = figures.overview(groups)
-    pull_off = figure.axes[2]
-    figure.draw_without_rendering()
-    legend = pull_off.get_legend().get_window_extent()
-    assert legend.y1 < pull_off.get_window_extent().y0 and legend.y0 >= figure.bbox.y0
 
 
 def test_the_best_law_stands_first():
@@ -242,21 +201,6 @@ def test_the_band_of_chance_contains_directions_without_preference():
     band = next(patch for patch in ax.patches if hasattr(patch, "get_height"))
     density = ax.patches[1].get_data().values
     assert np.mean((density >= band.get_y()) & (density <= band.get_y() + band.get_height())) >= 0.85
-
-
-def test_only_the_settings_of_the_figure_itself_are_restored():
-    """Settings that choosing a backend changes while a figure is drawn have to stay."""
-
-    @styled
-    def drawn(ax=None):
-        matplotlib.rcParams["savefig.dpi"] = 123.0
-        matplotlib.rcParams["font.size"] = 99.0
-        return figures.scan_map(_surface(), ax=ax)
-
-    with matplotlib.rc_context():
-        size = matplotlib.rcParams["font.size"]
-        drawn()
-        assert (matplotlib.rcParams["savefig.dpi"], matplotlib.rcParams["font.size"]) == (123.0, size)
 
 
 def test_any_result_draws_itself(run):
@@ -333,16 +277,3 @@ def test_few_samples_are_drawn_as_points_and_no_density():
     assert sorted(ax.lines[0].get_xdata()) == [1.0, 2.0, 4.0, 5.0] and ax.get_ylabel() == "4 samples"
     many = few.isel(subregion=np.arange(12) % 4)
     assert "density" in figures.distribution(many, "force", interval=None).get_ylabel()
-
-
-def test_the_caption_of_a_rose_stays_inside_a_page_with_a_map():
-    """As `roughxr detach --picture` draws it, in the style of whoever made the figure."""
-    figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    figure.add_subplot(1, 2, 1)
-    moment = 1e5 * (1 + np.arange(144.0).reshape(4, 36) % 7)
-    direction = np.arange(36) * np.pi / 18
-    ds = xr.Dataset({"resisting_moment": (("subregion", "direction"), moment)}, {"direction": direction})
-    rose = figures.moment_rose(ds, ax=figure.add_subplot(1, 2, 2, projection="polar"))
-    figure.draw_without_rendering()
-    caption = rose.xaxis.label.get_window_extent()
-    assert figure.bbox.x0 <= caption.x0 and caption.x1 <= figure.bbox.x1 and figure.bbox.y0 <= caption.y0

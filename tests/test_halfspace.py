@@ -11,10 +11,8 @@ from roughxr.kernels.halfspace.products import (
     no_transfers,
     operator,
     surface_displacement,
-    table_size,
 )
 from roughxr.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
-from roughxr.kernels.halfspace.transforms import even_length
 from roughxr.kernels.jit import kernel
 
 
@@ -81,24 +79,6 @@ def test_a_whole_box_is_displaced_exactly(shape):
         for k, m in zip(*np.nonzero(pressure))
     )
     np.testing.assert_allclose(surface_displacement(pressure, 1.0, 1.0), expected, atol=1e-12)
-
-
-def test_coefficients_reach_across_every_box_in_few_sizes():
-    """Half of the padded length and one; so many sizes, and not more, whatever the windows."""
-    lengths = (1, 2, 31, 32, 100, 255, 256, 500, 513, 600, 900, 1000)
-    sizes = [coefficients_for((3, length)).shape for length in lengths]
-    for length, (rows, columns) in zip(lengths, sizes):
-        assert rows == columns
-        assert length + 1 <= rows <= max(2.2 * length + 2, 32)
-        assert rows <= 512 or rows - length <= 300
-    assert len(set(sizes)) <= 7
-    assert coefficients_for((900, 3)).shape == coefficients_for((3, 900)).shape
-
-
-def test_tables_hold_all_that_padded_boxes_read():
-    """Offsets up to half of the padded length of twice a box's side."""
-    for cells in range(1, 2100):
-        assert table_size(cells) > even_length(2 * cells - 1) // 2, cells
 
 
 def test_displacement_scales_with_pixel_and_modulus():

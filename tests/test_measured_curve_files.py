@@ -3,7 +3,6 @@
 import importlib.util
 import os
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -248,20 +247,6 @@ def test_a_slope_that_no_spring_has_is_said(volume):
     curves = roughxr.measured.open_curves(volume[0])
     with pytest.warns(roughxr.measured.ImplausibleCurves, match="times the spring constant: the sensitivity"):
         roughxr.measured.curves_pull_off(curves.assign_attrs(spring_constant=0.5))
-
-
-FOREIGN = os.environ.get("ROUGHXR_CURVES", "")
-
-
-@pytest.mark.skipif(not FOREIGN, reason="ROUGHXR_CURVES names no folder of afmformats' test data")
-def test_every_file_that_afmformats_is_tested_with_opens():
-    asked = {"2018-08-01": GIVEN, "2021-01-15": GIVEN, "calibration": GIVEN, "modified_2023": {"spring_constant": 1}}
-    paths = [path for path in sorted(Path(FOREIGN).glob("fmt-*")) if "chiaro" not in path.name]
-    assert paths
-    for path in paths:
-        given = next((one for key, one in asked.items() if key in path.name), CURRENT if "ntmdt" in path.name else {})
-        curves = roughxr.measured.open_curves(path, **given)
-        assert np.isfinite(curves.force.sel(branch="retraction")).any("sample").all(), path.name
 
 
 def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, capsys):

@@ -50,19 +50,7 @@ def test_the_version_stands_in_one_place():
     assert importlib.metadata.version("roughxr") == roughxr.__version__
 
 
-@pytest.mark.parametrize(
-    "imports",
-    [
-        "import roughxr, xarray",
-        "import xarray, roughxr",
-        "import roughxr; importlib.util.find_spec('xarray'); import xarray",
-    ],
-)
+@pytest.mark.parametrize("imports", ["import roughxr, xarray", "import xarray, roughxr"])
 def test_accessors_are_registered_whatever_is_imported_first(imports):
     then = "assert xarray.Dataset().contact is not None and xarray.DataArray().contact is not None"
-    subprocess.run([sys.executable, "-c", f"import importlib.util; {imports}; {then}"], check=True)
-
-
-@pytest.mark.parametrize("name", ["reference", "schema", "figures", "answer", "__version__"])
-def test_a_public_name_may_be_the_first_that_is_used(name):
-    subprocess.run([sys.executable, "-c", f"import roughxr; roughxr.{name}"], check=True)
+    subprocess.run([sys.executable, "-c", f"{imports}; {then}"], check=True)

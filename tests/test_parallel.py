@@ -9,9 +9,7 @@ import pytest
 import xarray as xr
 
 from roughxr.contact.elastic import direct
-from roughxr.jobs import checkpoint as checkpoints
 from roughxr.jobs import spread
-from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.jobs.progress import Stages, progress, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
@@ -83,66 +81,6 @@ def test_the_answer_so_far_is_left_by_a_run_that_is_interrupted(fails, capsys):
             raise KeyboardInterrupt
     assert capsys.readouterr().out == "so far: pull-off 3 µN by 64 places\n" * fails
     assert stream.getvalue().count("4 places") == 2  # each answer once
-
-
-#: What the tests' task returns: numbers of several kinds, and an array.
-RECORD = np.dtype([("total", float), ("size", int), ("large", bool), ("part", float, (2, 3))])
-
-
-def record(part, factor):
-    return np.array((part.sum() * factor, part.size, part.size > 4, part[:2, :3] * factor), dtype=RECORD)
-
-
-def records_of(array, lazy=False):
-    return spread.task_results(record, [(array[k:],) for k in range(5)], RECORD, 2.0, lazy=lazy)
-
-
-def check_records(found, array):
-    expected = np.stack([record(array[k:], 2.0) for k in range(5)])
-    assert found.dtype == RECORD and found.shape == (5,)
-    for name in RECORD.names:
-        part = found[name]
-        assert part.dtype == RECORD[name].base
-        np.testing.assert_array_equal(part, expected[name])
-
-
-@pytest.mark.parametrize("scheduler", SCHEDULERS)
-@pytest.mark.parametrize("lazy", [True, False])
-def test_results_may_be_records(scheduler, lazy):
-    """Of numbers, flags and arrays; each field keeps its type, also where it is lazy."""
-    array = np.random.default_rng(0).standard_normal((8, 4))
-    with dask.config.set(scheduler=scheduler):
-        found = records_of(array, lazy)
-        assert bool(dask.is_dask_collection(found)) == lazy
-        check_records(found, array)
-        check_records(found.compute() if lazy else found, array)
-
-
-@pytest.mark.parametrize("in_memory", [0, 2**24])
-def test_records_are_computed_by_a_run(tmp_path, monkeypatch, in_memory):
-    """In memory, or read from the checkpoint."""
-    monkeypatch.setattr(checkpoints, "_IN_MEMORY", in_memory)
-    array = np.random.default_rng(0).standard_normal((8, 4))
-    with Checkpoint(tmp_path / "run.nc") as checkpoint:
-        for _ in range(2):
-            with spread.computed_by(checkpoints._WithCheckpoints(checkpoint)):
-                found = records_of(array)
-            assert bool(dask.is_dask_collection(found)) == (in_memory == 0)
-            with dask.config.set(scheduler="synchronous"):
-                check_records(found, array)
-
-
-def test_a_lazy_result_may_be_an_array_of_records():
-    """As of a task that computes many at once."""
-    array = np.ones((8, 4))
-    arguments = [(array,), (array,)]
-    found = spread.task_results(many, arguments, np.dtype((RECORD, (3,))), 2.0, lazy=True).reshape(-1)
-    assert found["part"].shape == (6, 2, 3)
-    np.testing.assert_array_equal(found["total"].compute(), 64.0)
-
-
-def many(part, factor):
-    return np.array([record(part, factor)] * 3)
 
 
 @pytest.mark.parametrize("lazy", [True, False])

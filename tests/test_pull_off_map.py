@@ -1,19 +1,18 @@
 """The exact pull-off against plain superposition, very fine sweeps and single asperities."""
 
-import dask
 import numpy as np
 import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.asperity.asperity_sum import FORMULATIONS, options_of, plain_asperities
+from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import largest_pull as kernel
 from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO
-from roughxr.kernels.asperity.laws import Scales, asperity_contact, law
+from roughxr.kernels.asperity.laws import Scales, law
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -46,27 +45,6 @@ def a_line(ratio):
     line = np.empty(branches.LENGTH)
     branches.collapse(law("energy").spline, scales.row, branches.P, line)
     return scales, line
-
-
-def test_a_collapsed_branch_is_the_table():
-    for ratio in RATIOS:
-        scales, line = a_line(ratio)
-        for above_end in (1e-9, 0.01, 0.4, 3.0, 300.0):
-            force, _ = branches.line_force(line, above_end)
-            expected = asperity_contact(scales.end + above_end, scales, law("energy").spline).P
-            assert force == pytest.approx(expected, rel=1e-12, abs=1e-9)
-
-
-def test_slopes_are_derivatives():
-    for ratio in RATIOS:
-        _, line = a_line(ratio)
-        for at in (0.05, 0.5, 5.0, 50.0):
-            h = 1e-5 * at
-            (low, _), (high, _) = branches.line_force(line, at - h), branches.line_force(line, at + h)
-            assert branches.line_force(line, at)[1] == pytest.approx((high - low) / (2 * h), rel=1e-5, abs=1e-5)
-    for delta in (-0.6, -1 / 3, 0.0, 4.0):
-        (low, _), (high, _) = branches.closed_force(delta - 1e-6), branches.closed_force(delta + 1e-6)
-        assert branches.closed_force(delta)[1] == pytest.approx((high - low) / 2e-6, rel=1e-6, abs=1e-6)
 
 
 def test_every_branch_is_convex_and_begins_with_a_pull():
@@ -197,26 +175,6 @@ def test_results_do_not_depend_on_the_company(surface):
     alone = [pull_off_map(surface, subregions=(x[k : k + 1], y[k : k + 1])) for k in range(25)]
     np.testing.assert_array_equal(together.pull_off_force, [a.pull_off_force.item() for a in alone])
     np.testing.assert_array_equal(together.pull_off_delta, [a.pull_off_delta.item() for a in alone])
-
-
-def test_few_loads_are_needed(glass):
-    """The bounds do their work: a search of all intervals would need some hundred thousand loads per centre."""
-    options = options_of(glass, "jkr", "energy", "highest_peak")
-    forest = kernel.build_grid(plain_asperities(roughxr.asperities(glass), options)[0], law("energy"), 3000.0, 0)
-    rng = np.random.default_rng(3)
-    x, y = rng.uniform(0, 5000, (2, 200))
-    found = kernel.pull_offs(x, y, forest, law("energy").spline, 3000.0, 0)
-    assert found[:, kernel.EVALUATIONS].mean() < 3000
-
-
-@pytest.mark.parametrize("scheduler", ["synchronous", "threads", "processes"])
-def test_lazy_and_on_every_scheduler_the_same(surface, scheduler):
-    with dask.config.set(scheduler="synchronous"):
-        expected = pull_off_map(surface, subregions=(30, 30))
-    lazy = pull_off_map(surface.chunk(x=64, y=50), subregions=(30, 30))
-    assert lazy.pull_off_force.chunks is not None
-    with dask.config.set(scheduler=scheduler):
-        xr.testing.assert_equal(lazy.compute(), expected)
 
 
 def test_a_catalogue_has_no_pixels(surface):

@@ -160,14 +160,6 @@ def test_retardation_weakens_what_is_far(rough):
     assert 0.1 < ratio[0] < 0.4 < ratio[1] < 1
 
 
-def test_a_lazy_scan_gives_the_same_later(rough):
-    lazy = rough.chunk(x=40, y=96)
-    options = {"subregions": (2, 2), "delta": [-5.0, -1.0]}
-    now, later = rough.contact.rigid(**options), lazy.contact.rigid(**options)
-    assert later.chunks
-    xr.testing.assert_allclose(later.compute(), now, rtol=1e-9)
-
-
 def test_hamaker_constant_and_work_of_adhesion_go_together():
     ground = scan(np.zeros((81, 81)), 4.0)
     named = ground.contact.assign_pair(sphere_radius=RADIUS, materials="glass/alumina")

@@ -127,9 +127,11 @@ def test_the_pull_off_is_that_of_the_map_and_nothing_is_nan():
     held = surface.contact.rolling(directions=4, subregions=(2, 2))
     expected = surface.contact.pull_off_map(subregions=(2, 2))
     xr.testing.assert_allclose(held.pull_off_force.drop_attrs(), expected.pull_off_force.drop_attrs())
-    swept = surface.contact.superpose(delta=[float(held.rest_delta[0])], subregions=(2, 2))
-    assert float(swept.force[0, 0]) == pytest.approx(0.0, abs=1e-3 * float(held.pull_off_force[0]))
-    assert int(swept.contacts[0, 0]) == int(held.contacts[0])
+    pushed = surface.contact.rolling(directions=4, subregions=(2, 2), load=500.0)
+    for at_rest, load in ((held, 0.0), (pushed, 500.0)):
+        swept = surface.contact.superpose(delta=[float(at_rest.rest_delta[0])], subregions=(2, 2))
+        assert float(swept.force[0, 0]) == pytest.approx(load, abs=1e-3 * float(held.pull_off_force[0]))
+        assert int(swept.contacts[0, 0]) == int(at_rest.contacts[0])
     lazy = surface.chunk(x=16).contact.rolling(directions=4, subregions=(2, 2))
     assert lazy.chunks
     xr.testing.assert_allclose(lazy.compute(), held)

@@ -89,13 +89,6 @@ def test_a_lazy_scan_is_loaded(method):
     xr.testing.assert_identical(level(ds.chunk(x=7, y=11), method=method), level(ds, method=method))
 
 
-def test_the_callers_scan_is_left_alone():
-    _, ds = with_background(1)
-    before = ds.copy(deep=True)
-    level(ds)
-    xr.testing.assert_identical(ds, before)
-
-
 @pytest.mark.parametrize(
     ("options", "match"),
     [

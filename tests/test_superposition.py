@@ -1,6 +1,5 @@
 """Superposition against single asperities, the published formulas by hand, and itself under dask."""
 
-import dask
 import numpy as np
 import pytest
 import xarray as xr
@@ -121,17 +120,6 @@ def test_saddles_are_left_out_and_counted(surface):
     assert int(superpose(catalogue, delta=[5.0], formulation="published").excluded_asperities) == int(
         catalogue.saddle.sum()
     )
-
-
-@pytest.mark.parametrize("scheduler", ["synchronous", "threads", "processes"])
-def test_lazy_and_on_every_scheduler_the_same(surface, scheduler):
-    options = {"delta": np.arange(-2, 10, 1.0), "subregions": (3, 3)}
-    with dask.config.set(scheduler="synchronous"):
-        expected = superpose(surface, **options)
-    lazy = superpose(surface.chunk(x=17, y=40), **options)
-    assert lazy.force.chunks is not None
-    with dask.config.set(scheduler=scheduler):
-        xr.testing.assert_equal(lazy.compute(), expected)
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,13 @@
 """Superposition between JKR and DMT: both limits, published pull-off, Maugis's equations solved here anew."""
 
-import dask
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.pair import assign_pair
 from roughxr.contact.estimates import tabor
 from roughxr.kernels.asperity import force_curves as branches
 from roughxr.kernels.asperity import maugis
@@ -183,24 +180,6 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
         one = superpose(sticky, delta=[found.pull_off_delta.item(k)], subregions=tuple(places[:, [k]]), **options)
         assert -one.force.item() == pytest.approx(found.pull_off_force.item(k), rel=1e-10)
         assert one.contacts.item() == found.contacts.item(k)
-
-
-def test_the_range_takes_any_unit_of_length(surface):
-    bodies = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
-    ranges = (0.4, "4 angstrom", "400 pm")
-    found = [superpose(assign_pair(surface, **bodies, adhesion_range=z), delta=[2.0], law="maugis") for z in ranges]
-    assert found[0].force.item() == found[1].force.item() == pytest.approx(found[2].force.item(), rel=1e-12)
-    assert found[1].attrs["adhesion_range"] == pytest.approx(0.4)
-    assert found[1].attrs["formulation"] == "self_similar"
-
-
-@pytest.mark.parametrize("function, options", [(superpose, {"delta": [2.0, 8.0]}), (pull_off_map, {})])
-def test_lazy_is_the_same(surface, function, options):
-    options |= {"subregions": (3, 3), "law": "maugis"}
-    surface = reaching(surface, 0.7)
-    expected = function(surface, **options)
-    with dask.config.set(scheduler="processes"):
-        xr.testing.assert_equal(function(surface.chunk(x=64), **options).compute(), expected)
 
 
 def test_without_adhesion_it_is_hertz(surface):

@@ -99,7 +99,7 @@ CALLS = {
     "cdf": [on("pulls", "pull_off_force"), on("catalogue", "height")],
     "combined_spectrum": [on(["scan"])],
     "compare": [on("pulls", "measured", resamples=19, confidence=0.9)],
-    "critical_load": [on("held"), on("held", "vibration", particle_density=2500.0)],
+    "critical_load": [on("held"), *(on("held", load, particle_density=2500.0) for load in ("vibration", "tilt"))],
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
@@ -238,6 +238,16 @@ def numbers(result, leave=()):
     if isinstance(result, bytes):
         return {"bytes": np.frombuffer(result, np.uint8).astype(float)} if b"," not in result else _of_text(result)
     return {"values": np.asarray(result, float)}
+
+
+def unlabelled(result):
+    """Return the names in a result that have no row in the table of variables, no units or no words."""
+    if not isinstance(result, xr.Dataset):
+        return []
+    bare = {
+        name for name, one in result.data_vars.items() if not (one.attrs.get("units") and one.attrs.get("long_name"))
+    }
+    return sorted(bare | {str(name) for name in result.variables if name not in roughxr.schema.VARIABLES})
 
 
 def _of_text(text):
