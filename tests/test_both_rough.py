@@ -82,31 +82,6 @@ def test_every_placement_is_the_composite_single_rough_surface(ensemble):
         np.testing.assert_allclose(both.contact_area.isel(placement=k), composite.contact_area, rtol=1e-9)
 
 
-def test_an_ensemble_is_lazy_and_goes_on_where_it_was_stopped(ensemble, tmp_path):
-    _, indenters = ensemble
-    pair = scan(rough(3 * N, seed=1), PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
-    options = {"indenter": indenters, "delta": [1.0], "datum": "first_contact", "subregions": (2, 2)}
-    now = pair.contact.vary(roughxr.direct, **options)
-    later = pair.chunk(x=N, y=N).contact.vary(roughxr.direct, **options)
-    assert later.chunks
-    xr.testing.assert_allclose(later.compute(), now)
-    stopped = []
-
-    def compute():
-        found = pair.contact.vary(roughxr.direct, **options)
-        if not stopped:
-            stopped.append(True)
-            raise KeyboardInterrupt
-        return {"solutions/direct": found}
-
-    for refused in (True, False):
-        try:
-            groups = roughxr.checkpointed(compute, tmp_path / "run.nc", scan=pair)
-        except KeyboardInterrupt:
-            assert refused
-    xr.testing.assert_allclose(groups["solutions/direct"].force, now.force)
-
-
 def test_placements_vary_with_the_other_parameters(ensemble):
     _, indenters = ensemble
     pair = scan(rough(N, seed=1), PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)

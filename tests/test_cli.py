@@ -15,7 +15,6 @@ import xarray as xr
 
 from roughxr import archive, figures, report, scans
 from roughxr.cli import main
-from roughxr.cli.files import MEASURED_FORMATS
 from roughxr.contact.mesh import Mesh
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
@@ -116,13 +115,6 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_radius_in_the_wrong_unit_is_refused(tmp_path, capsys):
-    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    wrong = ["--sphere-radius", "3 GPa", "--materials", "glass"]
-    assert main(["run", str(tmp_path / "scan.nc"), *wrong, "-o", str(tmp_path / "o.nc")]) == 1
-    assert "sphere_radius" in capsys.readouterr().err
-
-
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
     from roughxr.runs import analysis
 
@@ -211,16 +203,6 @@ def test_missing_pixels_are_filled_when_asked(tmp_path, capsys):
     assert "'cubic'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["scan.gsf", "copy.nc"])
-def test_convert_keeps_the_heights(tmp_path, name):
-    import roughxr
-
-    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
-    assert main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / name)]) == 0
-    before, after = (roughxr.open_scan(tmp_path / n).height.values for n in ("scan.nc", name))
-    np.testing.assert_allclose(after, before, atol=1e-5)  # .gsf holds single precision
-
-
 def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
     words, archived, _ = finished
     again = [*words, *QUICK, "--budget", "0", "-o", str(archived)]
@@ -272,9 +254,7 @@ EMPTY = {
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
     monkeypatch.setattr("roughxr.report.report_page._DPI", 50)  # whether they are drawn, and not how well
     if "--delta" in options:
-        monkeypatch.setattr(
-            analysis, "_PARTS", [one for one in analysis._PARTS if one.name != "extrapolated"]
-        )  # as in the other cases
+        monkeypatch.setattr(analysis, "_PARTS", WITHOUT_EXTRAPOLATION)  # as in the other cases
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
     written = tmp_path / "out" / output
@@ -306,9 +286,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     (tmp_path / "wafer.txt").write_text("\n".join([*lines, "--budget 0", "--subregions 2 1"]), encoding="utf-8")
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
     monkeypatch.setattr(figures, "run_figures", lambda run: iter(()))
-    monkeypatch.setattr(
-        analysis, "_PARTS", [one for one in analysis._PARTS if one.name != "extrapolated"]
-    )  # what takes long is of each scan alone
+    monkeypatch.setattr(analysis, "_PARTS", WITHOUT_EXTRAPOLATION)  # what takes long is of each scan alone
     assert main(["run", *files, "@wafer.txt", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
     assert (
@@ -358,16 +336,6 @@ def test_what_cannot_be_written_is_refused_before_anything_is_computed(ending, m
     monkeypatch.setattr("roughxr.archive.load", lambda *_: pytest.fail("the run was opened"))
     assert main(["detach", "run.nc", *ending]) == 1
     assert "expected one of" in capsys.readouterr().err
-
-
-def test_the_formats_that_are_read_are_listed_and_on_the_page(capsys):
-    assert main(["info", "--formats"]) == 0
-    told = capsys.readouterr().out
-    page = (Path(__file__).parents[1] / "notebooks" / "site" / "how-to.md").read_text(encoding="utf-8")
-    assert all(name in told for name, *_ in scans.formats())
-    own = [one for one in scans.formats() if "SurfaceTopography (" not in one[2]]  # the others are of its version
-    for name, endings, _ in [*own, *MEASURED_FORMATS]:
-        assert endings in told and f"| {name} | {endings} |" in page
 
 
 def test_a_file_is_no_place_for_a_run(tmp_path, capsys):

@@ -5,8 +5,6 @@ import pytest
 import xarray as xr
 
 from roughxr import adhesive, assign_pair, direct, pdf, pull_off, pull_off_map, summary, superpose
-from roughxr import specimen as read
-from roughxr.contact import solving as up
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
@@ -47,34 +45,11 @@ def test_contact_at_the_rim_of_a_map_is_truncated():
     assert solved[60].force[0, 1] < 0.99 * solved[150].force[0, 1]  # part of the contact is missing
 
 
-def test_a_map_of_a_sphere_presses_as_the_sphere_does():
-    flat_scan = flat()
-    of_map = direct(assign_pair(flat_scan, indenter=sphere_map(1000.0, 150), **PAIR), delta=[6.0])
-    of_sphere = direct(assign_pair(flat_scan, sphere_radius=1000.0, **PAIR), delta=[6.0])
-    np.testing.assert_allclose(of_map.force, of_sphere.force, rtol=1e-9)
-
-
 @pytest.mark.parametrize("wrong", [2.7, -5, 0, True, "many"])
 def test_refinements_are_whole_numbers(wrong):
     flat_scan = assign_pair(flat(), sphere_radius=1000.0, **PAIR)
     with pytest.raises(ValueError, match="mesh: expected a whole number from 1 to 16"):
         adhesive(flat_scan, delta=[2.0], mesh=wrong)
-
-
-def test_a_blank_record_says_nothing():
-    layout = up.Layout({"delta": [1.0, 2.0]}, {"force": float, "converged": bool}, {"complete": bool}, window=(3, 4))
-    record = layout.blank()
-    assert np.isnan(record["force"]).all() and np.isnan(record["gap"]).all() and record["gap"].shape == (2, 3, 4)
-    assert not record["converged"].any() and not record["complete"]
-    assert layout.dims("gap") == ("delta", "x", "y") and layout.dims("complete") == ()
-
-
-def test_reach_holds_all_that_lies_below_a_depth():
-    heights = sphere_map(1000.0, 150)
-    of_map = read.Indenter(np.nan, 0, (heights.x.values, heights.y.values, heights.values))
-    of_sphere = read.Indenter(1000.0, 0, None)
-    assert abs(of_map.reach(5.0) - of_sphere.reach(5.0)) <= 10.0
-    assert of_map.reach(np.inf) == 150.0 and of_map.reach(-1.0) == 0.0 and of_sphere.reach(-1.0) == 0.0
 
 
 def test_default_displacements_suit_the_scan():

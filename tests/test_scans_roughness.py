@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from roughxr.scans import autocorrelation, level, power_spectrum, roughness
-from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
 
@@ -137,23 +135,6 @@ def test_too_many_missing_pixels_leave_no_spectrum():
     with pytest.warns(UserWarning, match="no spectrum: .* missing pixels"):
         found = roughness(scan(height, PIXEL), spectra=True)
     assert found["psd"].isnull().all() and found["acf"].notnull().all()
-
-
-def test_everything_is_labelled_and_the_history_is_kept(tmp_path):
-    found = roughness(level(scan(rough(32), PIXEL), method="quadratic"))
-    for name, variable in found.variables.items():
-        assert {"units", "long_name"} <= set(variable.attrs), name
-    assert [step["operation"] for step in schema.history(found)] == ["level", "roughness"]
-    assert float(found["pixel_x"]) == PIXEL and float(found["size_y"]) == 320
-    found.to_netcdf(tmp_path / "roughness.nc")
-    xr.testing.assert_identical(xr.load_dataset(tmp_path / "roughness.nc"), found)
-
-
-def test_a_lazy_scan_gives_the_same():
-    ds = scan(rough(64), PIXEL)
-    xr.testing.assert_allclose(
-        roughness(ds.chunk({"x": 20, "y": 30}), spectra=True).compute(), roughness(ds, spectra=True)
-    )
 
 
 def test_the_autocorrelation_of_a_transposed_scan_is_the_same():

@@ -98,15 +98,6 @@ def test_missing_samples_are_counted(sample):
     assert density.attrs["samples"] + density.attrs["missing"] == 4000
 
 
-def test_density_plots_and_becomes_a_dataset(sample):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    pdf(sample, "height").plot()
-    matplotlib.pyplot.close("all")
-    assert set(pdf(sample, "height").to_dataset().variables) == {"pdf", "cdf", "height"}
-
-
 def test_summary_equals_numpy(sample):
     table = summary(sample).height
     values = sample.height.values

@@ -52,13 +52,6 @@ def test_density_of_a_fit_integrates_to_one():
         assert np.trapezoid(law_density(found, law, points), points) == pytest.approx(1, abs=1e-3)
 
 
-def test_results_are_labelled():
-    found = fit(sample("weibull", 50), "pull_off_force", simulations=0)
-    assert found["scale"].units == found.location.units == "nN" and found.aic.units == "1"
-    assert found.attrs["variable"] == "pull_off_force" and found.attrs["samples"] == 50
-    assert float(found.aic_difference.min()) == 0 and float(found.akaike_weight.sum()) == pytest.approx(1)
-
-
 def test_positive_laws_leave_other_samples_alone():
     ds = xr.Dataset({"height": ("asperity", [-1.0, 0.5, 2.0, 3.0], {"units": "nm"})})
     found = fit(ds, "height", simulations=0)
