@@ -1,7 +1,6 @@
 """Predictions beside published measurements: limits that are known, and facts that stand in files beside."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from .benchmarks import against_experiment as against
@@ -32,42 +31,6 @@ def test_equally_rough_surfaces_are_told_apart_by_their_own_rms_alone():
     assert falls > 3 and hidden == pytest.approx(1, abs=0.2)
 
 
-@pytest.mark.parametrize(
-    ("fact", "interval", "verdict"),
-    [
-        (against.Fact("a bound", 10, np.inf), (11, 20), "agrees"),
-        (against.Fact("a bound", 10, np.inf), (5, 20), "in part"),
-        (against.Fact("a bound", 10, np.inf), (5, 9), "misses"),
-        (against.Fact("a range", 1, 2), (0.5, 3), "agrees"),
-        (against.Fact("a range", 1, 2), (1.5, 3), "in part"),
-        (against.Fact("a range", 1, 2), (2.1, 3), "misses"),
-        (against.Fact("runs", 1, 2, 1.2), (1.5, 3), "misses"),
-        (against.Fact("runs", 1, 2, 1.7), (1.5, 3), "in part"),
-    ],
-)
-def test_bounds_ranges_and_runs_are_judged(fact, interval, verdict):
-    assert fact.judged(*interval) == verdict
-
-
-def test_the_table_names_the_inputs_that_a_prediction_depends_on_most():
-    prior = {"x": (1, 2, "log"), "y": (0, 1, "even")}
-    name = next(iter(against.CELLS))
-    facts = against.Fact("a", 1, 2), against.Fact("b", 0, 0.5)
-    one = against.Experiment(name, facts, lambda seed, cells, x, y: (x, -y), prior)
-    table = against.compared(20, experiments=[one])
-    assert table.verdict.tolist() == ["in part", "misses"]
-    assert [row.split(",")[0] for row in table.depends_on] == ["x +1.0", "y -1.0"]
-    assert [row.name for row in against.EXPERIMENTS] == list(against.CELLS)
-
-
-def test_draws_lie_in_their_priors_and_do_not_change():
-    prior = {"a": (1, 100, "log"), "b": (0, 1, "even")}
-    found = [against.drawn(prior, seed, 7) for seed in range(200)]
-    assert found[3] == against.drawn(prior, 3, 7)
-    assert np.median([one["a"] for one in found]) == pytest.approx(10, rel=0.3)
-    assert all(1 <= one["a"] <= 100 and 0 <= one["b"] <= 1 for one in found)
-
-
 def test_the_film_is_that_of_its_container(shared_scans):
     found = against.film_of(shared_scans / "uncd_container_ccby.zip")
     waves, power = np.array(against.FILM).T
@@ -83,16 +46,3 @@ def test_the_runs_are_those_that_were_digitised(shared_scans):
     for fact, (size, column) in zip(against.RUNS, [(10, 1), (10, 2), (20, 1), (20, 2)]):
         values = sorted(run[column] for run in runs if run[0] == size)
         assert values == pytest.approx([fact.low, fact.middle, fact.high], abs=0.006)
-
-
-def test_every_fact_is_drawn_with_its_number(monkeypatch):
-    from matplotlib.figure import Figure
-
-    def two_draws(experiment, *_):
-        return pd.DataFrame({"x": [1, 2]}), np.multiply.outer([1.0, 9.0], np.ones(len(experiment.stated)))
-
-    monkeypatch.setattr(against, "predicted", two_draws)
-    ax = Figure().subplots()
-    against.draw(against.compared(2), ax)
-    labels = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert [label.split()[0] for label in labels] == [str(k) for k in range(1, 9)]

@@ -34,14 +34,6 @@ def test_a_rough_probe_on_a_rough_surface_is_the_composite_under_a_smooth_one():
     np.testing.assert_allclose(both.pressure, composite.pressure, rtol=0, atol=1e-9 * float(both.pressure.max()))
 
 
-def test_only_the_sum_of_both_counts():
-    own, other = rough(N, rms=1.0, seed=1), rough(N, rms=0.7, seed=2)
-    one, turned = (
-        pressed(scan(a, PIXEL), probe(b), load=[200.0, 800.0]).force for a, b in ((own, other), (other, own))
-    )
-    np.testing.assert_allclose(one, turned, rtol=1e-9)
-
-
 def test_a_probes_roughness_takes_contact_away():
     flat = scan(np.zeros((N, N)), PIXEL)
     smooth = pressed(flat, probe(np.zeros((N, N))), load=[500.0])

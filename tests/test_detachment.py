@@ -12,7 +12,6 @@ from scipy.optimize import brentq
 import roughxr
 from roughxr import particles
 from roughxr.particles import Flow, Load, Push, biasi_adhesion, loads, rock_n_roll
-from roughxr.particles.adhesion_parameters import by_place
 from roughxr.particles.kinetics import resuspension_rate
 
 from .benchmarks import reeks_hall
@@ -160,18 +159,6 @@ def test_places_without_contact_and_places_that_nothing_moves():
     assert np.isnan(found[0]) and np.isfinite(found[1]) and found[2] == 0  # the second is lifted
     modes = held(moment, hinge=0.0).contact.critical_load(flow=Flow(lift="none"))["mode"].values.tolist()
     assert modes == ["no contact", "none", "roll"]
-
-
-def test_critical_values_are_samples_as_all_else():
-    rng = np.random.default_rng(3)
-    found = held(np.exp(rng.normal(8, 1, (60, 1)))).contact.critical_load()
-    name = "critical_friction_velocity"
-    assert found.contact.pdf(name, method="kde").units == "s/m"
-    assert float(roughxr.statistics.cdf(found, name)[-1]) == 1.0
-    assert found.contact.fit(name).sizes["law"] > 1
-    interval = found.contact.bootstrap(name, statistics=["mean"])
-    assert (interval.low < interval.estimate).all()
-    assert float(found.contact.summary()[name].sel(statistic="count")) == 60
 
 
 def test_rock_n_roll_with_biasis_adhesion():
@@ -386,17 +373,6 @@ def test_saturnes_asperities_are_counted_on_the_scan(tmp_path):
         particles.parameters(ground, catalogue=saddles)
 
 
-def test_each_place_has_its_row(tmp_path):
-    ground = adhering([200.0, 300.0], [[10.0, 20, 30, 40], [50.0, 50, 50, 50]])
-    found = by_place(ground)
-    assert found.lever.values.tolist() == [25.0, 50.0] and found.moment_least.values.tolist() == [2000.0, 15000.0]
-    assert found.moment_over_directions.values.tolist() == [5000.0, 15000.0]
-    assert found.moment_largest.values.tolist() == [8000.0, 15000.0]
-    assert len(pd.read_csv(found.contact.to_table(tmp_path / "places.csv"))) == 2
-    with pytest.raises(ValueError, match="rolling"):
-        by_place(found)
-
-
 def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspension_codes():
     surface = glass_pair(scan(rough(48, seed=1)))
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))
@@ -407,17 +383,3 @@ def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspe
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
     bare = roughxr.particles.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
-
-
-@pytest.mark.parametrize(
-    "options",
-    [{"shear_strength": 20}, {"friction_coefficient": 30}, {"particle_density": 2.5}],
-    ids=lambda options: next(iter(options)),
-)
-def test_what_no_body_has_is_refused_with_what_some_have(options):
-    pair = {"sphere_radius": 3000.0, "contact_modulus": 39.4, "work_of_adhesion": 1.35}
-    held = roughxr.rolling(roughxr.open_sample("glass").assign_coords(pair), directions=8, subregions=(1, 1))
-    name = next(iter(options))
-    units = "" if name == "friction_coefficient" else ".*; state the units"
-    with pytest.raises(ValueError, match=rf"{name}: expected a physical value \(.+\), found [\d.]+{units}"):
-        held.contact.critical_load(**options)

@@ -168,9 +168,3 @@ def test_lazy_until_asked(surface, options):
 def test_bad_options_are_refused_in_words(surface, options, says):
     with pytest.raises(ValueError, match=says.replace("(", r"\(").replace(")", r"\)")):
         direct(surface, **options)
-
-
-def test_missing_pixels_of_a_lazy_scan_are_refused_when_computed(surface):
-    holes = surface.assign(height=surface.height.where(surface.x != surface.x[48])).chunk(x=32)
-    with pytest.raises(ValueError, match="missing pixels"):
-        direct(holes, delta=[5]).compute(scheduler="synchronous")

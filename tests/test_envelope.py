@@ -49,13 +49,6 @@ def test_equals_its_definition(seed, reach, count):
     np.testing.assert_allclose(surface, by_definition(asperities, reach), rtol=1e-10, atol=1e-10)
 
 
-def test_reach_of_each():
-    asperities = random_asperities(1)
-    reach = np.linspace(0, 200, 40)
-    surface = upper_envelope(X, Y, asperity_rows(**asperities, reach=reach))
-    np.testing.assert_allclose(surface, by_definition(asperities, reach), rtol=1e-10)
-
-
 @pytest.mark.parametrize("flat", [1e-300, 1e-12, 1e-3])
 def test_ridges_of_one_height_are_nowhere_lost(flat):
     """Level along their crest to the last digit: the case where rounding could drop all of them."""
@@ -93,12 +86,6 @@ def test_symmetries():
     np.testing.assert_allclose(upper_envelope(X, Y, asperity_rows(**raised)), surface + 7, rtol=1e-10)
     doubled = asperities | {n: 2 * asperities[n] for n in ("height", "curvature_min", "curvature_max")}
     np.testing.assert_allclose(upper_envelope(X, Y, asperity_rows(**doubled)), 2 * surface, rtol=1e-10)
-
-
-def test_parts_of_a_scan_join():
-    rows = asperity_rows(**random_asperities(6))
-    parts = [upper_envelope(part, Y, rows) for part in (X[:13], X[13:])]
-    np.testing.assert_array_equal(np.vstack(parts), upper_envelope(X, Y, rows))
 
 
 def test_envelope_of_one_dome_is_the_dome():

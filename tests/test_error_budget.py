@@ -217,18 +217,6 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
-def test_saved_figures_hold_their_words_whole(budget, scales):
-    run = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
-    found = dict(figures.run_figures(run))
-    assert set(found) == {"error-budget", "shortest-wave"}
-    for figure in found.values():
-        figure.draw_without_rendering()
-        (ax,) = figure.axes
-        words = ax.xaxis.label.get_window_extent()
-        assert figure.bbox.x0 <= words.x0 and words.x1 <= figure.bbox.x1
-        assert ax.xaxis.label.get_fontsize() == figures.style.TEXT
-
-
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
     run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
@@ -240,11 +228,3 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
     assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
     assert report.headline({"scan": rough}) == ""
-
-
-def test_figure_over_waves_says_that_no_place_has_a_pull_off():
-    waves = {"shortest_kept": [10.0, 20.0]}
-    scales = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), np.full((1, 2, 1), np.nan))}, waves)
-    ((_, figure),) = figures.run_figures({"statistics/shorter_waves": scales})
-    figure.canvas.draw()
-    assert "no place" in figure.axes[0].get_title("left")

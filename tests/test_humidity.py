@@ -1,10 +1,7 @@
 """Condensed water: against closed forms, exact menisci, an own double sum, and words where it is refused."""
 
-import re
-
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
@@ -310,12 +307,6 @@ def test_the_budget_changes_humidity_and_contact_angles(humid):
         humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.error_budget(settings=changed)
 
 
-def test_an_estimate_from_elastic_sweeps_refuses_it_in_words(humid):
-    elastic = humid.contact.direct(delta=np.linspace(0.2, 3, 12))
-    with pytest.raises(ValueError, match="humidity: expected a dry pair"):
-        reference.elastic_pull_off(elastic)
-
-
 def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
     found = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0])
     assert found.kelvin_radius.values == pytest.approx([liquid.kelvin_radius(one) for one in (0.3, 0.5, 0.9)])
@@ -347,15 +338,6 @@ def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
         found = pair.contact.scale_dependence(shortest=[40, 160], seeds=1, subregions=(1, 1))
         changes.append(float(found.pull_off_force[0, 1, 0] / found.pull_off_force[0, 0, 0]))
     assert changes[0] - 1 > 2 * (changes[1] - 1) > 0
-
-
-def test_a_report_says_and_draws_how_hard_it_sticks_at_this_humidity(humid):
-    over = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0], subregions=(2, 2))
-    text = report.page({"scan": humid, "statistics/humidity": over})
-    mean = float(over.pull_off_force.sel(humidity=0.5).mean())
-    assert f"Mean pull-off at 50 % relative humidity: {mean / 1e3:.3g} µN" in text
-    assert "Pull-off over humidity" in text and "Not drawn: pull_off" not in text
-    assert "Mean pull-off at" not in report.page({"scan": humid.drop_vars(liquid.COORDINATES, errors="ignore")})
 
 
 def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
@@ -470,15 +452,6 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
     assert left[0.6] < left[0.9] < 1.02
     flooded = wet(ground, 0.95, 300.0).contact.extrapolated(subregions=(1, 1), seeds=1)
     assert bool(flooded.converged) and flooded.sizes["shortest_kept"] == 1
-
-
-def test_the_humidity_is_read_as_written_and_stands_in_the_first_words(humid):
-    for given, says in (("60 %%", "as 0.6 or '60 %', found '60 %%'"), (50, "found 50: 50 % is 0.5")):
-        with pytest.raises(ValueError, match=re.escape(says)):
-            liquid.kelvin_radius(given)
-    pull = xr.Dataset({"pull_off_force": ("subregion", [365.0])}, {"humidity": 0.5})
-    words = report.headline({"statistics/adhesive": pull})
-    assert words.startswith("Mean pull-off 365 nN") and "at 50 % relative humidity" in words
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):

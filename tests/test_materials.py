@@ -16,9 +16,8 @@ from roughxr.bodies.pair import (
     indenter_map,
 )
 from roughxr.bodies.substances import MATERIALS
-from roughxr.vocabulary.units import factor, magnitude
 
-from .surfaces import rough, scan
+from .surfaces import scan
 
 
 def test_the_papers_pair():
@@ -41,23 +40,6 @@ def test_surface_energy_is_half_the_work_of_adhesion():
         for energy in ({"surface_energy": 0.5}, {"work_of_adhesion": 1.0})
     )
     assert float(one.work_of_adhesion) == float(other.work_of_adhesion) == 1.0
-
-
-def test_any_unit_of_the_right_kind_is_taken():
-    pint = pytest.importorskip("pint")
-    quantity = pint.UnitRegistry().Quantity
-    for radius in ("3 um", "3 µm", quantity(3e-6, "m"), xr.DataArray(3.0, attrs={"units": "um"}), 3000):
-        pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=radius, young_modulus="75 GPa", poisson_ratio=0.2)
-        assert float(pair.sphere_radius) == 3000.0
-        assert pair.sphere_radius.units == "nm"
-    assert factor("mJ/m^2", "nN/nm") == pytest.approx(1e-3)
-    assert magnitude("40 kPa", "GPa", "modulus") == pytest.approx(4e-5)
-
-
-def test_the_pair_survives_a_file(tmp_path):
-    pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, contact_modulus=40)
-    pair.to_netcdf(tmp_path / "pair.nc")
-    xr.testing.assert_identical(xr.load_dataset(tmp_path / "pair.nc"), pair)
 
 
 @pytest.mark.parametrize(
@@ -240,22 +222,3 @@ def test_a_map_counted_from_its_corner_is_refused_with_what_to_do():
         ValueError, match=r"counted from the contact centre, found x from 5 to 605 nm; give the whole scan"
     ):
         assign_pair(scan(np.zeros((4, 4))), indenter=_probe().height, contact_modulus=40)
-
-
-def test_a_probe_with_missing_pixels_is_refused():
-    probe = _probe()
-    probe["height"][3, 3] = np.nan
-    with pytest.raises(ValueError, match="1 missing pixels"):
-        assign_pair(scan(np.zeros((4, 4))), indenter=probe, contact_modulus=40)
-
-
-def test_the_range_of_adhesion_travels():
-    surface = scan(rough(48))
-    pair = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "work_of_adhesion": 0.9}
-    by_range = assign_pair(surface, **pair, adhesion_range="3 angstrom")
-    assert float(by_range.adhesion_range) == pytest.approx(0.3)
-    for result in (by_range.contact.asperities(), by_range.contact.superpose(), by_range.contact.direct(delta=[1.0])):
-        assert float(result.adhesion_range) == pytest.approx(0.3) and result.adhesion_range.units == "nm"
-    assert "adhesion_range" not in assign_pair(by_range, **pair).coords
-    with pytest.raises(ValueError, match="adhesion_range"):
-        assign_pair(surface, **pair, adhesion_range=0)

@@ -242,22 +242,6 @@ def _flood(height, start, others):
     return high
 
 
-def test_the_height_over_all_pixels_is_the_largest_over_all_of_them():
-    z = rough(48, rms=4.0, smooth=1.0)
-    x = np.arange(48) * 9.0
-    ball = dilation.Ball(500.0, 4.5, 4.5)
-    rows, _ = dilation.patches(z, x, x, (9.0, 9.0), 500.0, dilation.reach_of(500.0, np.ptp(z)))
-    found, bounds, lists = dilation.dilation(rows, x, x, ball)
-    every, _ = dilation.patches(z, x, x, (9.0, 9.0), 500.0, 500.0)  # no pixel is left out
-    assert len(every) == z.size > len(rows)
-    for i, j in np.random.default_rng(0).integers(0, 48, (40, 2)):
-        heights = [dilation.touch(row, x[i], x[j], ball)[0] for row in every]
-        assert found[i, j] == max(heights)
-        start, stop = bounds[i // dilation.SIDE, j // dilation.SIDE]
-        best = every[int(np.argmax(heights))]
-        assert (rows[lists[start:stop], :2] == best[:2]).all(axis=1).any()
-
-
 _CHANGES = {
     "mirror": (lambda z: z[::-1], [-1, 1, 1, 1, 1]),
     "mirror along y": (lambda z: z[:, ::-1], [1, -1, 1, 1, 1]),
@@ -301,12 +285,6 @@ def _rows(z, pixel, radius):
 def test_every_barrier_is_positive_under_a_small_sphere(radius):
     ds = resting(glass_pair(scan(rough(96, rms=3.0, smooth=1.0, seed=6), 10.0), radius))
     assert ds.sizes["subregion"] > 50 and (ds.barrier > 0).all()
-
-
-def test_missing_pixels_are_refused():
-    surface = glass_pair(scan(rough(32), 10.0))
-    with pytest.raises(ValueError, match="missing pixels"):
-        resting(surface.where(surface.x > surface.x[3]))
 
 
 def test_shares_weigh_means_quantiles_intervals_and_fractions():
@@ -353,19 +331,3 @@ def test_landings_on_a_grid_reach_some_of_the_rests():
     assert set(_centres(some)) <= set(_centres(every)) and some.sizes["subregion"] < every.sizes["subregion"]
     assert (np.round(some.landing_share * 36) >= 1).all()
     assert float(some.landing_share.sum()) == pytest.approx(1.0)
-
-
-def test_words_on_a_run_of_particles_tell_rests_from_where_they_landed():
-    surface = glass_pair(scan(rough(96, rms=3.0, smooth=2.0), 10.0))
-    catalogue = roughxr.asperities(surface)
-    places = resting(surface, landings=(4, 4), on=catalogue)
-    landed, held = (roughxr.rolling(catalogue, directions=8, subregions=site) for site in ((4, 4), places))
-    run = {"solutions/rolling": held, "statistics/adhesive": held, "solutions/rolling_landed": landed}
-    run["solutions/rolling_superposed"] = held
-    run |= {f"statistics/detachment{name}": roughxr.critical_load(held) for name in ("", "_superposed")}
-    run |= {"statistics/detachment_landed": roughxr.critical_load(landed)}
-    assert "where it was placed" in roughxr.report.coming_off_words(run)[0]
-    run["statistics/rests"] = places
-    words = " ".join(roughxr.report.coming_off_words(run))
-    share = float(held.landing_share[held.contacts >= 3].sum())
-    assert "where it came to rest" in words and f"{100 * share:.0f} % of them then rest on three" in words

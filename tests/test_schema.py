@@ -9,9 +9,7 @@ import roughxr
 from roughxr import level, roughness
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
-from roughxr.bodies.liquid import menisci_of
 from roughxr.contact.elastic import direct
-from roughxr.scans.regions import extent
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan
@@ -103,17 +101,3 @@ def test_curvatures_that_no_fit_has_are_refused():
     for wrong in (swapped, negative):
         with pytest.raises(ValueError, match="expected curvature_min of at most curvature_max"):
             schema.validate(wrong, "asperities")
-
-
-def test_a_catalogue_without_its_scans_edges_is_told_what_it_lacks():
-    catalogue = roughxr.open_sample("glass").contact.asperities().drop_vars("scan_x_min")
-    with pytest.raises(ValueError, match="found no scan_x_min; make it by"):
-        extent(catalogue)
-
-
-def test_a_humid_pair_without_surface_tension_is_told_what_it_lacks():
-    wet = scan(rough(32)).contact.assign_pair(
-        sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675, humidity="60 %"
-    )
-    with pytest.raises(ValueError, match="expected surface_tension on the dataset"):
-        menisci_of(wet.drop_vars("surface_tension"))

@@ -91,13 +91,6 @@ def test_density_is_that_of_the_law(sample):
     assert float(np.abs(density - gauss).max()) < 4 * noise
 
 
-def test_missing_samples_are_counted(sample):
-    holes = sample.where(sample.height > 13)
-    density = pdf(holes, "height")
-    assert density.attrs["missing"] == int(holes.height.isnull().sum())
-    assert density.attrs["samples"] + density.attrs["missing"] == 4000
-
-
 def test_summary_equals_numpy(sample):
     table = summary(sample).height
     values = sample.height.values
@@ -144,15 +137,6 @@ def test_weights_count_as_repetition():
     assert float(smooth.cdf[-1]) == pytest.approx(1) and float(smooth.idxmax()) > 5
 
 
-def test_weights_are_checked(sample):
-    weights = {"few": ("other", np.ones(3)), "negative": ("asperity", -np.ones(4000))}
-    weights["missing"] = "asperity", np.full(4000, np.nan)
-    says = {"few": "one for each", "negative": "at least 0", "missing": "4000 missing", "area": "no 'area'"}
-    for bad, words in says.items():
-        with pytest.raises(ValueError, match=words):
-            pdf(sample.assign(weights), "height", weights=bad)
-
-
 def test_empirical_cdf_steps_at_the_samples(sample):
     steps = cdf(sample, "height")
     values = np.sort(sample.height.values)
@@ -167,11 +151,6 @@ def test_densities_are_the_same_on_dask(sample, method):
         pdf(sample.chunk(asperity=700), "height", method=method), pdf(sample, "height", method=method)
     )
     xr.testing.assert_identical(cdf(sample.chunk(asperity=700), "height"), cdf(sample, "height"))
-
-
-def test_the_rule_of_the_bins_is_kept(sample):
-    assert pdf(sample, "height", bins="fd").attrs["bin_rule"] == "fd"
-    assert pdf(sample, "height", bins=7).attrs["bin_rule"] == "given"
 
 
 @pytest.mark.parametrize(

@@ -106,24 +106,6 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         pull_off(pull_off(sticky))
 
 
-def test_one_place_will_do(elastic, ground):
-    """What is selected from a solution is still one."""
-    sticky = superpose(ground, delta=np.arange(-3, 8, 0.5), subregions=(2, 2))
-    for ds, verb in ((elastic, elastic_pull_off), (sticky, pull_off)):
-        assert verb(ds.isel(subregion=1)).pull_off_force.item() == verb(ds).pull_off_force[1].item()
-
-
-def test_an_elastic_estimate_needs_areas(elastic):
-    with pytest.raises(ValueError, match="expected a sweep with 'force' and 'contact_area' along 'delta'"):
-        elastic_pull_off(elastic.drop_vars("contact_area"))
-
-
-def test_a_map_over_pixels_has_a_ratio(ground):
-    found = reduction(roughxr.pull_off_map(ground.isel(x=slice(20, 30), y=slice(20, 32))))
-    assert found.pull_off_ratio.dims == ("x", "y")
-    np.testing.assert_allclose(found.pull_off_ratio, found.pull_off_force / (1.5 * np.pi * 1.3494 * 3000), rtol=1e-12)
-
-
 def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data(capsys):
     force = np.array([[1200.0, np.nan, 900.0, 1500.0], [1.0, 2.0, 3.0, 4.0]])
     pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})

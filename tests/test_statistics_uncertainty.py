@@ -122,12 +122,6 @@ def test_the_correlation_of_a_checkerboard_is_counted(side):
     assert (correlogram(np.ones(side**2), places).correlation == 0).all()
 
 
-def test_every_sample_lies_in_as_many_blocks():
-    places = np.argwhere(np.ones((6, 9))) * 50.0 + 25
-    counts = np.bincount(np.concatenate(blocks(places, 150.0)))
-    assert (counts == 9).all()
-
-
 def clustered(rng, count=400, size=1000.0):
     """Return places of which half crowd in a corner."""
     spread = rng.uniform(0, size, (count // 2, 2))
