@@ -1,10 +1,7 @@
 """The archive of a run holds its stages as they end, whatever stops it, and says what is missing."""
 
-import signal
-import time
 import warnings
 
-import numpy as np
 import pytest
 import xarray as xr
 
@@ -12,8 +9,6 @@ import roughxr
 from roughxr import archive, cli, report
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
-
-from .test_runs import finish, kill, only, pytestmark, same, start, undisturbed  # noqa: F401
 
 OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 
@@ -31,24 +26,6 @@ def surface():
 def whole(surface, tmp_path_factory):
     path = tmp_path_factory.mktemp("whole") / "run.nc"
     return path, roughxr.run(surface, path, **OPTIONS)
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(3, 12))])
-def test_a_run_killed_at_any_moment_leaves_its_stages_readable(tmp_path, undisturbed, seed):  # noqa: F811
-    expected, seconds = undisturbed
-    path, draw = tmp_path / "run.nc", np.random.default_rng(seed)
-    for _ in range(3):
-        child = start(path, stages=True)
-        time.sleep(draw.uniform(0.2, 1.0) * seconds)
-        kill(child, signal.SIGKILL if seed % 2 else signal.SIGINT)
-        if path.exists():
-            with warnings.catch_warnings(record=True):
-                groups, there = archive.load(path), archive.load(expected)
-            for name in set(groups) - {"log"}:
-                xr.testing.assert_identical(groups[name].load(), there[name].load())
-    finish(path, stages=True)
-    same(path, expected)
-    only(path)
 
 
 @pytest.mark.parametrize("moment", MOMENTS)
