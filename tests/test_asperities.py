@@ -82,12 +82,9 @@ def test_a_reach_leaves_the_rest_missing():
     ("options", "says"),
     [
         ({"patch": 4}, "odd"),
-        ({"patch": 1}, "from 3"),
         ({"patch": 99}, "to 20"),
         ({"patch": 15.0}, "a length such as '15 nm'"),
-        ({"patch": "wide"}, "patch: "),
         ({"patch": "1 nm"}, "at least 1.83 nm"),
-        ({"patch": "3 GPa"}, "patch: "),
         ({"vertex": "top"}, "'fitted'"),
     ],
 )

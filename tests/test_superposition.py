@@ -122,20 +122,6 @@ def test_saddles_are_left_out_and_counted(surface):
     )
 
 
-@pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        ({"delta": [1.0], "formulation": "hertz"}, "formulation"),
-        ({"delta": [1.0], "law": "dmt"}, "law"),
-        ({"delta": []}, "at least one"),
-        ({"delta": [3, 1]}, "ascending"),
-    ],
-)
-def test_bad_options_are_refused_in_words(surface, options, says):
-    with pytest.raises(ValueError, match=says):
-        superpose(surface, **options)
-
-
 def test_adhesion_must_be_assigned(surface):
     with pytest.raises(ValueError, match="work_of_adhesion"):
         superpose(surface.drop_vars("work_of_adhesion"), delta=[1.0])

@@ -75,13 +75,8 @@ def test_nothing_is_left_below_the_cutoff():
     ("wrong", "message"),
     [
         ({"shape": (64,)}, "shape: expected two whole numbers"),
-        ({"shape": (64, 1)}, "shape: expected two whole numbers"),
-        ({"pixel": 0}, "pixel: expected one positive number in nm"),
-        ({"rms": -1}, "rms: expected one positive number in nm"),
         ({"hurst": 1.2}, "hurst: expected a number from 0 to 1, found 1.2"),
-        ({"rolloff": "3 s"}, "rolloff"),
         ({"cutoff": 1e6}, "cutoff: expected at most the scan's length"),
-        ({"seed": 1.5}, "seed: expected a whole number"),
         ({"seed": -1}, "seed: expected a whole number"),
     ],
 )
