@@ -194,7 +194,7 @@ def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
 
 def test_what_cannot_be_extrapolated_says_so(surface):
     flat = roughxr.assign_pair(surface.assign(height=surface.height * 0), **PAIR)
-    with pytest.raises(ValueError, match="expected a spectrum to continue"):
+    with pytest.raises(ValueError, match="expected a spectrum to extrapolate"):
         roughxr.extrapolated(flat)
     said = not_extrapolated(surface, "noise to the pixel")
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 1), mesh=roughxr.Mesh(accuracy=None)))
@@ -258,7 +258,7 @@ def test_a_measured_map_has_an_estimate_between_the_scan_and_the_scan_with_rough
     estimate = roughxr.extrapolated(measured, shortest=8, **given)
     scanned = roughxr.extrapolated(measured, shortest=2 * float(measured.x[1] - measured.x[0]), **given)
     assert estimate.pull_off_lower < estimate.pull_off_mean < scanned.pull_off_mean < estimate.pull_off_upper
-    assert "lies between both, since the scan shows a" in estimate.attrs["assumed"]
+    assert "lies between both, nearer to the scan, which shows a" in estimate.attrs["assumed"]
 
 
 def test_a_spectrum_that_is_given_is_used_as_it_is(measured):
@@ -267,17 +267,27 @@ def test_a_spectrum_that_is_given_is_used_as_it_is(measured):
     assert f"Hurst exponent {float(spectrum.hurst_exponent):.2g} ±" in out.attrs["assumed"]
 
 
-@given(st.floats(1e-3, 4), st.floats(0, 2))
-def test_the_estimate_and_its_interval_follow_both_sides(ratio, noise):
-    sides = _two_sides(np.exp(ratio), 1.0, noise)
-    estimate = ratio * (1 - sides.share)  # its ln over that of the added side
-    assert 0 < estimate < ratio and sides.share <= 0.5 + 1e-6
-    assert estimate - sides.below < 0 < ratio < estimate + sides.above  # both sides lie inside
-    more, noisier = _two_sides(np.exp(1.1 * ratio), 1.0, noise), _two_sides(np.exp(ratio), 1.0, noise + 0.1)
-    assert more.below + more.above > sides.below + sides.above  # what takes more is less certain
-    assert noisier.below + noisier.above > sides.below + sides.above
-    if ratio < 0.05:
-        assert sides.share == pytest.approx(0.5, abs=0.02)  # their geometric mean
+@given(st.floats(1e-3, 4), st.floats(0, 2), st.sampled_from(["", "steps"]))
+def test_the_estimate_and_its_interval_follow_both_sides(ratio, noise, unlike):
+    def sides_of(ratio, noise):
+        return _two_sides(np.exp(ratio), 1.0, np.exp(-noise), unlike, 0.1)
+
+    sides = sides_of(ratio, noise)
+    estimate, (below, above) = ratio - sides.fall, sides.widths()  # ln over that with added roughness
+    assert estimate - below < -noise < ratio < estimate + above  # both sides lie inside, with the noise, too
+    for worse in (sides_of(1.1 * ratio, noise), sides_of(ratio, noise + 0.1)):
+        assert sum(worse.widths()) > below + above
+    if unlike:
+        assert 0 < sides.fall <= 0.5 and (ratio > 0.05 or sides.fall == pytest.approx(ratio / 2, rel=0.05))
+    else:
+        assert sides.fall == pytest.approx((ratio + noise) / 2)  # the geometric mean
+
+
+@pytest.mark.parametrize(("rolloff", "own"), [(250, True), (40, False)])
+def test_a_scans_own_slope_is_extrapolated_only_where_it_shows_a_power_law(rolloff, own):
+    scan = synthetic.self_affine((128, 128), 5, rms=1, hurst=0.8, rolloff=rolloff, seed=3)
+    out = roughxr.extrapolated(roughxr.assign_pair(scan, **PAIR), subregions=(2, 1), seeds=1, shortest=8)
+    assert ("lies between both" not in out.attrs["assumed"]) == own
 
 
 def test_the_first_words_are_both_answers(surface, found):

@@ -35,6 +35,10 @@ _LAY_ERRORS = 3.0
 #: Cells along the shortest added wave.
 _CELLS = 4
 
+#: Rings of wavevectors up to that of two pixels; beyond this part of it all are in the corners of the transform, whose
+#: mean power is known from so many coefficients.
+_RINGS, _CORNER, _LEAST_IN_RING = 24, 1.15, 20
+
 
 class Spectrum(NamedTuple):
     """The K-correlation model of a scan, and the shortest wave that the scan shows."""
@@ -309,6 +313,27 @@ def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortes
     waves = dctn(finite(height).astype(float), norm="ortho")
     waves[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
     return idctn(waves, norm="ortho", overwrite_x=True)
+
+
+def without_noise(ds: xr.Dataset) -> xr.Dataset:
+    """Return the scan without white noise, as strong as the weakest wavelengths below two pixels.
+
+    Wiener's filter of the cosine transform: each coefficient is multiplied by 1 − N/P, with the noise N and the mean
+    power P of coefficients of like wavelength. Real roughness that reaches the pixels is taken for noise, too.
+    """
+    from scipy.fft import dctn, idctn
+
+    heights, steps = finite(ds["height"].values).astype(float), pixel(ds)
+    along = (np.arange(n) / (2 * n * step) for n, step in zip(heights.shape, steps))
+    q = np.hypot(*np.meshgrid(*along, indexing="ij")) * 2 * max(steps)  # 1 at two pixels
+    ring = (_RINGS * q).astype(int)
+    coefficients, count = dctn(heights, norm="ortho"), np.bincount(ring.ravel())
+    power = np.bincount(ring.ravel(), (coefficients**2).ravel()) / np.maximum(count, 1)
+    corner = (np.arange(count.size) > _CORNER * _RINGS) & (count > _LEAST_IN_RING)
+    noise = power[corner].min(initial=np.inf)
+    gain = np.where(power > noise, 1 - noise / np.where(power > noise, power, 1.0), 0.0) if corner.any() else 1.0
+    gain = np.where(np.arange(count.size) == 0, 1.0, gain)
+    return ds.assign(height=(ds["height"].dims, idctn(coefficients * gain[ring], norm="ortho"), ds["height"].attrs))
 
 
 def hurst_exponent(value: Any) -> float:

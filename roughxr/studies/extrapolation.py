@@ -4,11 +4,12 @@ From the shortest wavelength that the scan shows correctly, half an octave is ad
 until the mean pull-off settles. All places are then solved with all wavelengths, and the few places once more with
 every assumption changed, for the interval of the mean.
 
-Few real surfaces are Gaussian and self-affine. For all others the truth lies between two sides: the surface as scanned,
-which has no finer roughness, and the scan with Gaussian roughness of the usual slope added, which has too much of it on
-the summits. With L = ln(scanned / added), F = scanned · exp(−½ (1 − exp(−L))): the geometric mean of both sides where L
-is small, and at most e^½ below the scan. On real surfaces the pull-off stops falling, since their fine roughness lies
-between the grains (``tests/benchmarks/real_below_the_pixel.py``).
+Few real surfaces are Gaussian and self-affine, and on pixels as large as a grain none shows its slope. Where a scan
+shows no power law over two octaves, or what no self-affine surface has, the truth lies between two sides: the surface
+as scanned, without its noise, and the same with Gaussian roughness of the usual slope added, which has too much of it
+on the summits. With L = ln(scanned / added), the estimate is their geometric mean, or, where the scan is not Gaussian,
+F = scanned · exp(−½ (1 − exp(−L))), at most e^½ below the scan: on real surfaces the pull-off stops falling, since
+their fine roughness lies between the grains (``tests/benchmarks/real_below_the_pixel.py``).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ..contact.subpixel import Below, pull_off_below
 from ..jobs import spread
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
-from ..scans.fine_scales import Spectrum, known_spectrum, spectrum_by_wavevector
+from ..scans.fine_scales import Spectrum, known_spectrum, spectrum_by_wavevector, without_noise
 from ..scans.self_affinity import unlike_self_affine
 from ..specimen import Specimen
 from ..statistics import bootstrap
@@ -54,6 +55,12 @@ _TRUE_PIXELS = 4.0
 #: wavelengths to the next shorter one is 1.21, 2 H ln 2.
 REAL_HURST = 0.88
 
+#: Standard deviations of ln(energy) of the octave below two pixels, and of the Hurst exponent over two octaves.
+_REAL_ENERGY_ERROR, _REAL_HURST_ERROR = 0.35, 0.38
+
+#: Roll-off over the shortest wavelength that the scan shows, of scans whose own slope is extrapolated.
+_POWER_LAW = 4.0
+
 #: Pixels along a side below which a scan is not coarsened by two for the test of self-affinity.
 _LEAST_COARSENED = 64
 
@@ -63,9 +70,9 @@ _FINEST_OCTAVE = 2.0, 4.0
 #: Largest ln(scanned / best estimate) of a surface that is not self-affine.
 _LARGEST_FALL = 0.5
 
-#: Margins of ln(truth) beyond the two sides on real surfaces: above the scan, whose valleys may be too sharp, below the
-#: added roughness, and above the scan for each range of adhesion that its noise has as rms.
-_ABOVE_SCAN, _BELOW_ADDED, _ABOVE_BY_NOISE = 0.2, 0.3, 0.5
+#: Margins of ln(truth) beyond the two sides on real surfaces: above the scan, whose valleys may be too sharp, and below
+#: the added roughness.
+_ABOVE_SCAN, _BELOW_ADDED = 0.2, 0.3
 
 _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
@@ -129,9 +136,9 @@ def extrapolated(
     the hardness is the pair's, or the estimate for named materials. Wavelengths that the scan distorts, shorter than
     four pixels unless its spectrum ends before, are replaced. The interval contained the truth for 31 of 31 self-affine
     surfaces (``tests/benchmarks/below_the_pixel.py``). A scan that no self-affine surface would show (grains, steps,
-    particles, a blunt tip, noise) keeps all its wavelengths. The estimate then lies between the surface as scanned and
-    the scan with the usual fine roughness of real surfaces added, and the interval contains both
-    (``tests/benchmarks/real_below_the_pixel.py``).
+    particles, a blunt tip, noise), or that shows no power law over two octaves, keeps all its wavelengths but its white
+    noise. The estimate then lies between the surface as scanned and the scan with the usual fine roughness of real
+    surfaces added, and the interval contains both (``tests/benchmarks/real_below_the_pixel.py``).
 
     Examples
     --------
@@ -145,37 +152,35 @@ def extrapolated(
     ds = in_memory(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
-    if spectrum is None or "psd" in spectrum:
-        own = known_spectrum(shown_truly(ds))
-        model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
-    else:
-        model = known_spectrum(spectrum)
+    model = known_spectrum(shown_truly(ds))
     if not np.isfinite(model.plateau):
-        raise ValueError("height: expected a spectrum to continue, found none in a flat or nearly flat scan")
-    unlike = "" if spectrum is not None else _unlike_self_affine(ds, model.shown)
-    noise = 0.0
-    if unlike:
-        model, noise = _real_surface_spectrum(ds)
+        raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
+    unlike = _unlike_self_affine(ds, model.shown)
     bodies, hardness = with_hardness(ds)
+    if spectrum is not None:
+        model = known_spectrum(spectrum, model.shown, model.lay) if "psd" in spectrum else known_spectrum(spectrum)
+    between = spectrum is None and (bool(unlike) or model.rolloff < _POWER_LAW * model.shown)
+    resolved = without_noise(bodies) if between else smooth(bodies, shortest=model.shown)
+    model = _real_surface_spectrum(resolved) if between else model
     centres = regions.centres(ds, subregions)
     problem, adhesion = settling(bodies, preload=preload)
-    smoothed = bodies if unlike else smooth(bodies, shortest=model.shown)
-    surface = Surface(smoothed, problem, centres)
+    surface = Surface(resolved, problem, centres)
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
     pilot = _pilot(surface, question, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
     places = range(centres.sizes["subregion"])
     forces = surface.solve(question, places, count, pilot.guesses[-1])[..., 0]
-    entries = _entries(surface, question, pilot, hardness, with_spectrum=not unlike)
-    sides = None
-    if unlike:
+    entries, sides = _entries(surface, question, pilot, hardness, with_spectrum=not (between and unlike)), None
+    if between:
         bare = question._replace(below=question.below._replace(shortest=model.shown))
         scanned = surface.solve(bare, places, 1, pilot.guesses[0])[..., 0]
-        sides = _two_sides(_mean(scanned, centres), _mean(forces, centres), noise / adhesion.span)
-        forces = scanned ** (1 - sides.share) * forces**sides.share
+        noisy = _with_noise(Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies), pilot)
+        means = _mean(scanned, centres), _mean(forces, centres), noisy
+        sides = _two_sides(*means, unlike, entries.pop("spectrum", 0.0))
+        forces = sides.between(scanned, forces)
     entries |= _scatter(forces, centres)
     given = preload, subregions, count, end
-    return _result(ds, forces, entries, pilot, model, centres, (hardness, unlike), sides, given)
+    return _result(ds, forces, entries, pilot, model, centres, hardness, sides, given)
 
 
 def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
@@ -220,21 +225,44 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
 
 
 class _Sides(NamedTuple):
-    """The pull-off as scanned and with Gaussian roughness added, and the estimate between them."""
+    """The mean pull-off without and with Gaussian roughness added, and the estimate between them."""
 
-    scanned: float  # nN, mean
-    added: float  # nN, mean
-    share: float  # of ln(added) in ln(estimate)
-    below: float  # half width of the 95 % interval of ln(estimate), downwards
-    above: float  # upwards
+    scanned: float  # nN, without the scan's noise
+    added: float  # nN, without the scan's noise
+    noisy: float  # nN, with roughness added to the scan and its noise
+    fall: float  # ln(scanned / estimate)
+    margin: float  # of ln(truth) below the added roughness
+    reason: str
+
+    def between(self, scanned: np.ndarray, added: np.ndarray) -> np.ndarray:
+        """Return the estimate of each surface (place, seed) from its pull-offs."""
+        share = min(self.fall / max(np.log(self.scanned / self.added), 1e-9), 1.0)
+        return scanned ** (1 - share) * added**share
+
+    def widths(self) -> tuple[float, float]:
+        """Return the half widths of the 95 % interval of ln(estimate), downwards and upwards."""
+        lowest = min(self.added, self.noisy)
+        return float(np.log(self.scanned / lowest)) - self.fall + self.margin, self.fall + _ABOVE_SCAN
 
 
-def _two_sides(scanned: float, added: float, noise: float) -> _Sides:
-    """Return the estimate between two means (nN); ``noise`` is the scan's, in ranges of adhesion."""
-    ratio = max(float(np.log(scanned / added)), 1e-9)
-    fall = _LARGEST_FALL * (1 - np.exp(-ratio / (2 * _LARGEST_FALL)))
-    below, above = ratio - fall + _BELOW_ADDED, fall + _ABOVE_SCAN + _ABOVE_BY_NOISE * noise
-    return _Sides(scanned, added, fall / ratio, below, above)
+def _two_sides(scanned: float, added: float, noisy: float, unlike: str, spectrum_error: float) -> _Sides:
+    """Return the estimate from the means without and with added roughness, and with both it and the noise (nN)."""
+    ratio = max(float(np.log(scanned / added)), 0.0)
+    if unlike:
+        fall = _LARGEST_FALL * (1 - np.exp(-ratio / (2 * _LARGEST_FALL)))
+        return _Sides(scanned, added, noisy, fall, _BELOW_ADDED, f"nearer to the scan, which shows {unlike}")
+    fall = 0.5 * max(float(np.log(scanned / min(added, noisy))), 0.0)
+    margin = max(_BELOW_ADDED, 1.96 * spectrum_error)
+    return _Sides(scanned, added, noisy, fall, margin, "since the scan shows no power law over two octaves")
+
+
+def _with_noise(surface: Surface, question: Question, model: Spectrum, pilot: _Pilot) -> float:
+    """Return the mean pull-off (nN) of the scan with its noise, and roughness added, at the places of the pilot."""
+    below = question.below._replace(spectrum=model)
+    seeds = pilot.pulls[-1].shape[1]
+    return float(
+        np.nanmean(surface.solve(question._replace(below=below), pilot.places, seeds, pilot.guesses[-1])[..., 0])
+    )
 
 
 def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
@@ -246,24 +274,19 @@ def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
     return unlike_self_affine(coarse, max(shown, _TRUE_PIXELS * max(schema.pixel(coarse))))
 
 
-def _real_surface_spectrum(ds: xr.Dataset) -> tuple[Spectrum, float]:
-    """Return the spectrum below two pixels of a surface that is not self-affine, and the rms of the scan's noise (nm).
-
-    Its energy is that of the scan's finest octave, its slope that of real surfaces. White noise is at most as strong as
-    the weakest of the wavelengths below two pixels, in the corners of the transform.
-    """
+def _real_surface_spectrum(ds: xr.Dataset) -> Spectrum:
+    """Return a spectrum below two pixels with the energy of the scan's finest octave and the slope of real surfaces."""
     heights, steps = ds["height"].values, schema.pixel(ds)
     q, psd = spectrum_by_wavevector(heights, steps)
     wavelength, shown = 2 * np.pi / q, _FINEST_OCTAVE[0] * max(steps)
     finest = (wavelength >= shown * (1 - 1e-9)) & (wavelength < _FINEST_OCTAVE[1] * max(steps))
     energy = float((q * psd * np.gradient(q))[finest].sum()) / (2 * np.pi)
-    corner = psd[wavelength < 0.8 * shown]
-    noise = float(np.sqrt(corner.min() / (steps[0] * steps[1]))) if corner.size else 0.0
     ends = 2 * np.pi / (shown * np.array([2.0, 1.0]))
     slope = 2 * REAL_HURST
     amplitude = 2 * np.pi * energy * slope / (ends[0] ** -slope - ends[1] ** -slope)
     rolloff = 1e4 * shown  # far beyond all wavelengths that are added
-    return Spectrum(amplitude * (rolloff / (2 * np.pi)) ** (2 + slope), rolloff, REAL_HURST, shown), noise
+    plateau = amplitude * (rolloff / (2 * np.pi)) ** (2 + slope)
+    return Spectrum(plateau, rolloff, REAL_HURST, shown, _REAL_ENERGY_ERROR, _REAL_HURST_ERROR)
 
 
 class Surface:
@@ -422,11 +445,11 @@ def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
 
 
-def _result(ds, forces, entries, pilot: _Pilot, model, centres, words, sides: _Sides | None, given) -> xr.Dataset:
-    (hardness, unlike), (preload, subregions, seeds, end) = words, given
+def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness, sides: _Sides | None, given) -> xr.Dataset:
+    preload, subregions, seeds, end = given
     mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot, sides)
     if sides is not None:
-        entries = entries | {"spectrum": 0.5 * (sides.below + sides.above) / 1.96}
+        entries = entries | {"spectrum": 0.5 * sum(sides.widths()) / 1.96}
     added = rms_of(model.at, model.shown, pilot.wavelengths[-1])
     out = xr.Dataset(
         {
@@ -463,7 +486,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, words, sides: _S
         assumed = (
             f"Below, roughness with the slope of real surfaces (Hurst exponent {model.hurst:.2g}) was added down to "
             f"{last:.2g} nm{_why(pilot, end)}: {sides.added:.3g} nN, and {sides.scanned:.3g} nN without. "
-            f"The estimate lies between both, since the scan shows {unlike}; {hardness}."
+            f"The estimate lies between both, {sides.reason}; {hardness}."
         )
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
     arguments = {"preload": preload, "subregions": subregions, "seeds": seeds, "shortest": end}
@@ -475,7 +498,8 @@ def _spreads(entries: dict[str, float], pilot: _Pilot, sides: _Sides | None) -> 
     spread = {name: 1.96 * value for name, value in entries.items() if np.isfinite(value)}
     if sides is not None:
         rest = float(np.hypot.reduce(list(spread.values())))
-        return float(np.hypot(sides.below, rest)), float(np.hypot(sides.above, rest))
+        below, above = sides.widths()
+        return float(np.hypot(below, rest)), float(np.hypot(above, rest))
     below = float(np.hypot.reduce(list(spread.values())))
     if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:
         spread |= {"spectrum": min(spread["spectrum"], took), "finer roughness": 0.0}
