@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.kernels.asperity.elliptic_table import lookup, mark
@@ -55,7 +54,7 @@ def asperity_events(scales, law):
 @kernel
 def asperities_contact(delta, scales, spline):
     """The ``Contact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
-    P, a, b = unset(delta.shape, 0.0), unset(delta.shape, 0.0), unset(delta.shape, 0.0)
+    P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
     for i in range(delta.shape[0]):
         one = pick(scales, i)
         for j in range(delta.shape[1]):

@@ -49,11 +49,6 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
         and "complementarity" (pressure times gap; without adhesion), over the deepest overlap; "force_balance", force
         less Σ p dA; "hardness", the pressure beyond it.
 
-    Raises
-    ------
-    ValueError
-        If the Dataset is no such solution.
-
     Examples
     --------
     >>> import roughxr

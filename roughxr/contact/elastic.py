@@ -88,12 +88,6 @@ def direct(
         (nN nm) and the field ``residual_height`` (nm), left after loading to delta and unloading. Lazy where the scan
         is a dask array.
 
-    Raises
-    ------
-    ValueError
-        If no pair is assigned, pixels are not square or missing, displacements or loads are empty, not finite
-        or not ascending, or a name is unknown.
-
     Warns
     -----
     UserWarning

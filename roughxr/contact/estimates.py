@@ -43,11 +43,6 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
     Dataset
         As `pull_off`.
 
-    Raises
-    ------
-    ValueError
-        If ``ds`` is no such sweep.
-
     References
     ----------
     Ciavarella, arXiv 1712.05844.

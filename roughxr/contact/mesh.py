@@ -28,11 +28,6 @@ class Mesh:
         times as long. Retraction takes shorter ones where a branch of solutions ends, and where
         a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
 
-    Raises
-    ------
-    ValueError
-        If one is not as described.
-
     Examples
     --------
     >>> Mesh(4, step="0.1 nm")

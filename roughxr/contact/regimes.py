@@ -64,11 +64,6 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         pair Tabor's parameters are the larger of those of the liquid's law and of the solids' under it, and
         ``sphere_maugis`` is Maugis's of the liquid's law.
 
-    Raises
-    ------
-    ValueError
-        If no sphere or no work of adhesion is assigned, or the scan has no asperities.
-
     Notes
     -----
     Asperities whose Tabor parameter is below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
@@ -193,11 +188,6 @@ def formulas(
         over a plane 1.82 rms below it) and "gaussian_heights". Attributes hold the formulas' inputs from the
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
         ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
-
-    Raises
-    ------
-    ValueError
-        As `regime`.
 
     Notes
     -----

@@ -101,7 +101,7 @@ def resting(
     if on is not None:
         out = _on_vertices(out, schema.validate(on, "asperities"), ground)
     out = out.assign_coords(schema.travelling(scan))
-    off = float(rests.areas(settled.labels, len(settled.places) + 1)[rests.OFF]) / settled.labels.size
+    off = float((settled.labels == rests.OFF).mean())
     out.attrs = {"share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
@@ -142,7 +142,7 @@ def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
     pairs, pixels = _borders(z, labels)
     passes = rests.passes(z, labels, pairs, pixels, places[:, 2], ground)
     to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
-    reached = np.unique(to[np.flatnonzero(rests.areas(labels, len(to)))])
+    reached = np.unique(to[np.unique(labels)])
     reached = reached[reached != rests.OFF]
     number = np.zeros(len(to), np.int64)
     number[reached] = np.arange(1, reached.size + 1)
@@ -184,8 +184,15 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
     Over a summit at the scan's edge pixels on both sides are equally low: all of them are returned.
     """
-    pairs, heights = rests.borders(z, labels)
-    pairs = _lowest_ones(pairs, heights, _EQUAL_HEIGHTS * float(np.ptp(z)))
+    (nx, ny), flat, parts = z.shape, np.arange(z.size).reshape(z.shape), []
+    for i, j in ((1, 0), (0, 1), (1, 1), (1, -1)):
+        cells = slice(0, nx - i), slice(max(-j, 0), ny - max(j, 0))
+        others = slice(i, nx), slice(max(j, 0), ny - max(-j, 0))
+        a, b, apart = labels[cells], labels[others], labels[cells] != labels[others]
+        higher = np.where(z[cells] >= z[others], flat[cells], flat[others])
+        parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), higher], axis=-1)[apart])
+    pairs = np.concatenate(parts)
+    pairs = _lowest_ones(pairs, z.ravel()[pairs[:, 2]], _EQUAL_HEIGHTS * float(np.ptp(z)))
     return pairs[:, :2], pairs[:, 2]
 
 
@@ -246,7 +253,7 @@ def _root(to: np.ndarray, label: int) -> int:
 def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> xr.Dataset:
     """Return all places of rest with their lowest passes."""
     count = len(settled.places)
-    area = rests.areas(settled.labels, count + 1)[1:]
+    area = np.bincount(settled.labels.ravel(), minlength=count + 1)[1:]
     x, y = settled.places.T[:2]
     places = {"subregion_x": x, "subregion_y": y, "landing_share": area / max(area.sum(), 1)}
     out = xr.Dataset(coords={"subregion": np.arange(x.size), **{n: ("subregion", v) for n, v in places.items()}})

@@ -65,11 +65,6 @@ def rigid(
         of thin menisci is probably too high, and ``work_of_separation`` (nN nm, from the largest pull on at constant
         humidity). Lazy where the scan is a dask array.
 
-    Raises
-    ------
-    ValueError
-        If no pair or no work of adhesion is assigned, or pixels are not square or missing.
-
     Warns
     -----
     UserWarning

@@ -28,6 +28,10 @@ from roughxr.kernels.jit import kernel
 LARGEST_RATIO = 1e4
 FILE = Path(__file__).with_name("elliptic_table.npz")
 CELLS_ACROSS, CELLS_ALONG = 20, 48
+
+#: Columns of splines and marks: NumPy's integers, since Numba compiles a function again for every literal number.
+P, A, B = np.arange(3)
+END, LEAST = np.arange(2)
 _PER_LOG = CELLS_ACROSS / log(LARGEST_RATIO)
 _SIXTH = 1.0 / 6.0  # a product is quicker than a quotient
 
@@ -91,8 +95,8 @@ def lookup(spline, row, above_end):
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
     w = spline_weights(along - j)
-    P, a, b = _along(spline, row, j, 0, w), _along(spline, row, j, 1, w), _along(spline, row, j, 2, w)
-    return P * size * size * size, a * size, b * size
+    p, a, b = _along(spline, row, j, P, w), _along(spline, row, j, A, w), _along(spline, row, j, B, w)
+    return p * size * size * size, a * size, b * size
 
 
 @kernel

@@ -14,13 +14,10 @@ from math import sqrt
 
 from ..jit import kernel
 from . import jkr
-from .elliptic_table import CELLS_ALONG, across, spline_value, spline_weights
+from .elliptic_table import CELLS_ALONG, A, B, P, across, spline_value, spline_weights
 
 #: Coefficients along a branch.
 LENGTH = CELLS_ALONG + 3
-
-#: Columns of a table: P*, a*, b*/λ, each divided by its growth under load.
-P, A, B = range(3)
 
 
 @kernel
@@ -55,14 +52,14 @@ def closed_force(delta):
 
 @kernel
 def line_contact(lines, above_end):
-    """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (LENGTH, 3), columns ``P``, ``A``, ``B``."""
+    """Return P*, a* and b*/λ at ``above_end`` ≥ 0 on collapsed branches: (3, LENGTH), rows ``P``, ``A``, ``B``."""
     size = 1.0 + sqrt(above_end)
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
     w = spline_weights(along - j)
-    p = spline_value(w, lines[j, P], lines[j + 1, P], lines[j + 2, P], lines[j + 3, P])
-    a = spline_value(w, lines[j, A], lines[j + 1, A], lines[j + 2, A], lines[j + 3, A])
-    b = spline_value(w, lines[j, B], lines[j + 1, B], lines[j + 2, B], lines[j + 3, B])
+    p = spline_value(w, lines[P, j], lines[P, j + 1], lines[P, j + 2], lines[P, j + 3])
+    a = spline_value(w, lines[A, j], lines[A, j + 1], lines[A, j + 2], lines[A, j + 3])
+    b = spline_value(w, lines[B, j], lines[B, j + 1], lines[B, j + 2], lines[B, j + 3])
     return p * size * size * size, a * size, b * size
 
 

@@ -30,10 +30,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import ascending, line, lowest, unset
 from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
-from .elliptic_table import mark
+from .elliptic_table import LEAST, mark
 from .force_curves import LENGTH, P, closed_force, collapse, line_force
 from .superposition import Field
 
@@ -45,9 +44,9 @@ FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
 #: Error of the tables: an asperity's least load may be below its tabulated value by this part.
 _TABLE_ERROR = 3e-6
 
-#: A search ends when the force is accurate to this part.
+#: A search ends when the force is accurate to this part, or after so many steps; one step gives a first guess.
 _VALUE_TOLERANCE = 1e-14
-_MOST_STEPS = 100
+_ONE_STEP, _MOST_STEPS = np.int64(1), np.int64(100)  # not literal: Numba compiles a function again for each of those
 
 #: q of a state so near the beginning of a branch that its slope is that of a fold, as 1/q; and the least dP*/dq there
 #: (JKR: 1.1) that is one.
@@ -88,6 +87,7 @@ class Near(NamedTuple):
     index: np.ndarray
     adhesion: np.ndarray  # running sum of C, from 0: (near + 1,)
     lines: np.ndarray  # (near, LENGTH): their branches, where the law is tabulated
+    touch: float  # displacement at which the first vertex is touched; inf where there is none
 
 
 class Total(NamedTuple):
@@ -129,9 +129,9 @@ def _selected(field, which):
 
 @kernel
 def _marks(marks, rows):
-    out = line(rows.size, 0.0)
+    out = np.empty(rows.size)
     for i in range(rows.size):
-        out[i] = mark(marks, rows[i], 1)
+        out[i] = mark(marks, rows[i], LEAST)
     return out
 
 
@@ -156,42 +156,26 @@ def _cells(field, adhesion, per_cell=4.0):
 @kernel
 def pull_offs(x, y, grid, table, radius, profile):
     """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
-    out = unset((x.size, 6), 0.0)
-    for k in range(x.size):
-        least, near, evaluations = pull_off(x[k], y[k], grid, table, radius, profile)
-        out[k, FORCE], out[k, DELTA] = least.F, least.delta
-        out[k, FIRST_TOUCH] = lowest(near.offset) if near.offset.size else np.nan
-        out[k, CONTACTS], out[k, AT_EDGE] = _contacts_at(least.delta, near, grid)
-        out[k, EVALUATIONS] = evaluations
+    out = np.zeros((x.size, 6))
+    for c in range(x.size):
+        reach, least, row = grid.first_reach, Least(0.0, np.nan), out[c]
+        near = nearby(x[c], y[c], reach, grid, table, radius, profile)
+        for _ in range(_MOST_DISCS):
+            least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most of the searches
+            least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
+            total = total_force(reach, near.onset.size, near, grid)
+            row[EVALUATIONS] += rough + count + near.onset.size
+            if _proved(x[c], y[c], reach, total, near, least, grid, radius, profile):
+                break
+            reach = grid.highest + _GROWTH * (reach - grid.highest)
+            near = nearby(x[c], y[c], reach, grid, table, radius, profile)
+        row[FORCE], row[DELTA] = least.F, least.delta
+        row[FIRST_TOUCH] = near.touch if near.touch < np.inf else np.nan
+        for k in range(near.onset.size):
+            if near.onset[k] <= least.delta:
+                row[CONTACTS] += 1.0
+                row[AT_EDGE] += grid.field.at_edge[near.index[k]]
     return out
-
-
-@kernel
-def pull_off(x, y, grid, table, radius, profile):
-    """Return the ``Least`` force at (x, y), the asperities ``Near`` it, and how many loads were needed."""
-    reach, least, evaluations = grid.first_reach, Least(0.0, np.nan), 0
-    near = nearby(x, y, reach, grid, table, radius, profile)
-    for _ in range(_MOST_DISCS):
-        least, rough = least_up_to(near, reach, least, 1, grid)  # a good guess saves most of the searches
-        least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
-        total = total_force(reach, near.onset.size, near, grid)
-        evaluations += rough + count + near.onset.size
-        if _proved(x, y, reach, total, near, least, grid, radius, profile):
-            break
-        reach = grid.highest + _GROWTH * (reach - grid.highest)
-        near = nearby(x, y, reach, grid, table, radius, profile)
-    return least, near, evaluations
-
-
-@kernel
-def _contacts_at(delta, near, grid):
-    """Return the number of asperities in contact at δ, and how many of them are at the scan's edge."""
-    contacts = at_edge = 0.0
-    for k in range(near.onset.size):
-        if near.onset[k] <= delta:
-            contacts += 1.0
-            at_edge += grid.field.at_edge[near.index[k]]
-    return contacts, at_edge
 
 
 @kernel
@@ -202,7 +186,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
     most = 0
     for i in range(i0, i1):
         most += cells.first[i, j1] - cells.first[i, j0]
-    onset, offset, index, n = unset((most,), 0.0), unset((most,), 0.0), unset((most,), 0), 0
+    onset, offset, index, n = np.empty(most), np.empty(most), np.empty(most, np.int64), 0
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
             u, v = field.x[k] - x, field.y[k] - y
@@ -211,20 +195,34 @@ def nearby(x, y, reach, grid, table, radius, profile):
             if t <= reach:
                 onset[n], offset[n], index[n] = t, o, k
                 n += 1
-    return _in_order(onset[:n], offset[:n], index[:n], grid, table)
-
-
-@kernel
-def _in_order(onset, offset, index, grid, table):
-    order, count = ascending(onset), onset.size
-    begins, offsets, which = line(count, 0.0), line(count, 0.0), line(count, 0)
-    adhesion, lines = line(count + 1, 0.0), unset((count if table.size else 0, LENGTH), 0.0)
-    for k in range(count):
+    order, begins, offsets, which = _ascending(onset[:n]), np.empty(n), np.empty(n), np.empty(n, np.int64)
+    adhesion, lines, touch = np.zeros(n + 1), np.empty((n if table.size else 0, LENGTH)), np.inf
+    for k in range(n):
         begins[k], offsets[k], which[k] = onset[order[k]], offset[order[k]], index[order[k]]
+        touch = min(touch, offsets[k])
         adhesion[k + 1] = adhesion[k] + grid.adhesion[which[k]]
         if table.size:
             collapse(table, grid.field.scales.row[which[k]], P, lines[k])
-    return Near(begins, offsets, which, adhesion, lines)
+    return Near(begins, offsets, which, adhesion, lines, touch)
+
+
+@kernel
+def _ascending(values):
+    """Return the order that sorts a vector, equal values as they stand: sorted runs are merged, two by two."""
+    order, merged, width = np.empty(values.size, np.int64), np.empty(values.size, np.int64), 1
+    for k in range(values.size):
+        order[k] = k
+    while width < values.size:
+        for low in range(0, values.size, 2 * width):
+            middle, high = min(low + width, values.size), min(low + 2 * width, values.size)
+            i, j = low, middle
+            for k in range(low, high):
+                if i < middle and (j == high or values[order[i]] <= values[order[j]]):
+                    merged[k], i = order[i], i + 1
+                else:
+                    merged[k], j = order[j], j + 1
+        order, merged, width = merged, order, 2 * width
+    return order
 
 
 @kernel
@@ -254,7 +252,8 @@ def _square(x, y, r, cells):
 @kernel
 def least_up_to(near, reach, least, steps, grid):
     """Return the least force up to the displacement ``reach``, or ``least``, and how many loads were needed."""
-    work, k, n = 0, 0, near.onset.size
+    work, n = 0, near.onset.size
+    k = np.int64(0)  # not the literal
     while k < n:
         end = near.onset[k + 1] if k + 1 < n else reach
         total = total_force(end, k + 1, near, grid)
@@ -263,19 +262,13 @@ def least_up_to(near, reach, least, steps, grid):
         if total.slope > 0.0 and total.F - total.slope * width < least.F:
             least, count = search(k, width, total, least, steps, near, grid)
             work += count
-        k = _skip(k + 1, end, total, least, near)
+        k, before = k + 1, near.adhesion[k + 1]
+        while k < n:  # skip what the line proves to lie above the least
+            line = total.A + total.S * (near.onset[k] - end) - (near.adhesion[k + 1] - before)
+            if line < least.F:
+                break
+            k += 1
     return least, work
-
-
-@kernel
-def _skip(k, L, total, least, near):
-    """Return the first beginning, from the k-th on, after which F may lie below the least."""
-    before = near.adhesion[k]
-    while k < near.onset.size:
-        if total.A + total.S * (near.onset[k] - L) - (near.adhesion[k + 1] - before) < least.F:
-            break
-        k += 1
-    return k
 
 
 @kernel
@@ -349,7 +342,7 @@ def total_force(delta, n, near, grid):
 @kernel
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
-    if near.offset.size == 0 or lowest(near.offset) > reach:
+    if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells, known = grid.cells, near.adhesion[-1]
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1

@@ -24,10 +24,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from roughxr.kernels.arrays import unset
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import shape, stiffness
-from roughxr.kernels.asperity.elliptic_table import EMPTY, lookup, mark, row_of
+from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark, row_of
 from roughxr.kernels.asperity.force_curves import closed_contact
 from roughxr.kernels.jit import kernel
 
@@ -100,7 +99,7 @@ def asperity_scales(A, B, E_star, w, law):
         row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
     else:
         row = row_of(B / A)
-    return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, 0), row)
+    return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, END), row)
 
 
 @kernel
@@ -126,7 +125,7 @@ def pick(scales, i):
 @kernel
 def asperities_scales(A, B, E_star, w, law):
     """The ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
-    out = unset((6, A.size), 0.0)
+    out = np.empty((6, A.size))
     for i in range(A.size):
         scales = asperity_scales(A[i], B[i], E_star, w, law)
         out[0, i], out[1, i], out[2, i] = scales.a, scales.P, scales.delta

@@ -26,7 +26,6 @@ Source: own.
 
 import numpy as np
 
-from ..arrays import line, lowest, median, unset
 from ..jit import kernel
 from .laws import asperity_contact, pick
 
@@ -48,7 +47,7 @@ MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 @kernel
 def resisting_moments(directions, x, y, orientation, delta, scales, load, spline):
     """Return (direction, 4), ``MOMENT`` … ``PULL_HINGE``, for each direction φ (rad); NaN without contact."""
-    out = unset((directions.size, 4), 0.0)
+    out = np.empty((directions.size, 4))
     for k in range(directions.size):
         c, s = np.cos(directions[k]), np.sin(directions[k])
         along = x * c + y * s
@@ -61,7 +60,7 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
     n, way = along.size, delta - scales.end * scales.delta
-    force, reach = line(n, 0.0), line(n, 0.0)
+    force, reach = np.zeros(n), np.zeros(n)
     out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
     for _ in range(_MOST_STEPS):
         h = _edge(along, turned, delta, scales, spline, force, reach)
@@ -113,12 +112,11 @@ def total_force(delta, offset, scales, spline):
     return force, area
 
 
-@kernel
 def rest(offset, scales, load, start, spline):
     """Return the displacement (nm) at which the sphere rests under ``load`` on unloading, NaN where nothing touches."""
     if offset.size == 0:
         return np.nan
-    unit, first = max(median(scales.delta), 1e-3), lowest(offset)
+    unit, first = max(np.median(scales.delta), 1e-3), offset.min()
     high = max(start, first) + unit
     for _ in range(200):
         if total_force(high, offset, scales, spline)[0] > load:

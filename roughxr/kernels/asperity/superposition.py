@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import table, unset
 from ..halfspace.separation import profile_height
 from ..jit import kernel
 from .force_curves import LENGTH, A, B, P, closed_contact, collapse, line_contact
@@ -50,7 +49,7 @@ FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
 @kernel
 def offsets(field, x, y, radius, profile):
     """Return the distance (nm) by which the sphere at (x, y) must come down to reach each vertex."""
-    out = unset((field.x.size,), 0.0)
+    out = np.empty(field.x.size)
     for i in range(out.size):
         u, v = field.x[i] - x, field.y[i] - y
         out[i] = field.depth[i] + profile_height(u * u + v * v, radius, profile)
@@ -60,7 +59,7 @@ def offsets(field, x, y, radius, profile):
 @kernel
 def superpose(deltas, field, offset, patch_radius, branch):
     """Return (6, delta): force nN, area nm², and the counts of ``CONTACTS`` … ``TRUNCATED``."""
-    out, lines = table(6, deltas.size, 0.0), unset((LENGTH, 3), 0.0)
+    out, lines = np.zeros((6, deltas.size)), np.empty((3, LENGTH))
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
             _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)
@@ -80,15 +79,14 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     Flags are counted at the first displacement that raises them, since contacts grow. The loop takes scalars from laws
     of closed form: passing an array to a function costs as much as the law itself.
     """
-    scales, force, area, n = pick(field.scales, i), out[FORCE], out[AREA], deltas.size
-    adheres = scales.end < 0.0
-    first = np.searchsorted(deltas, offset + scales.end * scales.delta)
-    while not adheres and first < n and deltas[first] <= offset:  # a touch without area does not count
-        first += 1
+    scales, force, area, n, first = pick(field.scales, i), out[FORCE], out[AREA], deltas.size, 0
+    adheres, begins = scales.end < 0.0, offset + scales.end * scales.delta
+    while first < n and (deltas[first] < begins or (not adheres and deltas[first] == offset)):
+        first += 1  # a touch without area does not count
     tabulated = adheres and branch.size > 0
     if tabulated:
         for column in (P, A, B):
-            collapse(branch, scales.row, column, lines[:, column])
+            collapse(branch, scales.row, column, lines[column])
     beyond = n
     per_nm, ellipse = 1.0 / scales.delta, pi * scales.axis_ratio * scales.a * scales.a
     for k in range(first, n):

@@ -7,7 +7,6 @@ paraboloid S₀ = r²/2R; they differ by a part r²/4R² of S₀.
 
 import numpy as np
 
-from ..arrays import unset
 from ..jit import kernel
 
 SPHERE, PARABOLA = 0, 1
@@ -29,7 +28,7 @@ def profile_height(r2, radius, profile):
 @kernel
 def sphere_separation(height, datum, x, y, radius, profile):
     """Return S (nm), shape (x.size, y.size), of a sphere over heights (nm) at x, y from the contact centre."""
-    separation = unset((x.size, y.size), 0.0)
+    separation = np.empty((x.size, y.size))
     for i in range(x.size):
         for j in range(y.size):
             separation[i, j] = datum - height[i, j] + profile_height(x[i] * x[i] + y[j] * y[j], radius, profile)

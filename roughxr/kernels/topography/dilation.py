@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
 from ..jit import kernel
 
 #: Pixels along a side of a box that is not divided further, and pixels around it for which its list also holds.
@@ -80,7 +79,7 @@ def patches(z, x, y, pixel, radius, reach):
     """Return the patches (one a row) of the pixels that a sphere may touch, and each one's place in the tile, flat."""
     nx, ny = z.shape
     bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
-    row, chosen, count = line(RISE + 1, 0.0), line(z.size, 0), 0
+    row, chosen, count = np.zeros(RISE + 1), np.zeros(z.size, np.int64), 0
     for i in range(nx):
         for j in range(ny):
             if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
@@ -89,7 +88,7 @@ def patches(z, x, y, pixel, radius, reach):
             if _is_summit(z, i, j, pixel, bend, row[RISE]):
                 chosen[count] = i * ny + j
                 count += 1
-    out = table(count, RISE + 1, 0.0)
+    out = np.zeros((count, RISE + 1))
     for k in range(count):
         i, j = chosen[k] // ny, chosen[k] % ny
         put_patch(out[k], z, i, j, pixel, radius)
@@ -141,14 +140,14 @@ def touch(row, x, y, ball):
 @kernel
 def _visible(rows, candidates, x0, x1, y0, y1, radius):
     """Return those of the candidates that the sphere may touch at the places in a box."""
-    highest, floor = line(candidates.size, 0.0), -np.inf
+    highest, floor = np.zeros(candidates.size), -np.inf
     for n in range(candidates.size):
         row = rows[candidates[n]]
         near_x, near_y = max(x0 - row[X], row[X] - x1, 0.0), max(y0 - row[Y], row[Y] - y1, 0.0)
         far_x, far_y = max(row[X] - x0, x1 - row[X]), max(row[Y] - y0, y1 - row[Y])
         highest[n] = row[H] + row[RISE] - _fall(near_x * near_x + near_y * near_y, radius)
         floor = max(floor, row[H] - _fall(far_x * far_x + far_y * far_y, radius))
-    visible, count = line(candidates.size, 0), 0
+    visible, count = np.zeros(candidates.size, np.int64), 0
     for n in range(candidates.size):
         if highest[n] >= floor and highest[n] > -np.inf:
             visible[count] = candidates[n]
@@ -176,8 +175,8 @@ def _raise_bounds(part, first, wide, margin, heights, best, over):
 @kernel
 def _lay(rows, visible, x, y, box, ball, z):
     """Fill a box with the heights of the sphere; put in front what it may touch up to the margin, return how many."""
-    heights, over, farthest = line(visible.size, 0.0), line(visible.size, -np.inf), 0.0
-    part = table(4, visible.size, 0.0)
+    heights, over, farthest = np.zeros(visible.size), np.full(visible.size, -np.inf), 0.0
+    part = np.zeros((4, visible.size))
     for n in range(visible.size):
         row = rows[visible[n]]
         part[0, n], part[1, n], part[2, n], part[3, n] = row[X], row[Y], row[H], row[RISE]
@@ -218,9 +217,9 @@ def dilation(rows, x, y, ball):
     These are lists, one for each box of `SIDE` × `SIDE` pixels, valid up to a pixel beyond it: first and last entry
     (boxes along x, boxes along y, 2) in a vector of patches.
     """
-    z = table(x.size, y.size, 0.0)
+    z = np.zeros((x.size, y.size))
     bounds = np.zeros((-(-x.size // SIDE), -(-y.size // SIDE), 2), np.int64)
-    lists, size = line(1024, np.int32(0)), 0
+    lists, size = np.zeros(1024, np.int32), 0
     wide_x, wide_y = 2 * _MARGIN * ball.half_x, 2 * _MARGIN * ball.half_y
     todo = [(0, x.size, 0, y.size, np.arange(len(rows)))]
     while len(todo) > 0:
@@ -230,7 +229,7 @@ def dilation(rows, x, y, ball):
         if i1 - i0 <= SIDE and j1 - j0 <= SIDE:
             visible = visible[: _lay(rows, visible, x, y, (i0, i1, j0, j1), ball, z)]
             while size + visible.size > lists.size:
-                longer = line(2 * lists.size, np.int32(0))
+                longer = np.zeros(2 * lists.size, np.int32)
                 longer[:size] = lists[:size]
                 lists = longer
             bounds[i0 // SIDE, j0 // SIDE, 0], bounds[i0 // SIDE, j0 // SIDE, 1] = size, size + visible.size

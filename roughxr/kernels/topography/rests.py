@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
 from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
 
@@ -107,9 +106,9 @@ def basins(z, pixel):
     """Return the label of each pixel's basin (``OFF``, 1, 2, …), and of each from 1 on its minimum, in pixels."""
     ny, count = z.shape[1], 0
     labels = np.full(z.shape, _UNSEEN, np.int32)
-    lowest, minima = line(z.size // 4 + 3, np.inf), table(z.size // 4 + 1, 2, 0.0)
+    lowest, minima = np.full(z.size // 4 + 3, np.inf), np.zeros((z.size // 4 + 1, 2))
     lowest[OFF] = -np.inf
-    plateau = line(z.size, np.int32(0))
+    plateau = np.zeros(z.size, np.int32)
     for start in np.argsort(z.ravel()):
         i, j = start // ny, start % ny
         if labels[i, j] != _UNSEEN:
@@ -128,16 +127,6 @@ def basins(z, pixel):
         for k in plateau[:size]:
             labels[k // ny, k % ny] = label
     return labels, minima[:count].copy()
-
-
-@kernel
-def areas(labels, count):
-    """Return the number of pixels of each label below ``count``."""
-    out = line(count, 0)
-    for row in labels:
-        for label in row:
-            out[label] += 1
-    return out
 
 
 class Ground(NamedTuple):
@@ -164,7 +153,7 @@ def _near(ground, i, j):
     """Return the patches (rows) that a sphere may touch whose axis is within a pixel of a pixel, or of the nearest."""
     nx, ny = ground.height.shape
     start, stop = ground.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
-    rows = table(stop - start, RISE + 1, 0.0)
+    rows = np.zeros((stop - start, RISE + 1))
     for n in range(stop - start):
         p, q = ground.lists[start + n] // ny, ground.lists[start + n] % ny
         put_patch(rows[n], ground.height, p, q, ground.pixel, ground.ball.radius)
@@ -208,7 +197,7 @@ def _plane(row, x, y, ball):
 @kernel
 def _planes(rows, x, y, ball, reach):
     """Return height, slopes, place of contact and number of the patches that may be touched within a step."""
-    out, top = table(len(rows), 6, 0.0), 0
+    out, top = np.zeros((len(rows), 6)), 0
     for n in range(len(rows)):
         out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = _plane(rows[n], x, y, ball)
         out[n, 5] = n
@@ -227,7 +216,7 @@ def _planes(rows, x, y, ball, reach):
 @kernel
 def _chosen(rows, planes):
     """Return the patches that some planes belong to."""
-    out = table(len(planes), rows.shape[1], 0.0)
+    out = np.zeros((len(planes), rows.shape[1]))
     for n in range(len(planes)):
         out[n] = rows[int(planes[n, 5])]
     return out
@@ -341,7 +330,7 @@ def _roll(ground, x, y):
 @kernel
 def settle(ground, places):
     """Roll a sphere from each place to rest; return x, y, height (nm), (places, 3), NaN where it rolls off the scan."""
-    out = table(len(places), 3, 0.0)
+    out = np.zeros((len(places), 3))
     for n in range(len(places)):
         out[n, 0], out[n, 1], out[n, 2] = _roll(ground, places[n, 0], places[n, 1])
     return out
@@ -350,7 +339,7 @@ def settle(ground, places):
 @kernel
 def settle_near(rows, places, ball, largest, farthest):
     """Roll a sphere from each place down on patches, no farther than a distance; return x, y, height (nm)."""
-    out = table(len(places), 3, 0.0)
+    out = np.zeros((len(places), 3))
     for n in range(len(places)):
         x, y, step = places[n, 0], places[n, 1], _FIRST_STEP * largest
         near, height = _chosen(rows, _planes(rows, x, y, ball, farthest)), np.inf
@@ -358,30 +347,6 @@ def settle_near(rows, places, ball, largest, farthest):
             x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
         out[n, 0], out[n, 1], out[n, 2] = x, y, height
     return out
-
-
-@kernel
-def borders(z, labels):
-    """Return (first label, second, pixel) of neighbouring pixels of two basins, and the heights there."""
-    nx, ny = z.shape
-    count = 0
-    for fill in range(2):
-        if fill:
-            pairs, heights = np.zeros((count, 3), np.int32), line(count, 0.0)
-            count = 0
-        for i in range(nx):
-            for j in range(ny):
-                for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
-                    p, q = i + di, j + dj
-                    if p < nx and 0 <= q < ny and labels[p, q] != labels[i, j]:
-                        if fill:
-                            is_higher = z[i, j] >= z[p, q]
-                            pairs[count, 0] = min(labels[i, j], labels[p, q])
-                            pairs[count, 1] = max(labels[i, j], labels[p, q])
-                            pairs[count, 2] = i * ny + j if is_higher else p * ny + q
-                            heights[count] = z[i, j] if is_higher else z[p, q]
-                        count += 1
-    return pairs, heights
 
 
 @kernel
@@ -457,7 +422,7 @@ def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
 @kernel
 def passes(z, labels, pairs, pixels, rest_heights, ground):
     """Return x, y and height (nm) of the pass between each pair of basins from their border's lowest pixel."""
-    out, reach = table(pixels.size, 3, 0.0), _PASS_DISTANCE * max(ground.pixel[0], ground.pixel[1])
+    out, reach = np.zeros((pixels.size, 3)), _PASS_DISTANCE * max(ground.pixel[0], ground.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
         x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
@@ -477,8 +442,8 @@ def passes(z, labels, pairs, pixels, rest_heights, ground):
 def carriers(places, ground, slack):
     """Return for each place how many summits carry a sphere, within ``slack`` pixels of motion, and where."""
     most = 8
-    number, at = line(len(places), 0), np.full((len(places), most, 2), np.nan)
-    touching, reach = table(most, 5, 0.0), slack * max(ground.pixel[0], ground.pixel[1])
+    number, at = np.zeros(len(places), np.int64), np.full((len(places), most, 2), np.nan)
+    touching, reach = np.zeros((most, 5)), slack * max(ground.pixel[0], ground.pixel[1])
     for n in range(len(places)):
         x, y = places[n, 0], places[n, 1]
         i, j = _pixel_at(ground, x, y)
