@@ -39,9 +39,9 @@ class Channel(NamedTuple):
     """One image of a file, before any label: what the file states, and nothing else.
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
-    the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. What the
-    file does not state is None. ``counted`` is False where the file does not state its number of pixels; ``doubt``
-    tells where its header and its length contradict each other.
+    the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. Missing statements are
+    None. ``counted`` is False where the file does not state its number of pixels. ``doubt`` states a contradiction
+    between header and file length.
     """
 
     name: str
@@ -103,7 +103,7 @@ def _not_installed(package: str, reason: Any, extra: str = "afm") -> ImportError
 def read_in_process(
     path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **options: Any
 ) -> dict[str, Any]:
-    """Return a reader's answer about a file, in a process that can be ended; raise where its package is missing."""
+    """Read a file with ``reader`` in a separate process; raise where its package is missing."""
     if importlib.util.find_spec(package) is None:
         raise _not_installed(package, "none", extra)
     try:
@@ -113,7 +113,7 @@ def read_in_process(
 
 
 def first_bytes(path: Path, count: int) -> bytes:
-    """Return the first bytes of a file, at most so many."""
+    """Return the first ``count`` bytes of a file."""
     with path.open("rb") as file:
         return file.read(count)
 
@@ -123,7 +123,7 @@ _STATE_UNITS = "if it holds heights, state their units with height_units="
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
-    """Return the channel of a name or number and a direction; by default the first image of heights."""
+    """Return the channel with this name or number and direction; by default the first image of heights."""
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
     fitting = of_direction(channels_named(channels, channel), direction)
@@ -144,9 +144,9 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
 
 
 def equally_heights(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
-    """Return a doubt that lists the images that are heights as well as the chosen one, empty if there is none.
+    """Return a warning that lists the other images of heights, empty without them.
 
-    The same movement recorded by a sensor and by the voltage of the piezo is no tie.
+    A sensor's image and the piezo voltage of the same movement do not compete: the sensor's is taken.
     """
     fitting = of_direction(channels_named(channels, None), direction)
     tied = [image for image in fitting if _by_sensor(image) == _by_sensor(chosen)]
@@ -161,7 +161,7 @@ def _by_sensor(channel: Channel) -> bool:
 
 
 def channels_named(channels: list[Channel], channel: str | int | None) -> list[Channel]:
-    """Return the channels of a name, or that of a number; without either those named as heights, else all lengths."""
+    """Return the channels with this name or number; without either, those named as heights, else all lengths."""
     if channel is None:
         surfaces = [image for image in channels if image.is_topography]
         return [image for image in surfaces if _HEIGHT.search(image.name)] or surfaces
@@ -172,7 +172,7 @@ def channels_named(channels: list[Channel], channel: str | int | None) -> list[C
 
 
 def of_direction(channels: list[Channel], direction: str | None) -> list[Channel]:
-    """Return the channels of a direction; by default the forward one of a pair of equal name."""
+    """Return the channels in this direction; by default the forward one of a pair with the same name."""
     if direction is None:
         return [image for image in channels if image.direction != "retrace"] or channels
     return [image for image in channels if image.direction == direction]

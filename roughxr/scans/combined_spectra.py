@@ -18,10 +18,10 @@ from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, window_of
 
-#: A scan is used for waves shorter than this part of its side, and longer than this many pixels.
+#: A scan is used for wavelengths below this fraction of its side and above this many pixels.
 _SIDE_SHARE, _PIXELS_PER_WAVE = 0.5, 4.0
 
-#: Fewest wavevectors of a line to which the model can be fitted.
+#: The model is fitted to a line only with at least this many wavevectors.
 _FEWEST_FITTED = 4
 
 
@@ -42,17 +42,17 @@ def combined_spectrum(
     window : str, optional
         See `power_spectrum`; without one the scans' edges look like steps.
     shortest : number or quantity, optional
-        Shortest wavelength, nm, for which the scans are used, or one for each: for example that below which the tip
-        rounds the image; at least four pixels of each scan, or steps of a line in the mean.
+        Shortest wavelength (nm) for which the scans are used, or one value for each scan. Use the wavelength below
+        which the tip rounds the image. At least four pixels of each scan, or four mean steps of a line, are used.
     per_decade : int
         Bins of wavevectors.
 
     Returns
     -------
     Dataset
-        ``psd`` (nm⁴) over ``wavevector`` (nm⁻¹), the mean over all modes of a bin, whichever scan has them;
-        ``psd_modes``, their number; ``psd_between_std`` (nm⁴), the standard deviation from scan to scan where
-        several reach a bin, and ``psd_scans``, how many do. Bins that no scan reaches are left out.
+        ``psd`` (nm⁴) over ``wavevector`` (nm⁻¹), the mean over all modes of all scans in a bin; ``psd_modes``, the
+        number of modes; ``psd_scans``, the number of scans with modes in the bin; ``psd_between_std`` (nm⁴), the
+        standard deviation between these scans. Bins without modes are left out.
 
     Examples
     --------
@@ -69,10 +69,10 @@ def combined_spectrum(
     parts = [(_usable if "y" in scan.dims else _of_line)(scan, window, wave) for scan, wave in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
-        raise ValueError(f"shortest: expected at most the longest wave of some scan, found {min(least):g} nm")
+        raise ValueError(f"shortest: expected at most the longest wavelength of a scan, found {min(least):g} nm")
     known = np.unique(np.concatenate(bins))
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
-    modes, power, wave = np.moveaxis(sums, 1, 0)
+    modes, power, wavevector = np.moveaxis(sums, 1, 0)
     total = modes.sum(axis=0)
     means = np.divide(power, modes, out=np.full(power.shape, np.nan), where=modes > 0)
     out = xr.Dataset(
@@ -82,7 +82,7 @@ def combined_spectrum(
             "psd_between_std": ("wavevector", _spread(means)),
             "psd_scans": ("wavevector", (modes > 0).sum(axis=0)),
         },
-        {"wavevector": wave.sum(axis=0) / total},
+        {"wavevector": wavevector.sum(axis=0) / total},
     )
     given = {"window": window, "shortest": shortest, "per_decade": per_decade}
     return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
@@ -94,11 +94,11 @@ def _least(shortest: Any, count: int) -> list[float]:
     given = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
     if len(given) != count:
         raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(given)}")
-    return [0.0 if wave is None else positive(wave, "nm", "shortest") for wave in given]
+    return [0.0 if wavelength is None else positive(wavelength, "nm", "shortest") for wavelength in given]
 
 
 def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the wavevectors for which a scan is used, their spectrum and their numbers of modes."""
+    """Return the wavevectors for which a scan is used, the spectrum and the numbers of modes."""
     scan = validate(scan, "scan")
     spectrum = power_spectrum(scan, window=window)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
@@ -108,12 +108,12 @@ def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndar
 
 
 def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
-    """Return which wavevectors lie where the size and the steps of a scan allow."""
+    """Return a mask of the wavevectors that a scan of this size and step resolves."""
     return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVE * step, least))
 
 
 def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the wavevectors for which a line is used, the spectrum of its surface and their numbers of modes."""
+    """Return the wavevectors for which a line is used, the spectrum of its surface and the numbers of modes."""
     from scipy.interpolate import make_interp_spline
     from scipy.special import gamma
 
@@ -140,7 +140,7 @@ def _binned(at: np.ndarray, q: np.ndarray, psd: np.ndarray, modes: np.ndarray, c
 
 
 def _spread(means: np.ndarray) -> np.ndarray:
-    """Return the standard deviation over scans, NaN where one alone reaches."""
+    """Return the standard deviation over scans, NaN for a single scan."""
     count = np.isfinite(means).sum(axis=0)
     off = means - np.nansum(means, axis=0) / np.maximum(count, 1)
     return np.sqrt(np.divide(np.nansum(off**2, axis=0), count - 1, out=np.full(count.shape, np.nan), where=count > 1))

@@ -114,7 +114,7 @@ def _refuse_bomb(archive: zipfile.ZipFile, path: Path) -> None:
 
 
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
-    """Return what a container says of its topographies: plain lists, mappings, text and numbers."""
+    """Return a container's metadata as plain lists, mappings, text and numbers."""
     present = [name for name in METADATA if name in archive.namelist()]
     if not present:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
@@ -125,7 +125,7 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
 
 
 def _plain_yaml(text: bytes) -> Any:
-    """Return the content of YAML as if it had no tags, which could otherwise make any Python object."""
+    """Load YAML without its tags, which could create any Python object."""
     import yaml
 
     class Plain(yaml.SafeLoader):
@@ -169,7 +169,7 @@ def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
 
 
 def _map(file: Path, entry: dict[str, Any]) -> xr.Dataset:
-    """Return the map in an instrument's file, with what a file of bare numbers does not state."""
+    """Return the map in an instrument's file; size and units of bare numbers come from the metadata."""
     channel = int(entry.get("data_source", 0))
     stated = list_channels(file)[channel]
     given: dict[str, Any] = {} if stated.units else {"height_units": entry["unit"]}
@@ -190,7 +190,7 @@ def _squeezed_line(file: Path) -> xr.Dataset | None:
 
 
 def _line(x: np.ndarray, heights: np.ndarray, unit: str, scale: float, order: int | None) -> xr.Dataset:
-    """Return a line in nm, without the polynomial of an order."""
+    """Return a line in nm less its polynomial of this order."""
     x, heights = (np.asarray(values, float) * factor(unit, "nm") for values in (x, heights * scale))
     if order is not None:
         heights = heights - np.polynomial.Polynomial.fit(x, heights, order)(x)

@@ -1,4 +1,4 @@
-"""What a file holds, channel by channel, as one small Dataset."""
+"""List the images in a file as one small Dataset."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
 
 
 def _described(channel: Channel, path: Path) -> dict[str, Any]:
-    """Return what can be said of one image: of heights more than of other values."""
+    """Return the entries of one image; range and roughness of heights only."""
     values = channel.read()
     row = {
         "name": channel.name,

@@ -61,7 +61,7 @@ def _constant(method: Any) -> float:
 
 
 def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
-    """Return heights without NaN; only the rim of each hole is looked at."""
+    """Return heights without NaN, interpolated from the rim of each hole only."""
     from scipy.interpolate import griddata
     from scipy.ndimage import binary_dilation
 
@@ -139,8 +139,8 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        From the first pixel centre on, as far as there are heights to interpolate between; lazy where the
-        scan is. A pixel without both neighbours is missing.
+        From the first to the last pixel centre at most; lazy where the scan is. A pixel without both neighbours is
+        missing.
 
     Notes
     -----

@@ -132,7 +132,7 @@ _WRITERS = {".gsf": _gsf, ".tif": _tiff, ".tiff": _tiff}
 
 
 def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None) -> Path:
-    """Write a scan, or another map along x and y, for other programs; the path's ending says in which format.
+    """Write a scan, or another map along x and y, for other programs; the path's ending selects the format.
 
     Parameters
     ----------

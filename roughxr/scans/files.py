@@ -1,4 +1,4 @@
-"""From a file to a labelled scan: its format, the channel, and the size and units that it lacks.
+"""Read a file as a labelled scan: detect the format, choose the channel, add missing size and units.
 
 Orientation, the same for every format: a file without coordinates holds a picture, first row at the top.
 The scan shows that picture with x to the right, y upwards and height towards the viewer (a right-handed
@@ -103,7 +103,7 @@ def list_channels(path: Any) -> list[Channel]:
 
 
 def _netcdf_channels(path: Path) -> list[Channel]:
-    """Return the images of a NetCDF file, each read when it is asked for."""
+    """Return the images of a NetCDF file, each read on demand."""
     names = variable_names(path)
     if not names:
         raise UnreadableScan(path, "expected a variable over two dimensions with units of a length, found none")
@@ -161,7 +161,7 @@ def read_scan(
 
 
 def _as_matrix(reason: str, images: list[Channel]) -> str:
-    """Return why a file has no labelled scan, and how its matrices are opened."""
+    """Return the reason extended by advice to open the file's bare matrices."""
     return (
         f"{reason}. Matrices of an HDF5 file open with channel=, size= and, without units, height_units=: "
         f"{listing(images[:12])}"
@@ -237,7 +237,7 @@ def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:
 
 
 def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
-    """Return (along x, along y) in nm; one length is enough only where there are as many columns as rows."""
+    """Return the size (along x, along y) in nm; a single length needs as many columns as rows."""
     both = size if isinstance(size, (tuple, list)) else (size,)
     values = tuple(float(magnitude(value, "nm", "size")) for value in both)
     if len(values) == 1 and shape[0] == shape[1]:
@@ -274,7 +274,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
 
 
 def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
-    """Return the attributes that tell where a scan came from."""
+    """Return the attributes that state a scan's origin."""
     assert chosen.size is not None  # by `sized`
     header = dict(chosen.header)
     attrs = {
@@ -293,7 +293,7 @@ def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -
 
 
 def _disagreement(channels: list[Channel]) -> list[str]:
-    """Return a doubt where the images of one file have several sizes."""
+    """Return a warning where the images of one file have several sizes."""
     sizes = {
         tuple(float(f"{v * factor(channel.lateral_units, 'nm'):.6g}") for v in channel.size)
         for channel in channels

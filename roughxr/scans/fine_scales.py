@@ -1,8 +1,7 @@
 """Scales that a scan does not show: its spectrum extrapolated below its pixels, or cut off above them.
 
-The simplest assumption is that the spectrum continues as the K-correlation model fitted to the scan's longer waves. One
-random surface of these waves, from a seed, is one of many that agree with the scan; the scatter of results over seeds
-is the uncertainty.
+The K-correlation model is fitted to the scan's longer wavelengths and assumed to hold below them. A seed draws one of
+the many random surfaces with this spectrum. The scatter of results over seeds is the uncertainty.
 """
 
 from __future__ import annotations
@@ -19,38 +18,38 @@ from ..vocabulary.units import Quantity, positive, single, whole_number
 from . import wavelength
 from .spectra import ring_means
 
-#: Longest waves that the model is fitted to, over the shortest that the scan shows: longer ones are spoiled by
-#: particles on the scan, and over a smaller range chance spoils the fit.
+#: Fit band: longest over shortest fitted wavelength. Particles on the scan dominate longer wavelengths; a narrower band
+#: leaves too few of them.
 _FIT_BAND = 5.0
 
-#: What `self_affine_fit` calls the parts of a ``Spectrum``.
+#: Variables of `self_affine_fit`, in the order of the first fields of ``Spectrum``.
 _NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength", "psd_error", "hurst_error")
 
-#: Waves of a windowed spectrum that are as good as one: two of opposite sign are the same, and neighbours share theirs.
-_WAVES_PER_SAMPLE = 4.0
+#: Coefficients of a windowed spectrum for each independent one: q and −q are equal, and neighbours are correlated.
+_REPEATED = 4.0
 
-#: Standard errors beyond which a lay is no chance.
+#: A lay (preferred direction) is significant beyond this many standard errors.
 _LAY_ERRORS = 3.0
 
-#: Cells along the shortest added wave.
+#: Cells along the shortest added wavelength.
 _CELLS = 4
 
-#: Rings of wavevectors up to that of two pixels; beyond this part of it all are in the corners of the transform, whose
-#: mean power is known from so many coefficients.
+#: Rings of wavevectors up to that of two pixels. Rings beyond the fraction `_CORNER` of it lie in the corners of the
+#: transform; their mean power is used from `_LEAST_IN_RING` coefficients on.
 _RINGS, _CORNER, _LEAST_IN_RING = 24, 1.15, 20
 
 
 class Spectrum(NamedTuple):
-    """The K-correlation model of a scan, and the shortest wave that the scan shows."""
+    """The K-correlation model of a scan, and the shortest wavelength that the scan shows."""
 
     plateau: float  # nm⁴
     rolloff: float  # nm
     hurst: float
     shown: float  # nm
-    error: float = 0.0  # of ln C(q) at the shortest wave shown
-    hurst_error: float = 0.0  # the error of ln C grows by twice this for each factor e of shorter waves
-    tilt: float = 0.0  # ln C(q) is changed by so many of these errors
-    measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used as far as they go
+    error: float = 0.0  # of ln C(q) at the shortest wavelength shown
+    hurst_error: float = 0.0  # the error of ln C grows by twice this for each factor e below that wavelength
+    tilt: float = 0.0  # shift of ln C(q), in these standard errors
+    measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used within their range
     lay: complex = 0.0  # see `lay_factor`
 
     def at(self, q):
@@ -63,7 +62,7 @@ class Spectrum(NamedTuple):
         return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
     def of(self, kx, ky):
-        """Return C of wavevectors, nm⁴, with the lay of the waves that are shown."""
+        """Return C(kx, ky), nm⁴, with the lay of the wavelengths that the scan shows."""
         return self.at(np.hypot(kx, ky)) * lay_factor(kx, ky, self.lay)
 
 
@@ -73,26 +72,26 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     Parameters
     ----------
     ds : Dataset
-        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are looked at.
+        A scan. At most 16 parts of 256 × 256 pixels, spread over it, are used.
     hurst : float, optional
-        Hurst exponent to hold, from 0 to 1; by default it is fitted.
+        Fixed Hurst exponent, from 0 to 1; by default it is fitted.
     shown : number or quantity, optional
-        The shortest wavelength that the scan shows correctly, nm; by default the one above which all but 5 % of its
-        mean square curvature lie, and at least two pixels; a blunt tip shows less.
+        The shortest wavelength that the scan shows correctly, nm. By default 95 % of the mean square curvature comes
+        from longer wavelengths, and it is at least two pixels. State a larger value for a blunt tip.
 
     Returns
     -------
     Dataset
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
-        last as it was used; ``psd_error``, the standard error of ln C at the shortest wave, and ``hurst_error``, that
-        of H for shorter waves. ``lay_strength``, 0 where the waves are alike in all directions as far as they tell, and
-        ``lay_direction`` (°), along which grooves lie. NaN where the scan is flat or pixels are missing in every part.
+        last as it was used; ``psd_error``, the standard error of ln C at the shortest wavelength, and ``hurst_error``,
+        the standard error of H below it. ``lay_strength``, 0 where no direction differs significantly, and
+        ``lay_direction`` (°), the direction of grooves. NaN where the scan is flat or every part has missing pixels.
 
     Notes
     -----
-    C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), fitted in its logarithm over wavelengths from the shortest to five times that,
-    together with the part of a pixel that each height is the mean of, and with H = 0.5 ± 0.5 known beforehand. On
-    synthetic surfaces of 512² pixels it finds H to 0.1. An H of 1 or 0 lies at its bound.
+    ln C(q) with C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H) is fitted over wavelengths from the shortest to five times that.
+    The width over which each pixel averages is fitted too. The prior of H is 0.5 ± 0.5. On synthetic surfaces of 512²
+    pixels the error of H is 0.1. An H of 1 or 0 lies at its bound.
 
     References
     ----------
@@ -117,7 +116,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
 
 
 def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, shown: float | None) -> Spectrum:
-    """Return the model of the spectra of a scan's parts; NaN where they show nothing."""
+    """Fit the model to the spectra of a scan's parts; NaN where all parts are flat or incomplete."""
     least = wavelength.together(spectra, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
     if all(spectrum is None for spectrum in spectra) or not np.isfinite(shown):
@@ -127,7 +126,7 @@ def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, sho
 
 
 def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
-    """Return the mean of exp(2iθ), weighted by power, of the waves next to the shortest that is shown; 0 by chance."""
+    """Return the power-weighted mean of exp(2iθ) over the fit band; 0 if it is not significant."""
     known = [spectrum for spectrum in spectra if spectrum is not None]
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
     across = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
@@ -137,30 +136,30 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     ring -= ring.min()
     alike = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
     lay = np.mean(power / alike * (across / np.abs(across)) ** 2)
-    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_WAVES_PER_SAMPLE / (across.size * len(known))) else 0.0
+    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (across.size * len(known))) else 0.0
 
 
 def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return `_rings` of the spectra of a scan's parts together, of the waves next to the shortest that is shown."""
+    """Return `_rings` of the mean spectrum of a scan's parts, within the fit band."""
     known = [spectrum for spectrum in spectra if spectrum is not None]
     q, psd, modes = _rings(np.mean(known, axis=0), steps)
     return _next_to(q, psd, modes * len(known), shown)
 
 
 def spectrum_by_wavevector(heights: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return wavevectors (1/nm) and C(q), nm⁴, of a scan's parts together."""
+    """Return wavevectors (1/nm) and the mean C(q), nm⁴, of a scan's parts."""
     spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
     return _rings(np.mean([spectrum for spectrum in spectra if spectrum is not None], axis=0), steps)[:2]
 
 
 def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a spectrum's waves next to the shortest that is shown."""
+    """Return the part of a spectrum within the fit band."""
     inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _FIT_BAND * shown)
     return q[inside], psd[inside], modes[inside]
 
 
 def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | None = None) -> Spectrum:
-    """Return the model of these waves of a spectrum (nm⁻¹, nm⁴), and its errors."""
+    """Fit the model, with its errors, to a spectrum (nm⁻¹, nm⁴)."""
     model, spread, _ = fit_k_correlation(q, psd, modes, pixel, hurst)
     steeper = np.sqrt(max(spread[0, 0] + spread[1, 1] - 2 * spread[0, 1], 0.0)) / (2 * np.log(8))
     plateau, rolloff, fitted_hurst = model.tolist()
@@ -168,7 +167,7 @@ def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | N
 
 
 def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return wavevectors (nm⁻¹), C(q), nm⁴, and independent waves, ring by ring, of the mean squares of waves."""
+    """Return wavevector (nm⁻¹), C(q) (nm⁴) and number of independent coefficients of each ring of a spectrum."""
     shape = squares.shape
     per_nm = np.hypot(np.fft.fftfreq(shape[0], steps[0])[:, None], np.fft.fftfreq(shape[1], steps[1]))
     width = 1 / min(n * step for n, step in zip(shape, steps))
@@ -176,7 +175,7 @@ def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray,
     scale = steps[0] * steps[1] * squares.size
     occupied = members > 0
     occupied[0] = False
-    return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _WAVES_PER_SAMPLE
+    return 2 * np.pi * q[occupied], scale * psd[occupied], members[occupied] / _REPEATED
 
 
 def add_fine_roughness(
@@ -187,32 +186,33 @@ def add_fine_roughness(
     refine: int | None = None,
     spectrum: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Return the scan on smaller pixels, with waves added that are too short for it to show.
+    """Return the scan on smaller pixels, with roughness added below the shortest wavelength that it shows.
 
     Parameters
     ----------
     ds : Dataset
         A scan with square pixels, none of them missing.
     shortest : number or quantity
-        Shortest wavelength that is added, nm; the longest is the shortest that the scan shows. Where that is shorter
-        already, nothing is added.
+        Shortest added wavelength, nm. The longest added wavelength is the shortest that the scan shows. If the scan
+        shows wavelengths below ``shortest``, nothing is added.
     seed : int
-        The same seed gives the same waves at the same x, y, whatever the pixels; a smaller ``shortest`` adds waves.
+        The same seed gives the same roughness at the same x, y on any pixels. A smaller ``shortest`` adds finer
+        roughness to it.
     refine : int, optional
-        Cells along a side of each pixel; by default so many that the shortest wave spans four.
+        Cells along a side of each pixel; by default the shortest wavelength spans four cells.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, by default of this scan, for example of a larger one; or a measured spectrum,
-        `combined_spectrum`, used as far as it goes and extrapolated by the model of its last waves.
+        Result of `self_affine_fit` for another scan, by default for this one; or a measured spectrum,
+        `combined_spectrum`, extrapolated by the model fitted to its shortest wavelengths.
 
     Returns
     -------
     Dataset
-        The scan, interpolated without waves shorter than two pixels, and on it a Gaussian random surface. Attributes:
+        The scan, interpolated without wavelengths below two pixels, plus a Gaussian random surface. Attributes:
         ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``, ``fine_rms`` (nm), ``fine_seed``.
 
     See Also
     --------
-    smooth : remove short waves instead of adding them.
+    smooth : remove short wavelengths instead of adding them.
     self_affine_fit : the spectrum that is extrapolated, with its source.
 
     Examples
@@ -251,42 +251,41 @@ def _finer_axis(axis: xr.DataArray, side: float, n: int) -> xr.Variable:
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
-    """Return the model of `self_affine_fit`, or a measured spectrum with the model below the shortest wave shown."""
+    """Return the model of `self_affine_fit`, or a measured spectrum with the model below its shortest wavelength."""
     fit = entered(fit)
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
         known: Any = [float(fit[name]) for name in _NAMES]
         return Spectrum(*known)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
-    modes = fit["psd_modes"].values / _WAVES_PER_SAMPLE if "psd_modes" in fit else np.ones(q.size)
+    modes = fit["psd_modes"].values / _REPEATED if "psd_modes" in fit else np.ones(q.size)
     last = 2 * np.pi / q[-1] * (1 - 1e-9)
     model = _fitted(*_next_to(q, psd, modes, last), last)
     return model._replace(shown=shown, lay=lay, measured=(np.log(q), np.log(psd)))
 
 
 def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
-    """Return the scan without waves shorter than a cut-off.
+    """Return the scan without wavelengths below a cut-off.
 
     Parameters
     ----------
     ds : Dataset
         A scan without missing pixels.
     shortest : number or quantity
-        Shortest wavelength that is left, nm.
+        Shortest remaining wavelength, nm.
 
     Returns
     -------
     Dataset
-        On the same pixels. Beyond its edges the scan is continued by its mirror image; applied twice, nothing more
-        changes.
+        On the same pixels. The scan is mirrored at its edges. A second application changes nothing.
 
     See Also
     --------
-    add_fine_roughness : go beyond the shortest wave that the scan shows.
+    add_fine_roughness : add roughness below the shortest wavelength that the scan shows.
 
     Notes
     -----
-    A sharp cut-off in the scan's cosine transform, not the Gaussian filter of ISO 16610: waves are kept or removed
+    A sharp cut-off in the scan's cosine transform, not the Gaussian filter of ISO 16610: each wavelength stays or goes
     entirely, as in theories of a spectrum with a cut-off.
 
     Examples
@@ -310,16 +309,16 @@ def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortes
     from scipy.fft import dctn, idctn
 
     along = (np.arange(n) / (2 * n * step) for n, step in zip(height.shape, steps))
-    waves = dctn(finite(height).astype(float), norm="ortho")
-    waves[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
-    return idctn(waves, norm="ortho", overwrite_x=True)
+    coefficients = dctn(finite(height).astype(float), norm="ortho")
+    coefficients[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
+    return idctn(coefficients, norm="ortho", overwrite_x=True)
 
 
 def without_noise(ds: xr.Dataset) -> xr.Dataset:
-    """Return the scan without white noise, as strong as the weakest wavelengths below two pixels.
+    """Return the scan without white noise, its power taken from the weakest ring of wavelengths below two pixels.
 
-    Wiener's filter of the cosine transform: each coefficient is multiplied by 1 − N/P, with the noise N and the mean
-    power P of coefficients of like wavelength. Real roughness that reaches the pixels is taken for noise, too.
+    Wiener filter of the cosine transform: each coefficient is multiplied by 1 − N/P, with the noise power N and the
+    mean power P of its ring of wavevectors. Real roughness at the pixel scale counts as noise.
     """
     from scipy.fft import dctn, idctn
 
@@ -337,12 +336,12 @@ def without_noise(ds: xr.Dataset) -> xr.Dataset:
 
 
 def hurst_exponent(value: Any) -> float:
-    """Return a Hurst exponent; raise for what is none."""
+    """Return a Hurst exponent; raise unless it is a number from 0 to 1."""
     return single(value, "1", "hurst", "a number from 0 to 1", lambda number: HURST[0] <= number <= HURST[1])
 
 
 def _shown(value: Any, scan: xr.Dataset) -> float | None:
-    """Return the shortest wavelength that the scan shows, or None where it is to be found."""
+    """Return the given shortest wavelength (nm), None if it shall be estimated."""
     if value is None:
         return None
     number, least = positive(value, "nm", "shown"), 2 * max(pixel(scan))

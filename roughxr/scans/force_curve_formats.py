@@ -1,4 +1,4 @@
-"""Files of force curves or of several scans, recognized by content: refused as a scan, with what reads them instead."""
+"""Recognize files of force curves or of several scans, and refuse them with advice on how to open them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _NOT_READ = (
 
 
 def curves_in(path: Path) -> str:
-    """Return the format of the force curves that a file holds, empty where it holds none that are known."""
+    """Return the format of a file's force curves, empty if it has none of a known format."""
     head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
         return "nanoscope"
@@ -41,7 +41,7 @@ def curves_in(path: Path) -> str:
 
 
 def refuse_curves(path: Path) -> None:
-    """Raise for a file of force curves, or a container of scans, with what reads it."""
+    """Raise for a file of force curves or a container of scans, with advice on how to open it."""
     kind = curves_in(path)
     if kind == "nanoscope":
         refuse_nanoscope(path)
@@ -55,7 +55,7 @@ def refuse_curves(path: Path) -> None:
 
 
 def refuse_nanoscope(path: Path) -> None:
-    """Raise for NanoScope's force curves, which nothing here reads."""
+    """Raise for NanoScope's force curves, which roughxr does not read."""
     if first_bytes(path, len(NANOSCOPE)) == NANOSCOPE:
         raise UnreadableScan(path, f"found Bruker's force curves (NanoScope), which are {_NOT_READ}")
 

@@ -55,7 +55,7 @@ def level(
     exclude = entered(exclude)
     scan = validate(ds, "scan")
     height = scan["height"].compute()
-    if not history(scan):  # a scan that roughxr opened was looked at then
+    if not history(scan):  # open_scan has checked its scans already
         for fault in faults(height.values):
             warn(f"level: {fault}", ImplausibleScan)
     inside = np.isfinite(height.values)
@@ -89,7 +89,7 @@ def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
         raise ValueError(
             f"exclude: expected bool over {dict(height.sizes)}, found {mask.dtype} over {dict(mask.sizes)}"
         )
-    xr.align(mask, height, join="exact", copy=False)  # a mask for another place must not pass for this one's
+    xr.align(mask, height, join="exact", copy=False)  # refuse a mask of another region
     return mask.transpose(*height.dims).values
 
 

@@ -93,7 +93,7 @@ def unread(path: Path) -> xr.Dataset:
 
 
 def refuse_harmful(path: Path) -> list[tuple[str, tuple[int, int], str]]:
-    """Return the matrices in an HDF5 file; raise unless another process could look at all of it but its values."""
+    """Return the matrices in an HDF5 file; raise unless a separate process could read its whole structure."""
     return read_in_process(path, netcdf_reader, "netCDF4")["images"]
 
 
@@ -150,7 +150,7 @@ def _units(variable: xr.DataArray) -> str | None:
 
 
 def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
-    """Return whether a file has any mark of the convention: half of one must not pass for another."""
+    """Return whether a file has any mark of SurfaceTopography's convention; an incomplete one is refused later."""
     marks = any("length" in ds[axis].attrs for axis in ("x", "y") if axis in ds.variables)
     return name == "heights" and (marks or "unit" in ds[name].attrs)
 
@@ -205,7 +205,7 @@ def _axes(ds: xr.Dataset, name: str, path: Path) -> tuple[str, str]:
 
 
 def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:
-    """Return nm per unit of a variable; SurfaceTopography says ``unit``, all others ``units``."""
+    """Return nm per unit of a variable; SurfaceTopography's attribute is ``unit``, all others' ``units``."""
     units = variable.attrs.get(attribute)
     if not is_length(units):
         raise UnreadableScan(path, f"{variable.name}: expected {attribute!r} of a length, found {units!r}")
@@ -213,9 +213,9 @@ def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> floa
 
 
 def _scan(ds: xr.Dataset, name: str, image: _Image, centres: dict[str, np.ndarray]) -> xr.Dataset:
-    """Return the labelled, unread scan; of roughxr's own files all else stays as it is.
+    """Return the labelled, unread scan, with all other variables of roughxr's own files.
 
-    The encoding is left behind: packing would quantise results.
+    Drop the encoding: packing would quantise results.
     """
     own = name == "height" and image.dims == ("x", "y")
     attributes = {axis: ds[axis].attrs if own else {} for axis in ("x", "y")}

@@ -1,4 +1,4 @@
-"""What a NetCDF-4 file is made of, looked at by `reader_process` before the file is opened in the caller's own process.
+"""Check the structure of a NetCDF-4 file in `reader_process`, before the caller's own process opens the file.
 
 The C library follows groups that contain themselves until no memory is left, and then crashes.
 """
@@ -9,11 +9,11 @@ import math
 import os
 from typing import Any
 
-#: Bytes of memory that it needs, its library included: no values are read.
+#: Bytes of memory needed, library included: no values are read.
 MEMORY = 2**29
 
 
-#: What the library's numbers mean.
+#: Meaning of the library's error codes.
 _IN_WORDS = {
     -51: "it is no NetCDF file",
     -101: "it is cut short or overwritten: its HDF5 content cannot be read",
@@ -24,7 +24,7 @@ _PACKED, _SMALL = 1032, 2**28
 
 
 def read(path: str) -> dict[str, Any]:
-    """Return name, shape and units of all matrices of numbers in a file, once all groups and attributes were read."""
+    """Return name, shape and units of all matrices of numbers in a file, after reading all groups and attributes."""
     import netCDF4
 
     try:

@@ -1,4 +1,4 @@
-"""Doubts about a scan, with numbers: the usual signs of wrong units or of a default size."""
+"""Warnings about a scan, with numbers: the usual signs of wrong units or of a default size."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _LEAST_CORRELATION = 0.1
 #: With fewer lines than this, a correlation may be chance.
 _FEWEST_LINES = 16
 
-#: A line is a scar that differs from its neighbours so many times more than any line across.
+#: A scar: a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
 
-#: A jump between two lines is a fault that is so many times the median one, and `_SCAR_RATIO` times any across.
+#: A fault: a jump between lines this many times the median jump, and `_SCAR_RATIO` times any in the other direction.
 _JUMP_RATIO = 10.0
 
-#: Share of pixels at exactly the highest or lowest value that is no chance, and how many times those at the next value.
+#: Clipped: this share of the pixels has exactly the highest or lowest value, and this many times those at the next one.
 _CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
 
-#: Share of the range between neighbours that shows a value wrapped around, the fewest such pairs, and the share of the
-#: heights in the middle half of the range, where a grating of two levels has hardly any.
+#: Wrapped around: neighbours differ by this share of the range, in at least this many pairs, and this share of the
+#: heights lies in the middle half of the range. A grating of two levels has hardly any heights there.
 _WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
 #: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
@@ -35,12 +35,12 @@ _WIDEST_PIXEL = 1000.0
 #: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
 ABSURD_RANGE = 1e3
 
-#: A value that lies off all other heights by more than so many times their range stands for something else.
+#: A value farther from all other heights than this many times their range marks missing pixels.
 _OFF_RATIO = 10.0
 
 
 class ImplausibleScan(UserWarning):
-    """A scan was read as its file says, but what the file says is improbable."""
+    """A scan was read as its file states, but the statement is improbable."""
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
@@ -56,7 +56,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 
 def _standing_off(height: np.ndarray, least: float = 0.0) -> list[str]:
-    """Return a doubt where one value lies off all others by many times their range, and by more than ``least`` nm."""
+    """Return a warning where one value is many times the others' range, and over ``least`` nm, away from them."""
     known = height[np.isfinite(height)]
     for value in (known.min(), known.max()):
         others = known[known != value]
@@ -64,19 +64,19 @@ def _standing_off(height: np.ndarray, least: float = 0.0) -> list[str]:
         if relief > 0 and gap > max(_OFF_RATIO * relief, least):
             return [
                 f"{value:.6g} nm at {known.size - others.size} of {known.size} pixels, {gap:.4g} nm off all others, "
-                f"which range over {relief:.4g} nm: if it marks missing pixels, write nan in its place (in the file, "
+                f"which range over {relief:.4g} nm: if it marks missing pixels, replace it by nan (in the file, "
                 "or its export as text), then fill them (ds.contact.fill(), in a shell --fill linear)"
             ]
     return []
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about a scan, a sentence with numbers each; empty if nothing is."""
+    """Return what is implausible about a scan, one sentence with numbers for each; empty if nothing is."""
     return [*size_doubts(ds), *_height_doubts(ds["height"].values, pixel(ds))]
 
 
 def size_doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about the lateral size; the heights are not looked at."""
+    """Return what is implausible about the lateral size, without reading the heights."""
     doubts, steps = [], pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
@@ -116,7 +116,7 @@ def faults(height: np.ndarray) -> list[str]:
 
 
 def _garbled(alike: tuple[float, float]) -> list[str]:
-    """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random."""
+    """Return a warning where neighbouring heights or lines are uncorrelated."""
     if max(alike) < _LEAST_CORRELATION:
         return [
             f"neighbouring heights are uncorrelated (correlation {max(alike):.2g}): "
@@ -131,7 +131,7 @@ def _garbled(alike: tuple[float, float]) -> list[str]:
 
 
 def _clipped(height: np.ndarray) -> list[str]:
-    """Return a doubt where many pixels share the highest or lowest value, as at the end of a converter's range."""
+    """Return a warning where many pixels share the highest or lowest value, as at the end of a converter's range."""
     levels, counts = np.unique(height[np.isfinite(height)], return_counts=True)
     ends = (("highest", levels[-1], counts[-1], counts[-2]), ("lowest", levels[0], counts[0], counts[1]))
     return [
@@ -142,7 +142,7 @@ def _clipped(height: np.ndarray) -> list[str]:
 
 
 def _wrapped(height: np.ndarray) -> list[str]:
-    """Return a doubt where neighbours lie at opposite ends of the range, and most heights between: 16 bits overflow."""
+    """Return a warning where neighbours lie at opposite ends of the range, most heights between: 16 bits overflow."""
     low, high = float(np.nanmin(height)), float(np.nanmax(height))
     jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
     between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
@@ -155,7 +155,7 @@ def _wrapped(height: np.ndarray) -> list[str]:
 
 
 def _line_jump(height: np.ndarray) -> list[str]:
-    """Return a doubt where the heights change by a step from one line to the next, as none do across."""
+    """Return a warning where the heights jump from one line to the next more than anywhere in the other direction."""
     worst = []
     for lines in (height, height.T):
         step = np.abs(np.nanmedian(np.diff(lines, axis=0), axis=1))
@@ -170,7 +170,7 @@ def _line_jump(height: np.ndarray) -> list[str]:
 
 
 def _scar(height: np.ndarray) -> list[str]:
-    """Return a doubt where one line stands off its neighbours as none does across: debris is as rough both ways."""
+    """Return a warning about a scan scar: debris would be as rough in both directions, a scar is not."""
     worst = []
     for lines in (height, height.T):
         off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
@@ -186,7 +186,7 @@ def _scar(height: np.ndarray) -> list[str]:
 
 
 def _likeness(height: np.ndarray) -> tuple[float, float]:
-    """Return the correlation of neighbouring heights along x and y, by ranks: a few spikes hide nothing."""
+    """Return the rank correlation of neighbouring heights along x and y, which a few spikes do not change."""
     some = np.ascontiguousarray(height[: min(len(height), 512), :512])
     order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")
     ranks = np.empty(some.shape)

@@ -1,8 +1,8 @@
-"""A process that reads others' files and can be ended, so that none can hang or crash the caller or use up its memory.
+"""Read foreign files in a separate process, so that no file can hang or crash the caller or use up its memory.
 
-A process serves all files of a session that one reader reads, and ends with its caller. This file is both sides:
-imported, it is the client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and
-has a function ``read(path, **options)`` whose result can be pickled; it may state the ``MEMORY`` that it needs.
+Each reader has one process for a session, which ends with its caller. This file is both sides: imported, it is the
+client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and has a function
+``read(path, **options)`` whose result can be pickled; it may state the ``MEMORY`` that it needs.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-#: Seconds that reading may take, and bytes that allow one second more: a hundred times what intact files need.
+#: Time limit: seconds, and bytes that allow one second more; a hundred times the need of intact files.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: Bytes of memory that reading may take, and those more for each byte of the file: ten copies of compressed content.
+#: Memory limit: bytes, and bytes more for each byte of the file; ten copies of compressed content.
 MEMORY, MEMORY_PER_BYTE = 2**31, 64
 
 _LOCK = threading.Lock()
@@ -35,7 +35,7 @@ class ReadingFailed(Exception):
 
 
 def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
-    """Return a reader's answer about a file; raise ReadingFailed if it takes too long or too much memory, or dies."""
+    """Return a reader's result; raise ReadingFailed if it takes too long or too much memory, or its process dies."""
     limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     with _LOCK:
         process = _process(reader)
@@ -50,7 +50,7 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
             late = clock.finished.is_set()
             raise ReadingFailed(_reason(late, limit, _ended(process))) from None
         except BaseException:
-            _ended(process)  # interrupted: a late answer would be taken for that to the next question
+            _ended(process)  # interrupted: a late answer would be read as that to the next question
             raise
         finally:
             clock.cancel()
@@ -60,7 +60,7 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
 
 
 def _process(reader: str) -> subprocess.Popen:
-    """Return this process's own reader; an inherited one belongs to the process that was forked."""
+    """Return this process's own reader; after a fork, the parent's reader is not used."""
     process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
         if process is not None:
@@ -78,7 +78,7 @@ def _process(reader: str) -> subprocess.Popen:
 
 
 def _ended(process: subprocess.Popen) -> int:
-    """End a process; return the code that it ended with."""
+    """End a process and return its exit code."""
     process.kill()
     for pipe in (process.stdin, process.stdout):
         with suppress(OSError):  # unsent data in its pipe are lost with the process
@@ -98,7 +98,7 @@ def _reason(late: bool, limit: float, code: int) -> str:
 
 
 def _serve(reader: ModuleType) -> None:
-    """Answer questions until there are no more: with the reader's result, or the text of an error."""
+    """Answer requests until the input ends: with the reader's result, or the text of an error."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not mix with the answers
     while True:
@@ -117,7 +117,7 @@ def _serve(reader: ModuleType) -> None:
 
 
 def _limit_memory(more: int) -> None:
-    """Let this process take no more than so many bytes beyond what it has, where the system can see to that."""
+    """Limit this process to ``more`` bytes beyond its present memory, where the system supports it."""
     try:
         import resource
 
@@ -140,5 +140,5 @@ def _loaded(path: str) -> ModuleType:
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the caller, who ends this process
     sys.path[:] = sys.argv[2:]
-    warnings.simplefilter("ignore")  # a notice that it runs without MPI is of no interest
+    warnings.simplefilter("ignore")  # such as the notice that it runs without MPI
     _serve(_loaded(sys.argv[1]))

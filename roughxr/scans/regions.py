@@ -1,4 +1,4 @@
-"""Contact centres on a scan, and the window of pixels that each of them needs."""
+"""Contact centres on a scan, and the window of pixels around each."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     ds : Dataset
         A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
     subregions : (int, int), (array, array) or Dataset, optional
-        Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of
-        the centres, nm. A Dataset: its centres, with the shares of particles
-        at them if they are from `resting`. By default the centres on ``ds``, else one in its middle.
+        Two whole numbers: tiles along x and y, whose centres are used. Two arrays: x and y of the centres, nm. A
+        Dataset: its centres; from `resting`, with the shares of particles there. By default the centres on ``ds``,
+        else one in its middle.
 
     Returns
     -------
@@ -112,7 +112,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
 
 
 def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:
-    """Return each centre's window of half-width ``reach`` (nm) and the full window's shape, one for all."""
+    """Return each centre's window of half-width ``reach`` (nm), and the common shape of the full window."""
     (dx, dy), (x, y) = schema.pixel(ds), (ds["x"].values, ds["y"].values)
     ahead = np.ceil(np.array([reach / dx, reach / dy])).astype(int) + 1
     shape = tuple(2 * ahead + 1)
@@ -126,7 +126,7 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
 
 
 def _positions(subregions: Any, edges: tuple, sizes: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and y of the centres on a scan with these edges (nm) and so many tiles along each axis at most."""
+    """Return x and y of the centres on a scan with these edges (nm), at most ``sizes`` tiles along the axes."""
     if isinstance(subregions, xr.Dataset):
         x, y = (np.atleast_1d(subregions[name].values.astype(float)) for name in ("subregion_x", "subregion_y"))
         return x, y

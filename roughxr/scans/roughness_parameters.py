@@ -16,19 +16,19 @@ from ..vocabulary.schema import label, pixel, record, validate
 from .levelling import level
 from .spectra import autocorrelation, power_spectrum
 
-#: What the ISO numbers are about, as the order of a polynomial.
+#: Polynomial order of the reference surface of the ISO parameters.
 _REFERENCES = {"plane": 1, "mean": 0}
 
 
 def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False) -> xr.Dataset:
-    """Return how rough a scan is.
+    """Return the roughness parameters of a scan.
 
     Parameters
     ----------
     ds : Dataset
         A scan; missing pixels are left out of the numbers and of ``acf``; over one in a hundred leave ``psd`` NaN.
     reference : {"plane", "mean"}
-        Whether the ISO numbers and the spectra are about the least-squares plane or the mean height only.
+        Reference of the ISO parameters and the spectra: the least-squares plane, or the mean height only.
     spectra : bool
         Whether to add ``psd`` and ``acf``, thousands of numbers beside some dozen; they need the whole height map in
         memory at once. `power_spectrum` and `autocorrelation` give them alone.
@@ -72,7 +72,7 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
 
 
 def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:
-    """Return the height parameters of ISO 25178-2 of heights about their reference."""
+    """Return the height parameters of ISO 25178-2 of heights above their reference."""
     square = (height**2).mean()
     rms = square**0.5
     peak, valley = height.max(), -height.min()

@@ -1,7 +1,7 @@
-"""Whether a scan looks like a self-affine surface, which alone can be extrapolated below its pixels.
+"""Test whether a scan is self-affine: only then can its roughness be extrapolated below the pixels.
 
-Its spectrum falls as that of Hurst exponents from 0 to 1, and its curvature is Gaussian: grains or a blunt tip skew it,
-sharp edges of a few particles or steps raise its kurtosis.
+A self-affine surface has a power-law spectrum with a Hurst exponent from 0 to 1, and a Gaussian curvature. Grains or a
+blunt tip skew the curvature. Edges of particles or steps raise its kurtosis.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from ..vocabulary.schema import pixel
 from . import wavelength
 from .fine_scales import in_band
 
-#: Hurst exponents that are tried beside those of self-affine surfaces, as far to either side.
+#: Hurst exponents of the alternative fit: one beyond the self-affine range on either side.
 _OTHER_EXPONENTS = HURST[0] - 1.0, HURST[1] + 1.0
 
-#: One of them must lower the sum of squared errors by this, as chance does in one case of twenty. A spectrum that is
-#: off by more than so many squared errors in the mean is fitted by no power law.
+#: Not self-affine: the alternative fit lowers chi-squared by more than the first number (5 % significance), or the mean
+#: squared residual of the self-affine fit exceeds the second, in squared standard errors.
 _FIT_GAIN, _MISFIT = 2.71, 2.0
 
-#: Skewness and excess kurtosis of a curvature that is no longer Gaussian, and at least so many standard errors. With
-#: these limits few self-affine surfaces are refused that a tip of 5 to 10 nm draws on pixels of 4 to 10 nm with noise.
+#: Limits of skewness and excess kurtosis of the curvature, and the least significance in standard errors. These limits
+#: refuse few self-affine surfaces imaged with noise by a tip of 5 to 10 nm on pixels of 4 to 10 nm.
 _SKEWNESS, _EXCESS_KURTOSIS, _STANDARD_ERRORS = 0.5, 1.0, 3.0
 
-#: Pixels along a side of the parts whose median is taken, so that debris on a few of them does not count.
+#: Side of the parts, pixels. The median over parts leaves debris on a few of them out.
 _PART_SIDE = 64
 
 
 def unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
-    """Return what of a scan that shows waves down to a shortest one (nm) no self-affine surface would have."""
+    """Return why a scan is not self-affine down to the wavelength ``shown`` (nm); empty if it is."""
     steps, heights = pixel(ds), ds["height"].values
     spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
     independent = heights.size * 4 * steps[0] * steps[1] / shown**2
@@ -44,7 +44,7 @@ def unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
 
 
 def _off(spectra: list, steps: tuple[float, float], shown: float) -> bool:
-    """Return whether another exponent fits better than that of any self-affine surface, or none fits."""
+    """Return whether the spectrum deviates from that of every self-affine surface."""
     q, psd, modes = in_band(spectra, steps, shown)
     inside, beyond = (
         fit_k_correlation(q, psd, modes, max(steps), bounds=bounds)[2] for bounds in (HURST, _OTHER_EXPONENTS)
@@ -53,7 +53,7 @@ def _off(spectra: list, steps: tuple[float, float], shown: float) -> bool:
 
 
 def _moments(height: np.ndarray, steps: tuple[float, float]) -> np.ndarray:
-    """Return the skewness of the curvature, below 0 where valleys are sharper than summits, and its excess kurtosis."""
+    """Return skewness (< 0 where valleys are sharper than summits) and excess kurtosis of the curvature."""
     middle = 2 * height[1:-1, 1:-1]
     along_x, along_y = height[2:, 1:-1] + height[:-2, 1:-1] - middle, height[1:-1, 2:] + height[1:-1, :-2] - middle
     bent = -along_x / steps[0] ** 2 - along_y / steps[1] ** 2

@@ -25,7 +25,7 @@ MOST_MISSING = 0.01
 
 
 def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
-    """Return the power spectrum of a scan's heights as they stand, averaged over rings of wavevectors.
+    """Return the power spectrum of a scan's heights, not levelled first, averaged over rings of wavevectors.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
 
 
 def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
-    """Return the autocorrelation of a scan's heights as they stand, averaged over rings of lags.
+    """Return the autocorrelation of a scan's heights, not levelled first, averaged over rings of lags.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
 
 
 def ring_means(values: np.ndarray, radius: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mean radius, mean value and number of members of rings of a width, without members of unknown radius."""
+    """Return mean radius, mean value and number of members of rings of this width; NaN radii are left out."""
     inside = ~np.isnan(radius)
     ring = np.rint(radius[inside] / width).astype(int)
     members = np.bincount(ring)

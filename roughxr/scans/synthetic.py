@@ -12,7 +12,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
 
-#: Raw numbers that PCG64 draws apart for heights and for whatever lies on them, so that either may change alone.
+#: Separate PCG64 streams for heights and for particles on them, so that either may change alone.
 HEIGHTS, OTHERS = 0, 1
 
 
@@ -44,7 +44,7 @@ def self_affine(
     rolloff : number or quantity
         Roll-off wavelength, nm.
     cutoff : number or quantity, optional
-        Shortest wavelength, nm; nothing is left below. By default whatever the pixels resolve.
+        Shortest wavelength, nm. By default down to the pixels.
     seed : int
         Whole number, at least 0; the same seed gives the same surface.
 
@@ -94,7 +94,7 @@ def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
 
 
 def labelled(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
-    """Return heights as a scan, and their making in its attributes."""
+    """Return heights as a scan that states in its attributes how it was made."""
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
     attrs: dict[str, Any] = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
     attrs |= {name: list(v) if isinstance(v, tuple) else v for name, v in made.items() if v is not None}

@@ -1,4 +1,4 @@
-"""The scanning tip: how it distorts a surface, what can be undone, and which asperities it hides.
+"""The scanning tip: its distortion of a surface, the reconstruction, and the asperities that it hides.
 
 The image by a parabolic tip of apex radius R is the surface's grey-scale dilation by −r²/(2R). A summit of radius ρ has
 an image of radius ρ + R: where that hardly exceeds R, ρ is a small difference of large numbers and uncertain. Erosion
@@ -23,21 +23,21 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan without missing pixels: the surface as it is.
+        A scan without missing pixels: the true surface.
     tip_radius : number or quantity
         Of the tip's apex, nm.
 
     Returns
     -------
     Dataset
-        The scan with the heights (nm) that the tip would draw, nowhere lower than the surface.
+        The scan with the heights (nm) that the tip would record, nowhere lower than the surface.
 
     Examples
     --------
     >>> x = np.arange(-20.0, 21.0)
     >>> bump = -(x[:, None] ** 2 + x**2) / (2 * 10.0)
     >>> surface = schema.label(xr.Dataset({"height": (("x", "y"), bump)}, coords={"x": x, "y": x}))
-    >>> image = dilate(surface, tip_radius=30)  # a summit of 10 nm is drawn as one of 40 nm
+    >>> image = dilate(surface, tip_radius=30)  # the image of a summit of radius 10 nm has a radius of 40 nm
     >>> [float(one.height.sel(x=-8, y=0)) for one in (surface, image)]
     [-3.2, -0.8]
     """
@@ -46,7 +46,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
 
 
 def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
-    """Return the highest surface that a parabolic tip could have taken an image of.
+    """Return the highest surface that has this image under a parabolic tip.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
 
 
 def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
-    """Return heights after sweeping the parabola along x, then along y, as it is a sum of one parabola for each."""
+    """Return heights dilated or eroded along x, then along y: the paraboloid is a sum of two parabolas."""
     scan = schema.validate(ds, "scan")
     radius = positive(tip_radius, "nm", "tip_radius")
     sign = 1.0 if operation == "dilate" else -1.0
@@ -85,7 +85,7 @@ def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:
 
 
 def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.ndarray:
-    """Return the upper envelope of the parabolas that hang from all heights along an axis."""
+    """Return the upper envelope along an axis of downward parabolas with their vertices at all heights."""
     from scipy.ndimage import grey_dilation
 
     reach = int(np.ceil(np.sqrt(2 * radius * np.ptp(height)) / step))
@@ -110,9 +110,9 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     -------
     Dataset
         The catalogue with ``sharper_than_tip`` (the summit below the image has a smaller radius than the tip:
-        image radius below 2R), ``beyond_tip`` (image radius below R, which no tip of this radius can draw: noise,
+        image radius below 2R), ``beyond_tip`` (image radius below R, impossible for a tip of this radius: noise,
         or a sharper tip), and ``curvature_recovered`` (nm⁻¹): the summit's larger principal curvature, 1/(ρ − R)
-        of the image's radius ρ; NaN beyond the tip.
+        with the image radius ρ; NaN beyond the tip.
 
     Examples
     --------

@@ -1,6 +1,6 @@
-"""Vendors' formats, read through SurfaceTopography (extra ``afm``) in a process that is ended when it takes too long.
+"""Vendors' formats, read through SurfaceTopography (extra ``afm``) in a separate process with a time limit.
 
-A reader is used only where the first bytes are those of its format, and redundant statements in a header must agree.
+A reader is used only if the file begins with its signature, and redundant statements in a header must agree.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def _reason(errors: dict[str, str], head: bytes) -> str:
 
 
 def _length_doubt(path: Path, kind: str) -> str:
-    """Return how a header and the file's length contradict each other, empty where they agree or cannot be compared."""
+    """Return the contradiction between header and file length, empty where they agree or cannot be compared."""
     length = path.stat().st_size
     expected = {"di": _bruker_length, "ibw": _igor_length}[kind](path) if kind in ("di", "ibw") else None
     if expected is None or expected == length:
@@ -81,7 +81,7 @@ def _bruker_length(path: Path) -> int | None:
 
 
 def _igor_length(path: Path) -> int | None:
-    """Return None where the note is where the header says; it is text, and what follows it is not accounted for."""
+    """Return None if the text note stands where the header states; the length of later data is not stated."""
     with path.open("rb") as file:
         head = file.read(64)
         _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)

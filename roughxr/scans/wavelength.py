@@ -1,8 +1,8 @@
-"""The shortest wavelength of a scan: what its pixels, and the patches fitted to its summits, must resolve.
+"""The shortest wavelength of a scan: pixels, and patches fitted to summits, must resolve it.
 
-The mean square curvature ∫ q⁴ C(q) d²q tells which waves make up the summits: the shortest wavelength is where all but
-5 % of it have been summed. For a spectrum that ends at a cutoff this is the cutoff, within 3 % for Hurst exponents from
-0 to 0.9; for a scan with waves or noise down to its pixels about two pixels, which do not resolve its summits.
+Wavelengths above it contribute 95 % of the mean square curvature ∫ q⁴ C(q) d²q. For a spectrum with a cut-off it is the
+cut-off, within 3 % for Hurst exponents from 0 to 0.9. For roughness or noise down to the pixels it is about two pixels:
+such a scan does not resolve its summits.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import numpy as np
 
 from .cache import cached
 
-#: Share of the mean square curvature that shorter waves may have.
+#: Share of the mean square curvature below the shortest wavelength.
 _NEGLECTED_SHARE = 0.05
 
 #: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
 _SIDE, _PARTS = 256, 4
 
-#: Root mean square of a part's curvature in pixels, over its largest height, that may be due to rounding alone.
+#: Heights less their plane, over the largest height, that are rounding errors.
 _ROUNDING = 1e-11
 
 
 class Waves(NamedTuple):
-    """The shortest waves and the slope of a scan, from its spectrum."""
+    """The shortest wavelength and the slope of a scan, from its spectrum."""
 
     shortest: float  # wavelength, nm
     slope: float  # root mean square, 1
@@ -46,7 +46,7 @@ def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
 
 
 def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """Return the parts of a scan of this shape that are used."""
+    """Return the evenly spread parts of a scan of this shape that are used."""
     sides = [min(_SIDE, n) for n in shape]
     starts = [
         np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()
@@ -76,7 +76,7 @@ def spectrum(height: np.ndarray) -> np.ndarray | None:
 
 
 def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> Waves:
-    """Return shortest wavelength and slope from the spectra of a scan's parts together."""
+    """Return shortest wavelength and slope from the mean spectrum of a scan's parts."""
     known = [spectrum for spectrum in spectra if spectrum is not None]
     if not known:
         return Waves(np.nan, np.nan)
