@@ -161,6 +161,19 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
     assert float(held.contact_area) == float(touching.contact_area[int(np.abs(touching.force.values).argmin())])
 
 
+def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
+    surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
+    x, y = np.array([200.0, 203.0]), np.array([200.0, 198.0])
+    options = {"delta": [-1.0, 0.0, 1.0], "mesh": roughxr.Mesh(1, step=1.0), "law": "griffith", "fields": True}
+    together = surface.contact.adhesive(subregions=(x, y), **options).contact.rolling(directions=4)
+    for k in range(2):
+        alone = surface.contact.adhesive(subregions=(x[k : k + 1], y[k : k + 1]), **options).contact.rolling(
+            directions=4
+        )
+        np.testing.assert_allclose(together.hinge_distance[k], alone.hinge_distance[0], rtol=1e-9)
+        np.testing.assert_allclose(together.resisting_moment[k], alone.resisting_moment[0], rtol=1e-6)
+
+
 def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
     """A line of n cells that pull with P each: about the front of one alone, P times the radius of its disc."""
     cell, pull = 4.0, 3.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -33,7 +33,7 @@ _SIMULATED_STATES: dict[str, type] = {"contacts": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
-_MISSING = {
+MISSING = {
     "superpose": "NaN where nothing is in contact under this load, nothing pulls or no place of rest was found",
     "adhesive": "NaN where no state of the retraction is in contact, or one of them has not converged",
     "rigid": "NaN where no state is in contact",
@@ -106,8 +106,8 @@ def rolling(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> held = rolling(scan, directions=8, subregions=(2, 2))
-    >>> held.resisting_moment.dims, held.resisting_moment.units
+    >>> moments = rolling(scan, directions=8, subregions=(2, 2))
+    >>> moments.resisting_moment.dims, moments.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """
     ds = schema.entered(ds)
@@ -135,7 +135,7 @@ def rolling(
 
 def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
     """Return the result with its labels and its history."""
-    out.attrs |= {"method": method, "load": arguments["load"], "missing": _MISSING[method]}
+    out.attrs |= {"method": method, "load": arguments["load"], "missing": MISSING[method]}
     if not out.chunks:
         warn_unconverged(out, "their moments are NaN")
     return schema.record(schema.label(out), "rolling", ds, **arguments)
@@ -213,6 +213,28 @@ def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
 
+class States(NamedTuple):
+    """The states of one place's retraction; fields along (state, x, y)."""
+
+    x: np.ndarray  # nm, cell centres from the contact centre
+    y: np.ndarray
+    pressure: np.ndarray  # GPa
+    touching: np.ndarray
+    force: np.ndarray  # nN
+    area: np.ndarray  # nm²
+    refine: int  # cells along a side of a pixel
+
+
+def states_layout(angles: np.ndarray) -> Layout:
+    """Return the layout of moments in these directions (rad) from the states of a simulation."""
+    return Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
+
+
+def closed(gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    """Return which cells of the simulation with adhesion are in contact."""
+    return (gap <= _CLOSED_GAP) | (pressure > 0)
+
+
 def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     """Return the largest moments over the retraction of a solution."""
     stiff = ds.attrs.get("method") == "rigid"
@@ -221,48 +243,52 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
             "expected a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction, found "
             "none; solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
-    layout = Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
-    out = ds if stiff else ds.sel(branch="retraction", drop=True)
+    layout, out = states_layout(angles), ds if stiff else ds.sel(branch="retraction", drop=True)
     records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
     centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
     return labelled(records, layout, ds, centres)
 
 
 def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
-    """Return the record of one place of a solution: its states along ``delta``."""
+    """Return the record of one place of a solution."""
+    fields = ds.transpose("delta", "x", "y", ...)
+    pressure, gap = fields["pressure"].values, fields["gap"].values
+    if ds.attrs.get("method") == "rigid":
+        length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
+        touching = gap <= _RIGID_GAP * length
+    else:
+        touching = closed(gap, pressure)
+    x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
+    cell = float(x[1] - x[0]) * float(y[1] - y[0])
+    area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
+    refine = int(ds["refinement"].max() if "refinement" in ds else ds.attrs.get("refine", 1))
+    states = States(x, y, pressure, touching, ds["force"].values, area, refine)
+    known = {name: ds[name] for name in ("pull_off_force", "pull_off_delta")}
+    return moments_of_states(states, layout, load, converged=bool(np.all(converged(ds))), **known)
+
+
+def moments_of_states(states: States, layout: Layout, load: float, **known: Any) -> np.ndarray:
+    """Return the record of one place, with what is ``known``: its pull-off, and whether its states converged."""
     from scipy.ndimage import binary_dilation, label
 
     record, angles = layout.blank(), layout.axes["direction"]
-    for name in ("pull_off_force", "pull_off_delta"):
-        record[name] = ds[name]
-    x, y = (ds[axis].values - float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
-    cell = float(x[1] - x[0]) * float(y[1] - y[0])
-    x, y = np.meshgrid(x, y, indexing="ij")
+    for name, value in known.items():
+        record[name] = value
+    cell = float(states.x[1] - states.x[0]) * float(states.y[1] - states.y[0])
+    x, y = np.meshgrid(states.x, states.y, indexing="ij")
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
-    touching = _touching(ds)
-    cells = int(ds["refinement"].max() if "refinement" in ds else ds.attrs.get("refine", 1))
-    for state in np.flatnonzero(touching.any(axis=(1, 2))):
-        pull = np.nan_to_num(ds["pressure"].values[state]) * cell
-        _of_state(pull, touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
+    for state in np.flatnonzero(states.touching.any(axis=(1, 2))):
+        pull = np.nan_to_num(states.pressure[state]) * cell
+        _of_state(pull, states.touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
     largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf
-    area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
-    rest = _state_at_rest(area, ds["force"].values, load)
-    record["contact_area"] = np.nan if rest is None else area[rest]
+    rest = _state_at_rest(states.area, states.force, load)
+    record["contact_area"] = np.nan if rest is None else states.area[rest]
     if rest is not None:  # patches less than two pixels apart are one contact
         square = np.ones((3, 3))
-        record["contacts"] = label(binary_dilation(touching[rest], square, iterations=max(cells, 1)), square)[1]
-    record["converged"] = bool(np.all(converged(ds)))
-    known = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
-    return _put(record, layout, largest if known else np.full_like(largest, np.nan))
-
-
-def _touching(ds: xr.Dataset) -> np.ndarray:
-    """Return the cells in contact, (delta, x, y)."""
-    states = ds.transpose("delta", "x", "y", ...)
-    if ds.attrs.get("method") != "rigid":
-        return (states["gap"].values <= _CLOSED_GAP) | (states["pressure"].values > 0)
-    length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
-    return states["gap"].values <= _RIGID_GAP * length
+        near = binary_dilation(states.touching[rest], square, iterations=max(states.refine, 1))
+        record["contacts"] = label(near, square)[1]
+    complete = record["converged"] and np.isfinite(largest[rotation.MOMENT]).all()
+    return _put(record, layout, largest if complete else np.full_like(largest, np.nan))
 
 
 def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | None:
@@ -285,11 +311,13 @@ def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:
     The front lies beyond the foremost cell's centre by ``reach`` (nm), the radius of a disc of its area: about centres
     directions along and across the cells would tie, about corners the diagonals of small contacts be the stiffest.
     """
-    for k, angle in enumerate(angles):
-        along = x * np.cos(angle) + y * np.sin(angle)
-        edge = along[touching].max() + reach
-        moment = load * edge - (push * (edge - along)).sum()
-        if moment > largest[rotation.MOMENT, k]:
-            largest[: rotation.PULL, k] = moment, edge
-        if edge > 0 and moment / edge > largest[rotation.PULL, k]:
-            largest[rotation.PULL :, k] = moment / edge, edge
+    cos, sin = np.cos(angles), np.sin(angles)
+    edge = (np.outer(cos, x[touching]) + np.outer(sin, y[touching])).max(axis=1) + reach
+    whole = push.sum()
+    moment = (load - whole) * edge + cos * (push * x).sum() + sin * (push * y).sum()
+    more = moment > largest[rotation.MOMENT]
+    largest[: rotation.PULL, more] = moment[more], edge[more]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pull = np.where(edge > 0, moment / edge, -np.inf)
+    more = pull > largest[rotation.PULL]
+    largest[rotation.PULL :, more] = pull[more], edge[more]

@@ -305,9 +305,11 @@ def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, 
     return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
 
 
-def cycles_on(surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False) -> Cycles:
-    """Return the cycles on one surface, on the mesh that it is given on."""
-    edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 else (1.0,)
+def cycles_on(
+    surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False, steepest_only: bool = False
+) -> Cycles:
+    """Return the cycles on one surface, on the mesh that it is given on; with the steepest edge only, or both."""
+    edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 and not steepest_only else (1.0,)
     laws = [law_on(adhesion, problem, steepness) for steepness in edges]
     paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
     return Cycles(surface, problem, paths, wider[0] if wider else [], adhesion.law)

@@ -153,15 +153,18 @@ def surface_at(place: Place, problem: Problem) -> Surface:
     height, datum = np.ascontiguousarray(place.height, dtype=float), float(place.datum)
     between = splined if problem.splined else band_limited
     n, fine = problem.refine, between(height, problem.refine)
-    x, y = (
-        first + problem.dx * (n * missing + 0.5 * (1 - n) + np.arange(size))
-        for first, missing, size in zip(place.window.origin, place.window.missing, fine.shape)
-    )
-    separation = problem.indenter.separation(fine, datum, x, y)
+    separation = problem.indenter.separation(fine, datum, *cell_axes(place, problem))
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
     before_x, before_y = place.window.missing
     unknown_from = min(_lowest_at_ends(separation, place.ends), _lowest_at_rim(separation, problem.indenter))
     return Surface(separation, zero, unknown_from, (n * before_x, n * before_y))
+
+
+def cell_axes(place: Place, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    """Return the centres of the cells along x and y, nm from the contact centre."""
+    n, parts = problem.refine, zip(place.window.origin, place.window.missing, place.height.shape)
+    x, y = (first + problem.dx * (n * out + 0.5 * (1 - n) + np.arange(n * size)) for first, out, size in parts)
+    return x, y
 
 
 def _lowest_at_ends(separation: np.ndarray, ends: tuple[bool, bool, bool, bool]) -> float:

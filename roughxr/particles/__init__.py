@@ -1,4 +1,4 @@
-"""How particles come to rest and come off: loads at a wall, the strength at which one moves, and how many remain.
+"""How particles come to rest and detach: loads at a wall, the strength at which one moves, and how many remain.
 
 resting_places       `resting`: where particles lie still, their share at each place, and the lowest pass
 loads                drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`

@@ -35,7 +35,7 @@ NEITHER, NO_CONTACT = "none", "no contact"
 _STRENGTHS, _HALVINGS = 240, 60
 
 
-class Held(NamedTuple):
+class Resistance(NamedTuple):
     """The resistance at each place."""
 
     moment: np.ndarray  # (state, place, direction), nN nm
@@ -93,8 +93,8 @@ def critical_load(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> found = critical_load(held, "wall_shear", particle_density=2500)
+    >>> moments = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> found = critical_load(moments, "wall_shear", particle_density=2500)
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m/s', {'roll'})
     """
@@ -107,7 +107,7 @@ def critical_load(
     body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
-    limit = held_of(ds, direction, friction_coefficient, shear_strength)
+    limit = resistance_of(ds, direction, friction_coefficient, shear_strength)
     strength, mode = first_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
@@ -142,9 +142,9 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> half = with_pull_off(held, held.assign(pull_off_force=0.5 * held.pull_off_force))
-    >>> bool(np.allclose(half.resisting_moment, 0.5 * held.resisting_moment)), bool((half.lever == held.lever).all())
+    >>> moments = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> half = with_pull_off(moments, moments.assign(pull_off_force=0.5 * moments.pull_off_force))
+    >>> bool(np.allclose(half.resisting_moment, 0.5 * moments.resisting_moment)), half.lever.equals(moments.lever)
     (True, True)
     """
     ds, pull_off = schema.entered(ds), schema.entered(pull_off)
@@ -210,7 +210,7 @@ def recorded(body: Body) -> dict[str, Any]:
     return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
 
 
-def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Held:
+def resistance_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:
     """Return the resistance at each place of a result of `rolling`; raise where something is missing."""
     expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
@@ -223,7 +223,7 @@ def held_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_str
     else:
         towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
     tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used
-    return Held(
+    return Resistance(
         moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
         hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
         share=np.cos(angles[None, :] - towards[:, None]),
@@ -261,7 +261,7 @@ def _possible(given: Any, units: str, name: str) -> float | None:
     return value
 
 
-def drive_ratios(push: Push, body: Body, limit: Held) -> np.ndarray:
+def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
     """Return drive over resistance, (mode, place), for a push whose arrays have one entry for each place, or one."""
     along, turn, away = (np.broadcast_to(part, limit.pull_off.shape) for part in push[:3])
     about = (along * body.radius + turn)[:, None] * limit.share + (away + limit.load)[:, None] * limit.hinge
@@ -277,7 +277,7 @@ def drive_ratios(push: Push, body: Body, limit: Held) -> np.ndarray:
     return np.where(limit.known, np.array([roll, slide, raised]), np.nan)
 
 
-def first_strength(kind: Load, body: Body, limit: Held) -> tuple[np.ndarray, np.ndarray]:
+def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest strength at which each place gives way, and by which mode."""
     low, high = kind.span
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)

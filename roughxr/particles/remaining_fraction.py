@@ -9,7 +9,7 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from .force_balance import body_of, drive_ratios, for_each, held_of, recorded, scope_of, varied_dimension
+from .force_balance import body_of, drive_ratios, for_each, recorded, resistance_of, scope_of, varied_dimension
 from .kinetics import MODELS, not_negative, survival
 from .loads import LOADS, Flow
 
@@ -64,8 +64,8 @@ def resuspension(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> left = resuspension(held, friction_velocity=[0.001, 100.0])
+    >>> moments = roughxr.rolling(scan, directions=8, subregions=(2, 2))
+    >>> left = resuspension(moments, friction_velocity=[0.001, 100.0])
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """
@@ -78,7 +78,7 @@ def resuspension(
     speed = not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
-    limit = held_of(ds, direction, friction_coefficient, shear_strength)
+    limit = resistance_of(ds, direction, friction_coefficient, shear_strength)
     if not limit.known.any():
         raise ValueError(f"expected at least one place in contact, found none of {limit.known.size}")
     push = LOADS["wall_shear"].push

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import rolling
-from ..contact.adhesion import adhesive
+from ..asperity.moments import MISSING, States, closed, moments_of_states, rolling, states_layout
+from ..contact.adhesion import reach_of, settling
+from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
+from ..contact.problem import Place, Problem, cell_axes, surface_at
+from ..contact.problem import places as placed_at
 from ..contact.rigid.attraction import options_of
 from ..contact.rigid.bodies import rigid
+from ..contact.solving import fields_of
+from ..jobs import spread
+from ..jobs.records import Layout, labelled
 from ..kernels.adhesion.rigid import floor
 from ..specimen import Specimen
 from ..vocabulary import schema
@@ -31,20 +35,53 @@ _RIGID_CELLS = 4
 def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
     """Return the resisting moments of the simulation's contacts, in the form of `rolling`.
 
-    Each place of ``solved``, a result of `adhesive` by preload, is retracted again with its fields, from the depth of
-    its preload: the levers are those of the patches in contact there.
+    Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload: the
+    levers are those of the patches in contact there. A law without range keeps the steeper edge's results.
     """
-
-    def states(place: xr.Dataset) -> xr.Dataset:
+    law = solved.attrs["law"]
+    problem, adhesion = settling(specimen, law=law, mesh=Mesh(int(solved["refinement"].max()), step=0.4))
+    adhesion = adhesion._replace(preloads=np.zeros(0))
+    arguments = []
+    for k in range(solved.sizes["subregion"]):
+        place = solved.isel(subregion=[k])
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
-        refine, law = int(place["refinement"].max()), solved.attrs["law"]
-        mesh = Mesh(refine=refine if law == "lennard_jones" else min(refine, _MOST_CELLS), step=0.4)
-        deltas = np.linspace(*((low, high) if low < high else _NOT_PULLED), _STATES)
-        return adhesive(
-            specimen, delta=deltas, datum="first_contact", subregions=place, law=law, mesh=mesh, fields=True
-        )
+        low, high = (low, high) if low < high else _NOT_PULLED
+        cells = int(place["refinement"].max())
+        refine = cells if law == "lennard_jones" else min(cells, _MOST_CELLS)
+        own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
+        (placed,), _ = placed_at(specimen, place, reach_of(specimen, own, adhesion))
+        arguments.append((*placed, own, adhesion))
+    layout = states_layout(2 * np.pi * np.arange(directions) / directions)
+    records = spread.task_results(_moments_at, arguments, layout.dtype, layout, name="moments")
+    positions = xr.Dataset(coords={name: solved[name] for name in ("subregion_x", "subregion_y")})
+    out = labelled(records, layout, specimen.bodies, positions)
+    out.attrs = {"method": "adhesive", "load": 0.0, "missing": MISSING["adhesive"]}
+    return _recorded(out, specimen, solved, "simulated_moments", directions)
 
-    return _moments(states, specimen, solved, "simulated_moments", directions)
+
+def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
+    """Return the record of one place; the function that a task runs."""
+    place, record = Place(height, datum, window, ends), layout.blank()
+    surface = surface_at(place, problem)
+    cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
+    followed, known = cycles.paths[0], events(cycles, 0)
+    if not known:
+        return record
+    retraction = followed.states["asked"] & (np.arange(followed.states.size) >= followed.turn)
+    states = followed.states[retraction][::-1]
+    pressure = followed.pressures[: -states.size - 1 : -1]
+    left = surface._replace(separation=surface.separation - followed.left[-1])
+    gap = fields_of(pressure, left, states["delta"] + surface.zero, problem)["gap"]
+    contact = States(
+        *cell_axes(place, problem),
+        pressure=pressure,
+        touching=closed(gap, pressure),
+        force=states["force"],
+        area=states["contact_area"],
+        refine=problem.refine,
+    )
+    pull = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
+    return moments_of_states(contact, layout, 0.0, converged=states["converged"].all(), **pull)
 
 
 def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
@@ -53,21 +90,18 @@ def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int 
     For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
     """
     closest = floor(options_of(specimen, "hamaker").law)
-    options: dict[str, Any] = {"delta": [-closest], "datum": "first_contact", "refine": _RIGID_CELLS, "fields": True}
-    return _moments(
-        lambda place: rigid(specimen, subregions=place, **options), specimen, positions, "rigid_moments", directions
-    )
-
-
-def _moments(
-    states: Callable[[xr.Dataset], xr.Dataset], specimen: Specimen, positions: xr.Dataset, verb: str, directions: int
-) -> xr.Dataset:
-    """Return the moments of the states at each place, with the places' own coordinates."""
     places = []
-    with warnings.catch_warnings():  # the run has given the warnings of these solves
+    with warnings.catch_warnings():  # the run has given the warnings of these sums
         warnings.simplefilter("ignore", UserWarning)
         for k in range(positions.sizes["subregion"]):
-            places.append(rolling(states(positions.isel(subregion=[k])), directions=directions))
+            some = {"subregions": positions.isel(subregion=[k]), "refine": _RIGID_CELLS, "fields": True}
+            states = rigid(specimen, delta=[-closest], datum="first_contact", **some)
+            places.append(rolling(states, directions=directions))
     out = xr.concat(places, "subregion", combine_attrs="override")
+    return _recorded(out, specimen, positions, "rigid_moments", directions)
+
+
+def _recorded(out: xr.Dataset, specimen: Specimen, positions: xr.Dataset, verb: str, directions: int) -> xr.Dataset:
+    """Return moments with the places' own coordinates, and their history."""
     shared = {name: positions[name] for name in ("subregion", "landing_share") if name in positions.coords}
     return schema.record(schema.label(out.assign_coords(shared)), verb, specimen.bodies, directions=directions)
