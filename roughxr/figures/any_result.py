@@ -44,7 +44,7 @@ def plot(
 
     Returns
     -------
-    Axes or array of Axes
+    Axes, or an array of several
 
     Examples
     --------
@@ -55,26 +55,25 @@ def plot(
     """
     if isinstance(ds, xr.DataArray):
         return _array(ds, ax=ax, **options)
-    if name is None and (draw := _figure_of_kind(ds)) is not None:
-        return draw(ds, ax=ax, **options)
-    name = name or _main_variable(ds)
+    if name is None:
+        parts = set(map(str, [*ds.data_vars, *ds.dims]))
+        if (draw := next((draw for needs, draw in _OWN_FIGURES if needs <= parts), None)) is not None:
+            return draw(ds, ax=ax, **options)
+        name = _main_variable(ds)
     if name not in ds:
         raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
     return _variable(ds, name, ax, options)
 
 
-def _figure_of_kind(ds: xr.Dataset) -> Any:
-    """Return the figure of a result that is no map, sweep or sample, such as an error budget; None for others."""
-    names, dims = set(map(str, ds.data_vars)), set(map(str, ds.dims))
-    known: tuple[tuple[bool, Any], ...] = (
-        (schema.kind_of(ds) == "asperities", asperity_statistics),
-        ("relative_error" in names and "entry" in dims, error_budget),
-        ({"predicted_quantile", "measured_quantile"} <= names, quantiles),
-        ("remaining" in names and {"friction_velocity", "time"} <= dims, fraction_remaining),
-        ("resisting_moment" in names and {"subregion", "direction"} <= dims, moment_rose),
-        ("pull_off_force" in names and {"shortest_kept", "seed"} <= dims, cut_off),
-    )
-    return next((draw for fits, draw in known if fits), None)
+#: Variables and dimensions by which a result has a figure of its own.
+_OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
+    ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
+    ({"relative_error", "entry"}, error_budget),
+    ({"predicted_quantile", "measured_quantile"}, quantiles),
+    ({"remaining", "friction_velocity", "time"}, fraction_remaining),
+    ({"resisting_moment", "subregion", "direction"}, moment_rose),
+    ({"pull_off_force", "shortest_kept", "seed"}, cut_off),
+)
 
 
 def _main_variable(ds: xr.Dataset) -> str:
@@ -93,10 +92,8 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
         return scan_map(ds, ax=ax, **options)
     if {"subregion", "x", "y"} <= dims:
         return field_map(ds, name, ax=ax, **options)
-    if name == "force" and dims == {"delta"} and "subregion" in ds.coords:
-        return sweep(ds.expand_dims("subregion"), ax=ax, **options)
-    if name == "force" and dims in ({"subregion", "delta"}, {"subregion", "branch", "delta"}):
-        return sweep(ds, ax=ax, **options)
+    if name == "force" and "delta" in dims and "subregion" in ds.coords:
+        return sweep(ds if "subregion" in dims else ds.expand_dims("subregion"), ax=ax, **options)
     if dims in ({"subregion"}, {"asperity"}):
         way = schema.one_of(options.pop("on", "distribution"), ("distribution", "map"), "on")
         draw = subregion_map if way == "map" or name == "mode" else distribution

@@ -22,7 +22,7 @@ def field_map(
     name: str = "pressure",
     *,
     scan: xr.Dataset | None = None,
-    subregion: int = 0,
+    subregion: int | None = None,
     delta: Quantity | None = None,
     ax: Axes | None = None,
 ):
@@ -35,15 +35,10 @@ def field_map(
     name : {"pressure", "displacement", "gap"}
     scan : Dataset, optional
         The scan that it was solved on: its heights are drawn in grey below the pressure, and yielded cells outlined.
-    subregion : int
-        Number along ``subregion``.
+    subregion : int, optional
+        Number along ``subregion``; by default the first place.
     delta : float, optional
         The nearest displacement (nm) is used; by default the largest.
-    ax : Axes, optional
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -77,12 +72,14 @@ def field_map(
     return label_axes(ax, "indenter_x", "indenter_y")
 
 
-def _contact(ds: xr.Dataset, subregion: int, delta: Quantity | None) -> xr.Dataset:
+def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> xr.Dataset:
     """Return one contact's fields along (x, y), the pressure NaN where nothing touches."""
     missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
     if missing:
         raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
-    contact = ds.sel(subregion=subregion) if "subregion" in ds.dims else ds
+    contact = ds
+    if "subregion" in ds.dims:
+        contact = ds.isel(subregion=0) if subregion is None else ds.sel(subregion=subregion)
     if "delta" in contact.dims:
         last = contact["delta"].values[-1] if delta is None else magnitude(delta, "nm", "delta")
         contact = contact.sel(delta=last, method="nearest")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,20 +17,19 @@ from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
 from .style import (
     BLACK,
+    DASHED,
     GREY,
     SMALL,
     Axes,
     Panels,
-    Unit,
     axes,
-    fold_labels,
+    in_unit,
     in_words,
     label_axis,
     legend,
     panels,
     stroke,
     styled,
-    superscripts,
 )
 
 #: With fewer samples than this each is drawn, and no density.
@@ -54,7 +54,7 @@ def distribution(
     order: int = 0,
     ax: Axes | None = None,
 ):
-    """Draw a histogram of a variable as a probability density, and the mean above it; below ten samples, points.
+    """Draw a histogram of a variable as a probability density, the mean above it; of fewer than ten samples each.
 
     Parameters
     ----------
@@ -72,11 +72,6 @@ def distribution(
         Label in the legend.
     order : int
         Index of the line style, where several distributions share the Axes.
-    ax : Axes, optional
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -99,9 +94,7 @@ def distribution(
     density = statistics.pdf(ds, name, bins=_bin_edges(values, bins))
     edges = density.attrs["bin_edges"]
     ax.stairs(density.values, edges, fill=True, color=color, alpha=0.18)
-    ax.stairs(
-        density.values, edges, label=label, linewidth=0.8, **{"color": color, "linestyle": stroke(order)["linestyle"]}
-    )
+    ax.stairs(density.values, edges, label=label, linewidth=0.8, **stroke(order))
     if len(laws):
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
@@ -111,21 +104,19 @@ def distribution(
 
 
 def _points(ax, name: str, values: np.ndarray, order: int, label: str | None):
-    """Draw each sample, at a height that means nothing."""
-    if not ax.get_ylabel():
-        ax.set(yticks=[], ylabel=f"{values.size} samples")
-    height = np.full(values.size, 0.3 + 0.2 * order)
-    style = {"color": stroke(order)["color"], "linestyle": "none", "marker": "o", "label": label}
-    ax.plot(values, height, transform=ax.get_xaxis_transform(), **style)
+    """Draw each sample over the share of samples below it."""
+    share = (np.arange(values.size) + 0.5) / max(values.size, 1)
+    ax.plot(np.sort(values), share, color=stroke(order)["color"], linestyle="none", marker="o", label=label)
+    ax.set(ylim=(0, 1), ylabel="share of samples below")
     label_axis(ax.xaxis, name)
     return ax
 
 
 def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
     """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
-    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
-    low, high = (float(interval[end].sel(resampling="block")[0]) for end in ("low", "high"))
-    mean, row = float(interval["estimate"][0]), 1.03 + 0.05 * order
+    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence).sel(resampling="block")
+    low, mean, high = (float(interval[part].item()) for part in ("low", "estimate", "high"))
+    row = 1.03 + 0.05 * order
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
@@ -162,14 +153,12 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     ----------
     catalogue : Dataset
         The asperities of a scan. Saddles have no contact ellipse and are included in the heights only.
-    ax : sequence of four Axes, optional
 
     Returns
     -------
     array of four Axes
-        Heights on a logarithmic density, so that a few debris particles are visible beside thousands of peaks. B/A
-        (the ratio of the principal curvatures) and b/a have unit 1. Orientations beside the uniform density, with two
-        standard deviations of chance as a band.
+        Heights on a logarithmic density, which shows a few debris particles beside thousands of peaks; orientations
+        beside the uniform density, with two standard deviations of chance as a band.
 
     Examples
     --------
@@ -192,12 +181,12 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     anisotropy.set(xlim=(0, most), xlabel="ln(B/A) of the curvatures")
     distribution(peaks, "axis_ratio", ax=ratio, interval=None)
     mean = float(peaks["axis_ratio"].mean())
-    ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=(0, (1, 1.2)))
+    ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=":")
     ratio.set(xlim=(0, 1), ylim=(0, 1.2 * ratio.get_ylim()[1]), xlabel="axis ratio b/a")
     ratio.text(mean + 0.03, 0.98 * ratio.get_ylim()[1], f"mean {mean:.2f}", va="top", fontsize=SMALL)
     _orientations(orientation, peaks)
-    for panel in made:
-        fold_labels(panel, 20, 22)
+    for axis in (axis for panel in made for axis in (panel.xaxis, panel.yaxis)):
+        axis.set_label_text("\n".join(textwrap.wrap(axis.get_label_text(), 21)))
     return made
 
 
@@ -207,7 +196,7 @@ def _orientations(ax, peaks: xr.Dataset):
     distribution(peaks, "orientation", ax=ax, interval=None, bins=np.linspace(-np.pi / 2, np.pi / 2, bins + 1))
     spread = 2 * np.sqrt(bins / max(peaks.sizes["asperity"], 1))
     ax.axhspan(max(1 - spread, 0) / np.pi, (1 + spread) / np.pi, color=BLACK, alpha=0.15, linewidth=0)
-    ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="uniform")
+    ax.axhline(1 / np.pi, color=BLACK, linewidth=0.8, linestyle=DASHED, label="uniform")
     ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
     ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
     legend(ax, loc="upper right")
@@ -223,9 +212,7 @@ def _bin_edges(values: np.ndarray, bins: Any) -> Any:
 
 def label_density(ax, name: str):
     """Label the variable on the horizontal axis, and the density, in its inverse, on the vertical one."""
-    unit = label_axis(ax.xaxis, name)
-    inverse = Unit(per(unit.text), 1 / unit.size)
-    ax.yaxis.set_major_formatter(inverse.formatter())
-    words = in_words("pdf") if inverse.text == "1" else f"{schema.VARIABLES['pdf'].long_name} [{inverse.text}]"
-    ax.set_ylabel(superscripts(words))
+    unit, size = label_axis(ax.xaxis, name)
+    ax.yaxis.set_major_formatter(in_unit(1 / size))
+    ax.set_ylabel(in_words("pdf", per(unit)))
     return ax

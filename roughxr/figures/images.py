@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..vocabulary import schema
-from .style import TEXT, display_unit, in_words, round_ticks, tidy
+from ..vocabulary.numbers import prefixed
+from .style import TEXT, in_unit, in_words, round_ticks, tidy
 
 #: Colour map of each field: lightness is monotonic, so that the order is kept in grey print.
 COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
@@ -20,10 +21,10 @@ def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), bar:
 
 
 def colorbar(ax, drawn, name: str, extend: str = "neither"):
-    """Draw the colour bar of an artist on the right of its Axes, in a unit that suits its range."""
-    unit = display_unit(schema.VARIABLES[name].units, float(np.abs(drawn.get_clim()).max()))
+    """Draw the colour bar of an artist on the right of its Axes, in the prefix that suits its range."""
+    unit, size = prefixed(float(np.abs(drawn.get_clim()).max()), schema.VARIABLES[name].units)
     inset = ax.inset_axes([1.03, 0, 0.045, 1])
-    bar = ax.figure.colorbar(drawn, cax=inset, format=unit.formatter(), extend=extend)
+    bar = ax.figure.colorbar(drawn, cax=inset, format=in_unit(size), extend=extend)
     bar.set_label(in_words(name, unit), fontsize=TEXT)
     bar.outline.set_linewidth(0.4)
     round_ticks(bar.ax.yaxis)

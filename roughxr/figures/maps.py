@@ -50,12 +50,6 @@ def scan_map(
         none for a saddle.
     robust : bool
         Let the colour scale cover the middle 99 % of the heights.
-    ax : Axes, optional
-        A new figure by default.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -76,13 +70,7 @@ def scan_map(
         x, y = centres["subregion_x"].values, centres["subregion_y"].values
         ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
         chosen = np.zeros(x.size, bool) if highlight is None else np.asarray(highlight, dtype=bool)
-        ring: dict[str, Any] = {
-            "markerfacecolor": "none",
-            "markeredgecolor": ORANGE,
-            "markersize": 11,
-            "markeredgewidth": 1.2,
-        }
-        ax.plot(x[chosen], y[chosen], "o", **ring)
+        ax.plot(x[chosen], y[chosen], "o", mfc="none", mec=ORANGE, markersize=11, mew=1.2)
     return label_axes(ax, "x", "y")
 
 
@@ -97,7 +85,6 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
     name : str
         A variable; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with the number of places in the
         legend and, on up to 150 tiles, its first letter.
-    ax : Axes, optional
 
     Returns
     -------

@@ -7,26 +7,16 @@ import xarray as xr
 
 from ..measured import compare
 from .distributions import distribution
-from .style import BLACK, BLUE, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
+from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
 
 
 @styled
 def predicted_and_measured(
     predicted: xr.Dataset, measured: xr.Dataset, *, comparison: xr.Dataset | None = None, ax: Panels | None = None
 ):
-    """Draw both distributions, and their quantiles against each other.
+    """Draw the pull-off forces of both as distributions, and their quantiles against each other.
 
-    Parameters
-    ----------
-    predicted, measured : Dataset
-        With ``pull_off_force`` along ``subregion``.
-    comparison : Dataset, optional
-        Result of `compare` for them; computed if it is not given.
-    ax : sequence of two Axes, optional
-
-    Returns
-    -------
-    array of two Axes
+    ``comparison`` is the result of `compare` for them, if it is known already.
 
     Examples
     --------
@@ -57,7 +47,7 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     if "mean" in ds["statistic"]:
         ratio = float(ds["ratio"].sel(statistic="mean"))
         span = np.array([predicted.min(), predicted.max()])
-        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=f"means: × {ratio:.3g}")
+        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=f"means: × {ratio:.3g}")
     ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
     at = marked["predicted_quantile"].values, marked["measured_quantile"].values

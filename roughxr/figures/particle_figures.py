@@ -8,17 +8,21 @@ import numpy as np
 import xarray as xr
 
 from ..particles.force_balance import expect_moments
-from ..vocabulary import schema
+from ..vocabulary.numbers import prefixed
 from .style import (
     BLACK,
     BLUE,
     COLUMN,
+    DASHED,
     GREY,
     SMALL,
     Axes,
     axes,
+    in_unit,
+    in_words,
     label_axes,
     legend,
+    log_ticks,
     stroke,
     styled,
 )
@@ -31,8 +35,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     Parameters
     ----------
     ds : Dataset
-        Result of `rolling`.
-    ax : polar Axes, optional
+        Result of `rolling`; ``ax`` is polar.
 
     Returns
     -------
@@ -55,21 +58,23 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
     rose = _polar(ax)
-    low, middle, high = (np.maximum(np.quantile(moment, q, axis=0), 0.0) for q in (0.25, 0.5, 0.75))
+    quartiles = np.maximum(np.quantile(moment, [0.25, 0.5, 0.75], axis=0), 0.0)
+    low, middle, high = np.column_stack([quartiles, quartiles[:, 0]])
     angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
-    rose.fill_between(angle, *(np.r_[end, end[0]] for end in (low, high)), color=BLUE, alpha=0.25, linewidth=0)
-    rose.plot(angle, np.r_[middle, middle[0]], color=BLUE)
+    rose.fill_between(angle, low, high, color=BLUE, alpha=0.25, linewidth=0)
+    rose.plot(angle, middle, color=BLUE)
     level = max(float(np.median(moment)), 0.0)
     circle = np.linspace(0, 2 * np.pi, 181)
-    rose.plot(circle, np.full(circle.size, level), color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
+    rose.plot(circle, np.full(circle.size, level), color=BLACK, linewidth=0.8, linestyle=DASHED)
     rose.set_rlim(0, 1.1 * max(high.max(), level) or 1.0)
     rose.yaxis.set_major_locator(MaxNLocator(4, prune="lower"))
     rose.set_rlabel_position(67.5)
     for label in rose.get_yticklabels():
         label.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
-    variable = schema.VARIABLES["resisting_moment"]
-    words = f"median and middle half of {moment.sizes['subregion']} places"
-    rose.set_xlabel(f"{variable.long_name} [{variable.units}]\n{words}")
+    unit, size = prefixed(rose.get_rmax(), "nN nm")
+    rose.yaxis.set_major_formatter(in_unit(size))
+    places = f"median and middle half of {moment.sizes['subregion']} places"
+    rose.set_xlabel(f"{in_words('resisting_moment', unit)}\n{places}")
     return rose
 
 
@@ -96,7 +101,6 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     ----------
     ds : Dataset
         Result of `resuspension`.
-    ax : Axes, optional
 
     Returns
     -------
@@ -111,10 +115,6 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> fraction_remaining(ds, ax=Figure().subplots()).get_xlabel()
     'friction velocity [m/s]'
     """
-    if "remaining" not in ds or set(ds["remaining"].dims) != {"friction_velocity", "time"}:
-        raise ValueError(
-            "expected remaining along friction_velocity and time, from ds.contact.resuspension(), found none"
-        )
     ax = axes(ax)
     speed = ds["friction_velocity"].values
     valid = ds["in_range"].values if "in_range" in ds else np.ones(speed.size, bool)
@@ -126,8 +126,9 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
             ax.fill_between(speed, *ends, color=look["color"], alpha=0.2, linewidth=0)
         ax.plot(speed, np.where(valid, now["remaining"], np.nan), label=f"{float(now['time']):g} s", **look)
         ax.plot(speed, np.where(outside, now["remaining"], np.nan), color=look["color"], linestyle=":")
-    if speed[speed > 0].size and speed.max() > 20 * speed[speed > 0].min():
+    if speed.max() > 20 * speed[speed > 0].min(initial=np.inf):
         ax.set_xscale("log")
+        log_ticks(ax.xaxis)
     ax.set_ylim(0, 1.05)
     ax.axhline(0.5, color=GREY, linewidth=0.5, zorder=0)
     return legend(label_axes(ax, "friction_velocity", "remaining"), loc="best")

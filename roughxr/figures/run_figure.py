@@ -22,18 +22,9 @@ _METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperiti
 
 @styled
 def overview(run: Mapping[str, xr.Dataset]):
-    """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces.
+    """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces of a run.
 
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run: "scan", "solutions/direct", "solutions/contact" and "statistics/energy", and
-        "statistics/adhesive" and "statistics/extrapolated" if the run has them.
-
-    Returns
-    -------
-    Figure
-        Belongs to no pyplot window.
+    Takes the groups of a run, and returns a Figure that belongs to no pyplot window.
 
     Examples
     --------
@@ -85,18 +76,9 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
 
 
 def run_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
-    """Yield the figures that a run writes beside its report, by name.
+    """Yield name and Figure of what a run draws beside its report: "overview", "error-budget", "shortest-wave".
 
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run, as `overview` needs them.
-
-    Yields
-    ------
-    (str, Figure)
-        "overview" and, where the run has an error budget, "error-budget" and "shortest-wave"; the Figures belong to no
-        pyplot window.
+    Takes the groups of a run; the Figures belong to no pyplot window.
 
     Examples
     --------

@@ -1,23 +1,22 @@
 """One style for all figures: sized for one column, suitable for colour-blind readers and for print in grey.
 
-Data stay in the schema's units on every axis (nm, nN, GPa), so that figures can be drawn over one another;
-only the labels of ticks and axes change to a larger unit (µm, µN) where numbers would be long.
+Data stay in the schema's units on every axis (nm, nN, GPa), so that figures can be drawn over one another; only the
+labels of ticks and axes change to the prefix that suits them (µm, µN).
 """
 
 from __future__ import annotations
 
 import functools
 import re
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import SUPERSCRIPTS
+from ..vocabulary.numbers import SUPERSCRIPTS, prefixed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,16 +54,9 @@ SETTINGS = {
     "figure.constrained_layout.use": False,
 }
 
-#: Blue, orange, green, vermilion and purple of seaborn's "colorblind" palette, then black and grey.
-BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK, GREY = (
-    "#0173b2",
-    "#de8f05",
-    "#029e73",
-    "#d55e00",
-    "#cc78bc",
-    "#222222",
-    "#8a8a8a",
-)
+#: Of seaborn's "colorblind" palette, then black and grey.
+BLUE, ORANGE, GREEN, VERMILION, PURPLE = "#0173b2", "#de8f05", "#029e73", "#d55e00", "#cc78bc"
+BLACK, GREY = "#222222", "#8a8a8a"
 
 #: Line styles in order of use: distinct by dashes as well as by colour.
 STROKES = (
@@ -75,28 +67,25 @@ STROKES = (
     {"color": BLACK, "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 
-#: Units that are replaced by the thousandfold (areas by the millionfold) where values are large.
-_LARGER = {"nm": ("µm", 1e3), "nN": ("µN", 1e3), "nm^2": ("µm^2", 1e6)}
+#: A dashed line, for what is marked.
+DASHED = (0, (4, 2))
 
 
-class Unit(NamedTuple):
-    """The text in an axis' brackets, and its size in the schema's units."""
+def in_unit(size: float):
+    """Return a formatter of ticks in a unit of this size."""
+    from matplotlib.ticker import FuncFormatter
 
-    text: str
-    size: float
-
-    def formatter(self):
-        """Return a formatter of ticks that shows data in this unit."""
-        from matplotlib.ticker import FuncFormatter
-
-        return FuncFormatter(lambda value, _: f"{value / self.size:.6g}".replace("-", "−"))
+    return FuncFormatter(lambda value, _: f"{value / size:.6g}".replace("-", "−"))
 
 
-def log_ticks(axis, subs: tuple[int, ...] = (1, 2, 5)) -> None:
-    """Put labelled ticks on a logarithmic axis that spans a decade or two, and no powers of ten between them."""
+def log_ticks(axis) -> None:
+    """Put labelled ticks on a logarithmic axis, the closer the narrower its range, and no powers of ten on them."""
     from matplotlib.ticker import LogLocator
 
-    axis.set_major_locator(LogLocator(subs=subs))
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(
+        LogLocator(subs=(1, 1.5, 2, 3, 5, 7) if high < 5 * low else (1, 2, 5) if high < 50 * low else (1,))
+    )
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter("")
 
@@ -106,10 +95,9 @@ def styled(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def draw(*arguments: Any, **options: Any):
-        arguments = tuple(_in_table_units(value) for value in arguments)
         options = {name: _in_table_units(value) for name, value in options.items()}
         with _settings():
-            drawn = function(*arguments, **options)
+            drawn = function(*map(_in_table_units, arguments), **options)
             if options.get("ax") is None:
                 _lay_out(drawn)
             return drawn
@@ -160,7 +148,7 @@ def axes(ax=None, *, aspect: float = 0.72):
     return ax if ax is not None else panels(None, 1, 1, aspect=aspect)[0]
 
 
-def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = COLUMN, **options: Any):
+def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = COLUMN):
     """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
     if ax is not None:
         given = np.asarray(ax, dtype=object).ravel()
@@ -169,24 +157,13 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
         return given
     from matplotlib import pyplot
 
-    size = (width, aspect * width)
-    _, made = pyplot.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
-    for panel in made.flat:
-        tidy(panel)
-    return made.ravel()
+    _, made = pyplot.subplots(rows, columns, figsize=(width, aspect * width), layout="constrained", squeeze=False)
+    return np.array([tidy(panel) for panel in made.flat])
 
 
-def display_unit(units: str, largest: float) -> Unit:
-    """Return the unit in which to show values up to ``largest`` (in ``units``)."""
-    text, size = _LARGER.get(units, (units, np.inf))
-    return Unit(text, size) if largest >= size else Unit(units, 1.0)
-
-
-def in_words(name: str, unit: Unit | None = None) -> str:
-    """Return the schema's label of a name, with its unit as printed in a book."""
-    label = schema.axis_label(name)
-    if unit is not None and unit.text not in ("1", ""):
-        label = f"{schema.VARIABLES[name].long_name} [{unit.text}]"
+def in_words(name: str, unit: str = "") -> str:
+    """Return the schema's label of a name, with this unit, or the schema's, as printed in a book."""
+    label = f"{schema.VARIABLES[name].long_name} [{unit}]" if unit not in ("1", "") else schema.axis_label(name)
     return superscripts(label)
 
 
@@ -195,17 +172,17 @@ def superscripts(text: str) -> str:
     return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), text)
 
 
-def label_axis(axis, name: str) -> Unit:
-    """Label a matplotlib axis from the schema, in a unit that suits its range; return that unit."""
+def label_axis(axis, name: str) -> tuple[str, float]:
+    """Label a matplotlib axis from the schema, in the prefix that suits its range; return that unit and its size."""
     if name not in schema.VARIABLES:
         axis.set_label_text(name)
-        return Unit("1", 1.0)
-    unit = display_unit(schema.VARIABLES[name].units, float(np.abs(axis.get_view_interval()).max()))
+        return "1", 1.0
+    unit, size = prefixed(float(np.abs(axis.get_view_interval()).max()), schema.VARIABLES[name].units)
     axis.set_label_text(in_words(name, unit))
     round_ticks(axis)
-    if unit.size != 1.0:
-        axis.set_major_formatter(unit.formatter())
-    return unit
+    if size != 1.0:
+        axis.set_major_formatter(in_unit(size))
+    return unit, size
 
 
 def round_ticks(axis):
@@ -215,13 +192,6 @@ def round_ticks(axis):
     locator = axis.get_major_locator()
     if isinstance(locator, MaxNLocator):
         locator.set_params(steps=[1, 2, 5, 10])
-
-
-def fold_labels(ax, x: int, y: int):
-    """Return the Axes with its axis labels wrapped to lines of so many letters, for small panels."""
-    for axis, letters in ((ax.xaxis, x), (ax.yaxis, y)):
-        axis.set_label_text("\n".join(textwrap.wrap(axis.get_label_text(), letters)))
-    return ax
 
 
 def label_axes(ax, x: str, y: str):

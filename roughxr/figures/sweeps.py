@@ -10,7 +10,21 @@ import xarray as xr
 
 from .. import statistics
 from ..vocabulary import schema
-from .style import BLACK, BLUE, GREY, VERMILION, Axes, axes, label_axes, label_axis, legend, log_ticks, stroke, styled
+from .style import (
+    BLACK,
+    BLUE,
+    DASHED,
+    GREY,
+    VERMILION,
+    Axes,
+    axes,
+    label_axes,
+    label_axis,
+    legend,
+    log_ticks,
+    stroke,
+    styled,
+)
 
 #: A tension that is a smaller part of the force axis is not visible.
 _LEAST_VISIBLE = 0.05
@@ -27,7 +41,6 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     ----------
     ds : Dataset
         A solution. Of one with loading and retraction, the mean of both, and the work lost between them as an area.
-    ax : Axes, optional
 
     Returns
     -------
@@ -63,9 +76,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     if (tension := _invisible_tension(force)) > 0:
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
-        ax.set_yticks(
-            [tick for tick in ax.get_yticks() if tick == 0 or abs(tick) >= tension]
-        )  # nearer to 0 they overlap
+        ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
     background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **background)
@@ -96,7 +107,6 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     ----------
     solutions : mapping of str to Dataset
         Solutions by their labels in the legend; single subregions by ``ds.sel(subregion=[3])``.
-    ax : Axes, optional
 
     Returns
     -------
@@ -180,7 +190,6 @@ def force_ratio(ds: xr.Dataset, *, ax: Axes | None = None):
     ----------
     ds : Dataset
         From `statistics.force_ratio`.
-    ax : Axes, optional
 
     Returns
     -------
@@ -208,11 +217,11 @@ def force_ratio(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.plot(delta[touching], middle[1], color=BLACK, linewidth=1.4, label="median")
     if "parting_delta" in ds and bool(ds["parting_delta"].notnull().any()):
         parting = float(ds["parting_delta"].median())
-        ax.axvline(parting, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label=f"{parting:.3g} nm")
+        ax.axvline(parting, color=VERMILION, linewidth=0.9, linestyle=DASHED, label=f"{parting:.3g} nm")
     ax.set_yscale("log")
     high = float(np.nanmax(ratio.values, initial=1.2))
     ax.set_ylim(max(0.5 * float(np.nanmin(ratio.values, initial=1.0)), 0.05), max(3 * high, 3.0))
-    log_ticks(ax.yaxis, (1, 2, 5) if high < 50 else (1,))
+    log_ticks(ax.yaxis)
     ax.set_ylabel("superposed / direct force")
     label_axis(ax.xaxis, "delta")
     return legend(ax, loc="upper left", ncols=2)

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from ..studies.roughness_scale import mean_over_wavelengths
-from .style import BLACK, BLUE, GREY, SMALL, VERMILION, Axes, axes, label_axis, legend, log_ticks, styled
+from ..vocabulary.numbers import number
+from .style import (
+    BLACK,
+    BLUE,
+    DASHED,
+    GREY,
+    SMALL,
+    VERMILION,
+    Axes,
+    axes,
+    label_axis,
+    legend,
+    log_ticks,
+    styled,
+)
 
 
 @styled
@@ -19,13 +33,11 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     ----------
     ds : Dataset
         From `error_budget`.
-    ax : Axes, optional
 
     Returns
     -------
     Axes
-        In the order of the budget from the top, each with its standard error and the sign of the change, a known bias
-        with what was subtracted from the mean; then the total. An entry that was not computed has no bar.
+        Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean.
 
     Examples
     --------
@@ -38,56 +50,40 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], [text.get_text() for text in ax.texts]
     ([3.0, 3.0], ['−3 ± 1', 'not computed', '3 ± 1'])
     """
-    numbers = [100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change")]
-    bars = {str(name): _Bar(*values) for name, *values in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
-    rows = [(name, bar, BLUE) for name, bar in bars.items()]
-    rows.append(("all of these", _Bar(100 * float(ds["total_error"]), 100 * float(ds["total_standard_error"])), BLACK))
-    ax = axes(ax, aspect=0.16 + 0.058 * len(rows))
-    for row, (_, bar, color) in enumerate(rows):
-        bar.draw(ax, row, color)
-    ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
-    ax.set_ylim(len(rows) - 0.5, -0.5)
-    ax.set_xlim(0, 1.4 * max([bar.end for _, bar, _ in rows if np.isfinite(bar.value)], default=1.0) or 1.0)
+    numbers = (100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
+    bars = {str(name): (*row, BLUE) for name, *row in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
+    bars["all of these"] = (
+        100 * float(ds["total_error"]),
+        100 * float(ds["total_standard_error"]),
+        np.nan,
+        False,
+        BLACK,
+    )
+    ax, longest = axes(ax, aspect=0.16 + 0.058 * len(bars)), 0.0
+    for row, (value, error, change, is_bias, color) in enumerate(bars.values()):
+        end = np.nan_to_num(value) + np.nan_to_num(error)
+        longest = max(longest, end)
+        if np.isfinite(value):
+            ax.barh(row, value, height=0.62, color=color, edgecolor="none")
+        if error > 0:
+            ax.plot([max(value - error, 0.0), end], [row, row], color=GREY, linewidth=1.2)
+        words = _words(value, error, change, is_bias)
+        ax.annotate(words, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
+    ax.set_yticks(range(len(bars)), list(bars))
+    ax.set(ylim=(len(bars) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel="error of the mean pull-off force [%]")
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
-    ax.set_xlabel("error of the mean pull-off force [%]")
     return ax
 
 
-class _Bar(NamedTuple):
-    """One entry, in per cent of the mean."""
-
-    value: float
-    error: float
-    change: float = np.nan
-    is_bias: bool = False
-
-    @property
-    def end(self) -> float:
-        return self.value + np.nan_to_num(self.error)
-
-    def draw(self, ax, row: int, color: str) -> None:
-        """Draw the bar with its own error, or write that there is none."""
-        known = np.isfinite(self.value)
-        if known:
-            ax.barh(row, self.value, height=0.62, color=color, edgecolor="none")
-        if known and self.error > 0:
-            ax.plot([max(self.value - self.error, 0.0), self.end], [row, row], color=GREY, linewidth=1.2)
-        style = {"fontsize": SMALL - 0.5, "va": "center", "textcoords": "offset points"}
-        at = self.end if known else 0.0
-        ax.annotate(self._words(), (at, row), (3, 0), color=BLACK if known else GREY, **style)
-
-    def _words(self) -> str:
-        if not np.isfinite(self.value):
-            return "not computed"
-        sign = "" if self.is_bias or not abs(self.change) > 0 else "−" if self.change < 0 else "+"
-        own = f" ± {_number(self.error)}" if np.isfinite(self.error) else ""
-        bias = f", {self.change:+.2g} subtracted".replace("-", "−") if self.is_bias else ""
-        return f"{sign}{_number(self.value)}{own}{bias}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
+def _words(value: float, error: float, change: float, is_bias: bool) -> str:
+    """Return an error (%) with its own, the sign of its change, and of a known bias what was subtracted."""
+    if not np.isfinite(value):
+        return "not computed"
+    sign = "" if is_bias or not abs(change) > 0 else "−" if change < 0 else "+"
+    own = f" ± {number(round(error, 2), digits=2)}" if np.isfinite(error) else ""
+    bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
+    return f"{sign}{number(round(value, 2), digits=2)}{own}{bias}"
 
 
 @styled
@@ -98,7 +94,6 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     ----------
     ds : Dataset
         From `scale_dependence`.
-    ax : Axes, optional
 
     Returns
     -------
@@ -114,8 +109,6 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> cut_off(ds, ax=Figure().subplots()).get_xscale()
     'log'
     """
-    from matplotlib.ticker import NullLocator
-
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
     wavelengths, means = ds["shortest_kept"].values, mean_over_wavelengths(ds)
@@ -127,12 +120,10 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.errorbar(wavelengths, means.mean("seed"), yerr=means.std("seed"), **look)
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):
-        ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=(0, (4, 2)), label="shown by the scan", zorder=0)
-    ax.set(xscale="log")
-    ax.xaxis.set_minor_locator(NullLocator())
-    ax.set_xticks(
-        wavelengths, [f"{length:.3g}" for length in wavelengths]
-    )  # a factor of four has hardly a tick of its own
+        ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=DASHED, label="shown by the scan", zorder=0)
+    ax.set_xscale("log")
+    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # a factor of four has no tick of its own
+    ax.set_xticks([], minor=True)
     if (means > 0).any():
         ax.set(yscale="log")
         log_ticks(ax.yaxis)

@@ -9,6 +9,8 @@ from typing import SupportsFloat
 _PREFIXES = {
     "nN": (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3)),
     "nm": (("mm", 1e6), ("µm", 1e3), ("nm", 1.0)),
+    "nm^2": (("µm^2", 1e6), ("nm^2", 1.0)),
+    "nN nm": (("µN µm", 1e6), ("nN µm", 1e3), ("nN nm", 1.0)),
     "Pa": (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0)),
 }
 
