@@ -1,10 +1,8 @@
 """The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``detach``, ``info``, ``convert``, …
 
 options       each command with its options and their help: all that ``--help`` reads
-spelling      the parser, which suggests the option that a misspelt word may mean
 words         the words of an option as numbers, quantities or pairs; errors of other libraries in words
-running       `paper`, `run`
-pages         `report`, `explore`
+running       `paper`, `run`, `report`, `explore`
 files         `info`, `convert`
 measurements  `measured`, `compare`
 detach        `detach`

@@ -15,6 +15,7 @@ from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..particles.adhesion_parameters import by_place
 from ..report.detachment import leading
+from ..report.run_tables import METHOD_WORDS
 from ..statistics.sampling import shares
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.schema import is_wet, one_of
@@ -69,13 +70,10 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
         )
     body, slides = _body(options)
     critical = particles.critical_load(moments, **body, **slides)
-    source = f"{options.load} in {options.fluid}, pull-off forces of {method!r}"
+    load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
+    source = f"{load}, pull-off forces: {METHOD_WORDS[method]}"
     work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
-    _print_critical(
-        critical, f"{source}, {work}", "cases (places × surfaces)" if method == "extrapolated" else "places"
-    )
-    if "solutions/rolling_landed" in groups:
-        _print_rests(groups, body, slides)
+    _print_critical(critical, f"{source}, {work}", "places on each surface" if method == "extrapolated" else "places")
     if options.parameters:
         numbers = particles.parameters(moments, catalogue=groups["asperities"])
         print(f"written to {exports.to_table(numbers, options.parameters)}")
@@ -102,7 +100,7 @@ def _check_files(options: Namespace) -> None:
 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
     groups = archive.load(archive.of_run(run))
-    if not set(report.COMING_OFF) <= set(groups):
+    if not set(report.DETACHMENT) <= set(groups):
         raise ValueError(
             f"{run}: expected a run with resisting moments, found none; a run has none without adhesion, with "
             "an indenter instead of a sphere, in very humid air, or if an older roughxr made it (then run it again)"
@@ -119,7 +117,7 @@ def _body(options: Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 def _print_critical(critical: xr.Dataset, source: str, places: str) -> None:
-    """Print the critical strength of a load, and how the sphere comes off."""
+    """Print the critical strength of a load, and how the sphere detaches."""
     name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
     values = critical[name].where(np.isfinite(critical[name]))
     print(f"{source}; {critical[name].attrs['long_name']}, {critical[name].attrs['units']}:")
@@ -128,7 +126,7 @@ def _print_critical(critical: xr.Dataset, source: str, places: str) -> None:
         of = "particles where they came to rest" if rests else "places"
         print(f"  5 % of {of} {least}, median {middle}, 95 % {most}")
     counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
-    print("how it comes off: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
+    print("how it detaches: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
     inside = int(critical["in_range"].sum())
     print(f"within the range of the drag formulas: {inside} of {critical.sizes['subregion']} {places}")
 
@@ -138,15 +136,6 @@ def _quantile(values: xr.DataArray, part: float) -> float:
     return float(values.weighted(shares(values)).quantile(part))
 
 
-def _print_rests(groups: Mapping[str, xr.Dataset], body: dict[str, Any], slides: dict[str, Any]) -> None:
-    """Print what half of the particles of a run stand at rest and where they landed."""
-    at = {"at rest": "solutions/rolling_superposed", "where they landed": "solutions/rolling_landed"}
-    critical = {where: particles.critical_load(groups[name], **body, **slides) for where, name in at.items()}
-    loads = {where: next(iter(ds.data_vars.values())) for where, ds in critical.items()}
-    medians = ", ".join(f"{where} {number(_quantile(values, 0.5))}" for where, values in loads.items())
-    print(f"the median by superposed asperities: {medians} {loads['at rest'].attrs['units']}")
-
-
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
@@ -154,5 +143,5 @@ def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> N
     alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
     figures.subregion_map(critical, strength, ax=left) if alike else figures.subregion_map(critical, "mode", ax=left)
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
-    figure.suptitle(title.replace("_", " "))
+    figure.suptitle(title)
     drawn(figure, path)

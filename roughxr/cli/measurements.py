@@ -55,8 +55,12 @@ def compare_with_run(options: Namespace) -> None:
     columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
     print(compared[columns].to_dataframe().to_string(float_format=number))
     distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
-    print(f"\nlargest difference of the cumulative distributions: {number(distance)}, p = {number(p_value)}")
-    print(f"independent places: {float(compared.predicted_places):.0f} and {float(compared.measured_places):.0f}")
+    print(
+        f"\nlargest difference of the cumulative distributions: {number(distance)}; samples of one distribution differ "
+        f"so much, or more, with probability {number(p_value, digits=2)}"
+    )
+    predicted_places, measured_places = float(compared.predicted_places), float(compared.measured_places)
+    print(f"equivalent to {predicted_places:.0f} independent predicted places, {measured_places:.0f} measured ones")
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)

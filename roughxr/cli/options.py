@@ -7,11 +7,12 @@ function that does it, ``module:function`` of this package.
 from __future__ import annotations
 
 import argparse
+import shlex
 from typing import Any
 
 from .._version import __version__
 from ..bodies.substances import MATERIALS
-from .spelling import Parser
+from ..vocabulary.text import did_you_mean
 from .words import number
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -34,7 +35,7 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
-_DIRECTIONS = ("trace", "retrace")
+_DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 
 _BODIES = (
     ("--materials", "A/B", f"one or two of {', '.join(MATERIALS)}: moduli, van der Waals adhesion, estimated hardness"),
@@ -61,6 +62,33 @@ _AIR = (
 BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] for rows in (_BODIES, _AIR))
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser with suggestions for misspelt options, and with options in files, ``@FILE``."""
+
+    def convert_arg_line_to_args(self, line: str) -> list[str]:
+        """Return the words of a line of a file of options; a comment begins with #."""
+        return shlex.split(line, comments=True)
+
+    def error(self, message: str):
+        """End with the error, and the option that holds the unknown word or is spelt like it."""
+        unknown = next((word for word in message.split() if word.startswith("--")), "").split("=")[0]
+        if message.startswith("unrecognized") and unknown:
+            options = sorted(option_names(self))
+            holding = [option for option in options if unknown.lstrip("-") in option.lstrip("-").split("-")]
+            message += f"; did you mean {' or '.join(holding)}?" if holding else did_you_mean(unknown, options)
+        super().error(message)
+
+
+def option_names(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the long options of a parser and of its commands."""
+    known: set[str] = set()
+    for action in parser._actions:
+        known |= {option for option in action.option_strings if option.startswith("--")}
+        if isinstance(action, argparse._SubParsersAction):
+            known |= set().union(*(option_names(command) for command in action.choices.values()))
+    return known
+
+
 def command_line() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
     parser = Parser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
@@ -78,64 +106,59 @@ def _command(commands: Any, name: str, does: str, help: str) -> argparse.Argumen
     return command
 
 
-def _add(to: Any, *rows: tuple[str, str, str]) -> None:
-    """Add options whose values are read later, each from flag, metavar and help."""
-    for flag, metavar, words in rows:
-        several = "+" if metavar.endswith("...") else None
-        to.add_argument(*flag.split(), metavar=metavar.removesuffix("..."), nargs=several, help=words)
+def _add(to: Any, *rows: tuple[str, str | None, str], **more: Any) -> None:
+    """Add options, each from flags, metavar ("E..." for several values) and help; ``more`` holds for all of them."""
+    for flags, metavar, words in rows:
+        several = {"nargs": "+"} if metavar and metavar.endswith("...") else {}
+        named = {"metavar": metavar.removesuffix("...")} if metavar else {}
+        to.add_argument(*flags.split(), help=words, **named, **several, **more)
+
+
+def _flag(to: Any, flags: str, words: str) -> None:
+    to.add_argument(*flags.split(), action="store_true", help=words)
 
 
 def _paper(commands: Any) -> None:
     does = "repeat the paper's analysis on the synthetic glass sample: archive, figures, tables"
     command = _command(commands, "paper", "running:paper", does)
-    command.add_argument("-o", "--output", default="paper-run", metavar="FOLDER", help=_DEFAULT)
+    _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
     words = "GPa, for finer roughness only: all else is elastic; default: that of the materials, or of glass"
     _add(command, ("--hardness", "H", words))
     _add_budget(command)
-    _add_quiet(command)
+    _flag(command, "-q --quiet", _QUIET)
 
 
 def _run(commands: Any) -> None:
     does = "analyse a scan, or each of several: pull-off, forces, error budget, report"
     command = _command(commands, "run", "running:run", does)
     _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan; @FILE reads options from a file"))
-    words = "folder, or FILE.nc for the archive alone; default: %(default)s"
-    command.add_argument("-o", "--output", default="run", metavar="OUT", help=words)
+    _add(command, ("-o --output", "OUT", f"folder, or FILE.nc for the archive alone; {_DEFAULT}"), default="run")
     _add_reading(command)
-    command.add_argument("--level", default="plane", choices=("plane", "quadratic", "none"), help=_DEFAULT)
+    _add(command, ("--level", None, _DEFAULT), default="plane", choices=("plane", "quadratic", "none"))
     group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
-    shape.add_argument("--sphere-radius", "--radius", metavar="R", help="radius of the sphere, nm")
+    _add(shape, ("--sphere-radius --radius", "R", "radius of the sphere, nm"))
     _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
     _add(group, *_BODIES, *_AIR)
-    _add_places(command.add_argument_group("where and how deep"))
-    _add_adhesion(command.add_argument_group("the simulation with adhesion"))
+    group = command.add_argument_group("where and how deep")
+    words = "number of places along x and y, or one number for both; default: 8 8"
+    _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
+    words = "the sphere is free: it lands at each place, rolls to rest, and is analysed there; default: a fixed probe"
+    _flag(group, "--particle", words)
+    words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
+    _add(group, ("--delta", "D...", words), type=float)
+    group = command.add_argument_group("the simulation with adhesion")
+    words = "force that presses the sphere on before it is pulled off, nN or as '50 nN'; default: 0"
+    _add(group, ("--preload", "P", words), default=0.0, type=number)
+    words = "how the attraction falls with the gap; default: auto, exponential where its range matters, else griffith"
+    _add(group, ("--law", None, words), default="auto", choices=LAWS)
+    words = "number of cells along a pixel; default: auto, from the range of the attraction"
+    _add(group, ("--mesh", "N", words), default="auto", type=_cells)
     words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", words))
     _add_budget(command)
-    _add_quiet(command)
-
-
-def _add_places(group: Any) -> None:
-    words = "number of places along x and y, or one number for both; default: 8 8"
-    group.add_argument("--subregions", nargs="+", type=int, default=(8, 8), metavar="N", help=words)
-    kind = group.add_mutually_exclusive_group()
-    words = "the sphere is fixed in position, as a colloidal probe (default)"
-    kind.add_argument("--probe", action="store_true", help=words)
-    words = "the sphere is free: it lands at each place, rolls to rest, and is analysed there"
-    kind.add_argument("--particle", action="store_true", help=words)
-    words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
-    group.add_argument("--delta", nargs="+", type=float, metavar="D", help=words)
-
-
-def _add_adhesion(group: Any) -> None:
-    words = "force that presses the sphere on before it is pulled off, nN or as '50 nN'; default: 0"
-    group.add_argument("--preload", default=0.0, type=number, metavar="P", help=words)
-    words = "how the attraction falls with the gap; default: auto, exponential where its range matters, else griffith"
-    group.add_argument("--law", default="auto", choices=LAWS, help=words)
-    words = "number of cells along a pixel; default: auto, from the range of the attraction"
-    group.add_argument("--mesh", default="auto", type=_cells, metavar="N", help=words)
+    _flag(command, "-q --quiet", _QUIET)
 
 
 def _cells(text: str) -> int | str:
@@ -145,24 +168,23 @@ def _cells(text: str) -> int | str:
 
 
 def _pages(commands: Any) -> None:
-    command = _command(commands, "report", "pages:report", "write the report of a finished run, one HTML file")
+    command = _command(commands, "report", "running:write_report", "write the report of a finished run, one HTML file")
     _add(command, _RUN, ("-o --output", "HTML", "default: report.html beside the archive"))
-    command = _command(commands, "explore", "pages:explore", "write an interactive page of a finished run")
+    command = _command(commands, "explore", "running:explore", "write an interactive page of a finished run")
     _add(command, _RUN, ("-o --output", "HTML", "default: explore.html beside the archive"))
-    command.add_argument("--open", action="store_true", help="show the page in the browser")
-    _add_quiet(command)
+    _flag(command, "--open", "show the page in the browser")
+    _flag(command, "-q --quiet", _QUIET)
 
 
 def _files(commands: Any) -> None:
     command = _command(commands, "info", "files:info", "print the channels of a file, and the roughness of a scan")
     command.add_argument("file", metavar="FILE", nargs="?")
-    words = "list the formats of scans and of measured pull-offs"
-    command.add_argument("--formats", action="store_true", help=words)
+    _flag(command, "--formats", "list the formats of scans and of measured pull-offs")
     _add_reading(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
     command = _command(commands, "convert", "files:convert", "write a scan in another format")
     command.add_argument("file", metavar="FILE")
-    command.add_argument("-o", "--output", required=True, metavar="OUT", help="OUT.nc or OUT.gsf")
+    _add(command, ("-o --output", "OUT", "OUT.nc or OUT.gsf"), required=True)
     _add_reading(command)
 
 
@@ -175,8 +197,11 @@ def _measurements(commands: Any) -> None:
     command = _command(commands, "compare", "measurements:compare_with_run", does)
     _add(command, _RUN)
     _add_measurement(command)
-    words = "method of the prediction: adhesive, energy, rigid, …; default: %(default)s"
-    command.add_argument("--method", default="adhesive", help=words)
+    _add(
+        command,
+        ("--method", None, f"method of the prediction: adhesive, energy, rigid, …; {_DEFAULT}"),
+        default="adhesive",
+    )
     _add(command, ("--picture", "PNG", "draw both distributions, and their quantiles"))
 
 
@@ -184,52 +209,49 @@ def _detach(commands: Any) -> None:
     does = "print the flow, vibration, tilt or rotation that detaches the sphere"
     command = _command(commands, "detach", "detach:detach", does)
     _add(command, ("run", "RUN", f"{_RUN[2]}, or the folder of several scans"))
-    command.add_argument("--load", default="wall_shear", choices=LOADS, help=_DEFAULT)
-    words = "at 20 °C; the adhesion stays that of the run"
-    command.add_argument("--fluid", default="air", choices=FLUIDS, help=words)
+    _add(command, ("--load", None, _DEFAULT), default="wall_shear", choices=LOADS)
+    _add(command, ("--fluid", None, "at 20 °C; the adhesion stays that of the run"), default="air", choices=FLUIDS)
     _add(command, ("--particle-density", "RHO", "kg/m³; default: weight is neglected, in a flow only"))
     slides = command.add_mutually_exclusive_group()
-    slides.add_argument("--friction-coefficient", type=float, metavar="MU", help="default: the sphere cannot slide")
+    _add(slides, ("--friction-coefficient", "MU", "default: the sphere cannot slide"), type=float)
     _add(slides, ("--shear-strength", "TAU", "of the contact, GPa, or text such as '5 MPa'"))
     words = (
         "source of the pull-off forces: the simulation with roughness extrapolated below the scan, that on the scan "
         "as it is, or superposed asperities; default: the first of these that the run has"
     )
-    command.add_argument("--method", choices=("extrapolated", "adhesive", "energy"), help=words)
-    words = "input parameters for Rock'n'Roll, LAMMPS and code_saturne, OUT.csv or OUT.parquet"
+    _add(command, ("--method", None, words), choices=("extrapolated", "adhesive", "energy"))
     _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
+    words = "input parameters for Rock'n'Roll, LAMMPS and code_saturne, OUT.csv or OUT.parquet"
     _add(command, ("--parameters", "TABLE", words))
     words = f"input lines for a particle code: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated"
     command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=words)
-    words = "draw how the sphere comes off at each place, or the critical load where all agree, and resisting moments"
+    words = "draw how the sphere detaches at each place, or the critical load where all agree, and resisting moments"
     _add(command, ("--picture", "PNG", words))
 
 
-_MEASURED = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
-
-
 def _add_measurement(command: Any) -> None:
-    _add(command, ("file", "FILE...", _MEASURED))
+    words = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
+    _add(command, ("file", "FILE...", words))
     group = command.add_argument_group("what to read from the file, and what the file does not state")
-    group.add_argument("--channel", help="name of the column, name or number of the image")
-    group.add_argument("--direction", choices=_DIRECTIONS, help="of an image; default: trace (forward)")
-    _add(group, ("--size", "L...", "of an image along x and y, nm"))
-    group.add_argument("--units", help="of what was measured, such as nN or V")
+    _add(group, ("--channel", None, "name of the column, name or number of the image"))
+    _add(group, ("--direction", None, "of an image; default: trace (forward)"), choices=_DIRECTIONS)
     _add(
         group,
+        ("--size", "L...", "of an image along x and y, nm"),
+        ("--units", None, "of what was measured, such as nN or V"),
         ("--place-units", "UNITS", "of the columns x and y, such as um"),
         ("--sensitivity", "S", "for values in V, such as '12 nN/V' or '50 nm/V'"),
         ("--spring-constant", "K", "for deflections, N/m"),
     )
-    group.add_argument("--pulls", choices=("positive", "negative"), help="sign of a pulling force in the file")
+    _add(group, ("--pulls", None, "sign of a pulling force in the file"), choices=("positive", "negative"))
     words = "a table of force curves; fraction of each, farthest from the surface, with the baseline: 1 is all of it"
-    group.add_argument("--baseline", type=float, metavar="PART", help=words)
+    _add(group, ("--baseline", "PART", words), type=float)
 
 
 def _add_reading(command: Any) -> None:
     group = command.add_argument_group("what to read from the file")
-    group.add_argument("--channel", help="name or number of the image; default: the first topography")
-    group.add_argument("--direction", choices=_DIRECTIONS, help="default: trace (forward)")
+    _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
+    _add(group, ("--direction", None, "default: trace (forward)"), choices=_DIRECTIONS)
     _add(
         group,
         ("--size", "L...", "size of the scan along x and y, nm, if the file does not state it"),
@@ -239,9 +261,5 @@ def _add_reading(command: Any) -> None:
 
 
 def _add_budget(command: Any) -> None:
-    words = "places at which each change of the error budget is simulated; 0: no budget; default: %(default)s"
-    command.add_argument("--budget", type=int, default=8, metavar="PLACES", help=words)
-
-
-def _add_quiet(command: Any) -> None:
-    command.add_argument("-q", "--quiet", action="store_true", help="show no progress")
+    words = f"places at which each change of the error budget is simulated; 0: no budget; {_DEFAULT}"
+    _add(command, ("--budget", "PLACES", words), type=int, default=8)

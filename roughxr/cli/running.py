@@ -1,7 +1,8 @@
-"""`paper` and `run`: the whole analysis of the paper's sample, of a scan, or of several."""
+"""`paper`, `run`, `report` and `explore`: the analysis of the paper's sample or of scans, and the pages of a run."""
 
 from __future__ import annotations
 
+import webbrowser
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -73,7 +74,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
 
 def _tell_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
     """Print where a run was written, and its answer on the last line."""
-    print(f"written to {output}")
+    print(f"written to {output}" + ": report.html, places.csv, table.txt, figures" * Path(output).is_dir())
     if answer := report.headline(groups):
         print(answer)
 
@@ -114,3 +115,16 @@ def _stated(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
     """Return the options that are given, as numbers, quantities or pairs."""
     given = {name: getattr(options, name) for name in names}
     return {name: numbers(value) for name, value in given.items() if value is not None}
+
+
+def write_report(options: Namespace) -> None:
+    """Write the report of a finished run."""
+    print(f"written to {report.write_report(options.run, options.output)}")
+
+
+def explore(options: Namespace) -> None:
+    """Write the page to click through, and show it if asked to."""
+    page = report.write_explorer(options.run, options.output)
+    print(f"written to {page}")
+    if options.open:
+        webbrowser.open(page.resolve().as_uri())
