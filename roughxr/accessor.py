@@ -82,7 +82,7 @@ class ContactAccessor:
     scale_dependence = _method(scale_dependence)
     error_budget = _method(error_budget)
 
-    # coming off
+    # detachment
     resting = _method(resting)
     critical_load = _method(critical_load)
     resuspension = _method(resuspension)

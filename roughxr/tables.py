@@ -41,9 +41,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     Raises
     ------
     ValueError
-        If the suffix is none of these, or ``ds`` holds fields of many places, which do not fit a table.
-    ImportError
-        If the package that writes the format is not installed.
+        If ``ds`` contains fields of many places, which do not fit a table.
 
     Examples
     --------

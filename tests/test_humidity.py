@@ -346,7 +346,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     options = {"subregions": (2, 2), "particle": True, "delta": [1.0, 2.0], "mesh": 2, "budget": 0}
     groups = roughxr.run(pair, tmp_path / "run.nc", **options)
     explored = report.write_explorer(tmp_path / "run.nc").read_text(encoding="utf-8")
-    assert "Mean pull-off at 70 % relative humidity:" in explored and "Pull-off over humidity" in explored
+    assert "for the surface as scanned at 70 % relative humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/humidity", "statistics/regime"} <= set(groups)
     assert {"solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
     assert not {"solutions/published", "solutions/energy", "solutions/rolling_superposed"} & set(groups)
@@ -456,12 +456,12 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
     held = rigid_moments(specimen_of(humid), regions.centres(humid, (2, 1)), directions=4)
-    groups = dict.fromkeys(report.COMING_OFF, held)
+    groups = dict.fromkeys(report.DETACHMENT, held)
     roughxr.archive.save(groups, tmp_path / "run.nc")
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive", "--fluid", "water"]) == 1
     assert "expected a dry run" in capsys.readouterr().err
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive"]) == 0
-    assert "pull-off forces of 'adhesive'" in capsys.readouterr().out
+    assert "pull-off forces: simulation as scanned" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("work", [0.001, 0.0005])

@@ -72,7 +72,7 @@ def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, cap
 
 
 def test_a_flow_is_told_with_elastic_levers(groups):
-    assert "Superposed asperities stay elastic" in " ".join(report.coming_off_words(groups))
+    assert "Superposed asperities stay elastic" in " ".join(report.detachment_notes(groups))
 
 
 def test_elastic_runs_warn_of_what_lies_above_an_estimate():

@@ -12,7 +12,7 @@ from ..scans.plausibility import doubts
 from ..statistics import smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
-from .run_tables import flagged
+from .run_tables import METHOD_WORDS, flagged
 from .summary import BUDGET, mesh_error
 
 Run = Mapping[str, xr.Dataset]
@@ -28,16 +28,7 @@ _SOME = 0.05
 
 
 def cautions(run: Run) -> list[str]:
-    """Return cautions about a run's numbers, one sentence each, none if there is no reason for any.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    list of str
+    """Return cautions about the numbers of a run, given by its groups: a list of sentences, empty without a reason.
 
     Examples
     --------
@@ -52,19 +43,12 @@ def cautions(run: Run) -> list[str]:
 def superposed(run: Run) -> list[str]:
     """Return what to expect of a run's superposed pull-off, and at how many places it exceeds the possible."""
     ds = run.get("solutions/energy", xr.Dataset())
-    return (
-        [f"Superposed asperities: {ds.attrs['expectation']}.{_above_smooth(ds)}"] if "expectation" in ds.attrs else []
-    )
-
-
-def _above_smooth(ds: xr.Dataset) -> str:
-    above = int((ds["pull_off_force"] > smooth_pull_off(ds)).sum()) if "pull_off_force" in ds else 0
-    if not above:
-        return ""
-    return (
-        f" At {above} of {ds.sizes['subregion']} places the sum exceeds the pull-off from a smooth flat: there it is "
-        "wrong, because the fitted patch is too wide or overlapping contacts are counted twice."
-    )
+    if "expectation" not in ds.attrs:
+        return []
+    words = f"Superposed asperities: {ds.attrs['expectation']}."
+    if "pull_off_force" in ds and (above := int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())):
+        words += f" At {above} of {ds.sizes['subregion']} places the sum exceeds the pull-off from a smooth flat."
+    return [words]
 
 
 def _of_the_scan(run: Run) -> Iterator[str]:
@@ -79,10 +63,8 @@ def _of_the_scan(run: Run) -> Iterator[str]:
 def _debris(run: Run) -> Iterator[str]:
     flags = flagged(run)
     if flags is not None and flags.any():
-        limit = number(flags.attrs["threshold_value"], flags.attrs["threshold_units"])
-        places = f"{int(flags.sum())} of {flags.size} places hold debris"
-        rule = f"by the rule ({flags.attrs['comment']}, {limit})"
-        yield f"{places} {rule}; the main numbers are given with and without them."
+        rule = f"{flags.attrs['comment']}, {number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
+        yield f"{int(flags.sum())} of {flags.size} places contain debris ({rule})."
 
 
 def _elastic(run: Run) -> Iterator[str]:
@@ -98,8 +80,7 @@ def _elastic(run: Run) -> Iterator[str]:
         area, cell = direct["contact_area"].values, float(np.prod(schema.pixel(run["scan"])))
         share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
         if share >= _SOME:
-            few = f"In {percent(share)} of the elastic contacts fewer than ten pixels touch"
-            yield f"{few}: the scan does not resolve them."
+            yield f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: too few to resolve them."
 
 
 def _solved(run: Run) -> Iterator[str]:
@@ -111,7 +92,7 @@ def _solved(run: Run) -> Iterator[str]:
             missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
             if missed.any():
                 words = "; ".join(certificate.words.values[missed])
-                yield f"Conditions of the contact are violated ({method}): {words}."
+                yield f"{METHOD_WORDS[method].capitalize()}: conditions of the contact are violated: {words}."
     change = mesh_error(run) if "statistics/adhesive" in run else None
     if change is not None and change > _LARGEST_CHANGE:
         words = f"On a mesh twice as fine, with half the step, the median pull-off changes by {percent(change)}"
@@ -149,15 +130,14 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
 
 
 def _truncated(run: Run) -> Iterator[str]:
-    for words, group in (("direct simulation", "solutions/direct"), ("superposition", "solutions/energy")):
-        if "truncated" not in run.get(group, xr.Dataset()):
+    for method in ("direct", "energy"):
+        if "truncated" not in (ds := run.get(f"solutions/{method}", xr.Dataset())):
             continue
-        flags = run[group]["truncated"].astype(bool)
-        places = int(flags.any("delta").sum()) if "delta" in flags.dims else int(flags.sum())
-        if places:
+        flags = ds["truncated"].astype(bool)
+        if places := int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum()):
             yield (
-                f"At {places} of {flags.sizes['subregion']} places the contact reaches the scan's edge ({words}): the "
-                "surface beyond it is missing, so the force is too low."
+                f"{METHOD_WORDS[method].capitalize()}: at {places} of {flags.sizes['subregion']} places the contact "
+                "reaches the scan's edge, and the force is too low."
             )
 
 
@@ -165,17 +145,17 @@ def _pull_offs(run: Run) -> Iterator[str]:
     for name, ds in run.items():
         kind, _, method = name.partition("/")
         if kind == "statistics" and "bracketed" in ds:
-            pulls = ds["pull_off_force"].notnull()
-            bad, none = int((pulls & ~ds["bracketed"].astype(bool)).sum()), int((~pulls).sum())
-            if bad:
-                yield f"Places whose sweep was too short ({method}): {bad}; there the largest pull is at its end."
-            if none:
-                yield f"Places where nothing pulls ({method}), left out of the pull-off statistics: {none}."
+            pulls, words = ds["pull_off_force"].notnull(), METHOD_WORDS.get(method, method).capitalize()
+            if bad := int((pulls & ~ds["bracketed"].astype(bool)).sum()):
+                yield f"{words}: at {bad} of {pulls.size} places the sweep is too short: it ends at the largest pull."
+            if none := int((~pulls).sum()):
+                yield f"{words}: at {none} of {pulls.size} places nothing pulls; they are left out of the statistics."
 
 
 def _resolution(run: Run) -> Iterator[str]:
     """Yield how well pixels and tip resolve the contacts, where there is doubt."""
     if BUDGET not in run:
+        yield from filter(None, [run.get("statistics/regime", xr.Dataset()).attrs.get("resolved")])
         return
     budget = run[BUDGET]
     if float(budget["contact_radius_pixels"]) < 2:
@@ -183,8 +163,8 @@ def _resolution(run: Run) -> Iterator[str]:
     sharp, tip = float(budget["sharper_than_tip"]), float(budget["tip_radius"])
     if sharp >= _SOME:
         yield (
-            f"{percent(sharp)} of the asperities are too sharp for a tip of {tip:g} nm radius to image them truly: if "
-            "the tip of the scan was as blunt, the surface is rougher than the scan and sticks less."
+            f"{percent(sharp)} of the asperities are too sharp for a tip of {tip:g} nm radius to image them truly. If "
+            "the tip of the scan was as blunt, the surface is rougher than the scan and adheres less."
         )
 
 
@@ -196,12 +176,11 @@ def _superposition(run: Run) -> Iterator[str]:
         if max(beyond, over) >= _SOME:
             yield (
                 f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
-                f"paraboloid, and {percent(over)} overlap a neighbour: superposition of single asperities is not valid "
-                "for these."
+                f"paraboloid, and {percent(over)} overlap a neighbour. Superposition is not valid for these."
             )
     saddles = run["asperities"]["saddle"] if "saddle" in run.get("asperities", xr.Dataset()) else None
     if saddles is not None and (share := float(saddles.astype(bool).mean())) >= _SOME:
-        yield f"{percent(share)} of the peaks have a saddle as fitted paraboloid, and are left out of superposition."
+        yield f"{percent(share)} of the peaks are fitted by a saddle, and left out of superposition."
 
 
 def _share_at_pull_off(run: Run, name: str) -> float:

@@ -1,4 +1,4 @@
-"""The flow in which the sphere of a run comes off: a table, a figure, and its caveats."""
+"""The flow that detaches the sphere of a run: a table, its notes, and what is drawn."""
 
 from __future__ import annotations
 
@@ -9,22 +9,17 @@ import pandas as pd
 import xarray as xr
 
 from ..particles import resuspension, with_pull_off
-from ..particles.force_balance import MODES
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
 from ..vocabulary import schema
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import percent, quantity
 from .summary import RESTS
 
 Run = Mapping[str, xr.Dataset]
 
 #: The groups that are needed.
-COMING_OFF = (
-    "solutions/rolling",
-    "statistics/adhesive",
-    "statistics/detachment",
-)
+DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
 
 #: Columns of the table, by the method of the pull-off force.
 _CRITICAL = {
@@ -39,8 +34,7 @@ _STABLE_CONTACTS = 3
 
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
-    known = {method: group for method, group in _CRITICAL.items() if group in run}
-    columns = {method: _column(moments_of(run, method), run[group]) for method, group in known.items()}
+    columns = {way: _column(moments_of(run, way), run[group]) for way, group in _CRITICAL.items() if group in run}
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
@@ -84,63 +78,52 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     }
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
         rows[f"critical friction velocity, {words} [m/s]"] = float(speed.weighted(share).quantile(part))
-    for mode in MODES:
-        rows[f"places that {mode} first"] = float((critical["mode"] == mode).sum())
-    rows["places where the flow's formulas hold (r⁺ ≤ 1)"] = float(critical["in_range"].sum())
-    rows[f"places on fewer than {_STABLE_CONTACTS} contacts"] = float(_unstable(moments).sum())
-    return rows
+    shown = {
+        "places that roll first [%]": critical["mode"] == "roll",
+        "places that lift first [%]": critical["mode"] == "lift",
+        "places where the flow's formulas hold (r⁺ ≤ 1) [%]": critical["in_range"],
+        f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
+    }
+    return rows | {words: 100 * float(flags.mean()) for words, flags in shown.items()}
 
 
 def _unstable(moments: xr.Dataset) -> xr.DataArray:
     return (moments["contacts"] < _STABLE_CONTACTS) & moments["resisting_moment"].notnull().all("direction")
 
 
-def coming_off_words(run: Run) -> list[str]:
-    """Return the caveats of the table: one sentence each, none for a run without its groups."""
-    if not set(COMING_OFF) <= set(run):
+def detachment_notes(run: Run) -> list[str]:
+    """Return the conditions of the table, one sentence or two each; none for a run without its groups."""
+    if not set(DETACHMENT) <= set(run):
         return []
     critical, moments = run[_CRITICAL[leading(run)]], run["solutions/rolling"]
-    lies = "came to rest" if RESTS in run else "was placed"
-    stress = quantity(AIR_DENSITY * _middle(critical) ** 2, "Pa")
+    speed, at_rest = critical["critical_friction_velocity"], RESTS in run
+    stress = quantity(AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2, "Pa")
     levers = "rigid bodies' contacts" if schema.is_wet(moments) else "the simulation's contacts"
-    sentences = [
-        f"A steady flow of air along x acts on the sphere where it {lies}; its weight is neglected. The sphere can "
-        "roll or lift off, but not slide, since no friction was given. The friction velocity is the square root of "
-        f"wall shear stress over density; the median place withstands {stress}. The resisting moment is the pull-off "
-        f"force, by the method named in the column header, times the lever arm of {levers}."
+    notes = [
+        f"A steady flow of air along x acts on the sphere where it {'came to rest' if at_rest else 'was placed'}; its "
+        "weight is neglected. The sphere can roll or lift off, but not slide, since no friction was given. The wall "
+        f"shear stress is the density times the square of the friction velocity, {stress} at the median place. The "
+        f"resisting moment is the pull-off force times the lever arm of {levers}."
     ]
     if "hardness" in moments.coords:
-        sentences.append("Superposed asperities stay elastic: yielded ones would be flatter, with longer lever arms.")
-    known = np.isfinite(critical["critical_friction_velocity"].values)
-    if out := int((known & ~critical["in_range"].values.astype(bool)).sum()):
-        sentences.append(
-            f"At {out} of {known.size} places the critical flow is beyond the range of the formulas for drag and "
+        notes.append("Superposed asperities stay elastic: yielded ones would be flatter, with longer lever arms.")
+    if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
+        notes.append(
+            f"At {out} of {speed.size} places the critical flow is beyond the range of the formulas for drag and "
             "torque (r u*/ν above 1): there it is an extrapolation."
         )
-    if RESTS in run:
-        stable = 100 * float((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
-        words = (
-            f"Particles rolled from where they landed to where they rest: {stable:.0f} % of them then rest on three "
-            "contacts or more."
+    if at_rest:
+        stable = percent((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
+        notes.append(
+            f"Particles rolled from where they landed to where they rest: {stable} of them then rest on three contacts "
+            "or more. Light particles may stick before they reach the bottom."
         )
-        if "statistics/detachment_landed" in run:
-            rested, landed = (_middle(run[f"statistics/detachment_{which}"]) for which in ("superposed", "landed"))
-            words += (
-                f" By superposition half of them begin to roll at {rested:.2g} m/s at rest, and at {landed:.2g} m/s "
-                "where they landed."
-            )
-        sentences.append(f"{words} Light particles may stick before they reach the bottom.")
     elif few := int(_unstable(moments).sum()):
-        sentences.append(
+        notes.append(
             f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
-            "particle would roll on until three support it. These places come off first here."
+            "particle would roll on until three support it. These places are the first to detach here."
         )
-    return sentences
-
-
-def _middle(critical: xr.Dataset) -> float:
-    """Return the median critical friction velocity over particles."""
-    return float(critical["critical_friction_velocity"].weighted(shares(critical)).quantile(0.5))
+    return notes
 
 
 def remaining(run: Run) -> xr.Dataset:
@@ -148,6 +131,6 @@ def remaining(run: Run) -> xr.Dataset:
     speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
-        raise ValueError("the sphere comes off at no place in a flow")
+        raise ValueError("the sphere detaches at no place in a flow")
     speeds = np.geomspace(speed.min() / 3, speed.max() * 3, 40)
     return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)

@@ -16,28 +16,16 @@ import numpy as np
 import xarray as xr
 
 from .. import archive
-from .._version import __version__
 from ..figures.images import colour_map
 from ..jobs.records import BRANCHES
 from ..statistics.sampling import SHARE
 from ..vocabulary import schema
 from .caveats import cautions
-from .report_page import as_uri, filled, humid_words, humidity_picture, title, written
-from .run_tables import flagged
+from .report_page import as_uri, filled, title, written
+from .run_tables import METHOD_WORDS, flagged
 from .summary import by_place, headline
 
 Run = Mapping[str, xr.Dataset]
-
-#: Solutions of which force and pull-off are shown, by their names in the legend.
-METHODS = {
-    "adhesive": "simulation with adhesion",
-    "direct": "direct, without adhesion",
-    "energy": "superposed, least energy",
-    "self_similar": "superposed, self-similar",
-    "published": "superposed, as published",
-    "hertz": "superposed, without adhesion",
-    "rigid": "rigid bodies",
-}
 
 #: Parameters along which a result has several conditions.
 _PARAMETERS = ("preload", "sphere_radius", "contact_modulus", "work_of_adhesion", "cycle")
@@ -67,9 +55,7 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     Raises
     ------
     ValueError
-        If the file contains no scan, no results at places of it, or results for several values of a parameter.
-    OSError
-        If the file is absent or no NetCDF-4.
+        If the file contains no results at places of a scan, or results for several values of a parameter.
 
     Examples
     --------
@@ -98,11 +84,8 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
         title=title(run["scan"]),
         headline=headline(run),
         archive_name=archive_name,
-        version=__version__,
         count=len(data["places"]),
         cautions=cautions(run),
-        humid=humid_words(run),
-        humidity_picture=humidity_picture(run),
         # within a script, escape whatever could end it, since a file's own text may contain anything
         data=json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
     )
@@ -116,8 +99,8 @@ def page_data(run: Run) -> dict[str, Any]:
             "roughxr run"
         )
     scan, places = schema.validate(run["scan"], "scan"), _places(run)
-    solved = {name: ds for name in METHODS if (ds := _at_places(run, places, f"solutions/{name}")) is not None}
-    pulls = {name: _at_places(run, places, f"statistics/{name}") for name in METHODS}
+    solved = {name: ds for name in METHOD_WORDS if (ds := _at_places(run, places, f"solutions/{name}")) is not None}
+    pulls = {name: _at_places(run, places, f"statistics/{name}") for name in METHOD_WORDS}
     pulls = {name: solved.get(name) if ds is None else ds for name, ds in pulls.items()}
     return {
         "scan": _scan(scan),
@@ -131,7 +114,7 @@ def page_data(run: Run) -> dict[str, Any]:
 
 def _places(run: Run) -> xr.Dataset:
     """Return the contact centres of the first result that has any."""
-    names = [f"{part}/{name}" for part in ("solutions", "statistics") for name in METHODS]
+    names = [f"{part}/{name}" for part in ("solutions", "statistics") for name in METHOD_WORDS]
     first = next((run[name] for name in [*names, *run] if name in run and "subregion_x" in run[name].coords), None)
     if first is None or first.sizes.get("subregion", 0) == 0:
         groups = ", ".join(run) or "none"
@@ -180,7 +163,7 @@ def _curves(run: Run, places: xr.Dataset, solved: dict[str, xr.Dataset]) -> Iter
         else:
             continue
         events = "delta" not in ds.dims
-        yield {"name": name, "label": METHODS[name], "events": events, "lines": lines}
+        yield {"name": name, "label": METHOD_WORDS[name], "events": events, "lines": lines}
 
 
 def _lines(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
@@ -207,7 +190,7 @@ def _pull_offs(pulls: Mapping[str, xr.Dataset | None]) -> Iterator[dict[str, Any
     for name, ds in pulls.items():
         force = None if ds is None else ds.get("pull_off_force")
         if force is not None and force.dims == ("subregion",) and bool(force.notnull().any()):
-            yield {"name": name, "label": METHODS[name], "values": _numbers(force.values)}
+            yield {"name": name, "label": METHOD_WORDS[name], "values": _numbers(force.values)}
 
 
 def _facts(table: xr.Dataset, places: xr.Dataset) -> list[dict[str, Any]]:

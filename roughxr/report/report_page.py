@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,8 +26,8 @@ from ..vocabulary.numbers import number, percent, quantity
 from ..vocabulary.text import printable
 from .caveats import cautions
 from .command_line import command
-from .detachment import COMING_OFF, coming_off_words, detachment_table, moments_of, remaining
-from .run_tables import budget_table, contact_table, flagged, formula_table, main_numbers, prediction, scan_table
+from .detachment import DETACHMENT, detachment_notes, moments_of, remaining
+from .run_tables import METHOD_WORDS, flagged, prediction, tables
 from .summary import BUDGET, by_place, headline
 
 Run = Mapping[str, xr.Dataset]
@@ -53,13 +53,6 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     -------
     Path
 
-    Raises
-    ------
-    ValueError
-        If the file contains no group for a report.
-    OSError
-        If the file is absent or no NetCDF-4.
-
     Examples
     --------
     >>> import tempfile, roughxr
@@ -81,31 +74,27 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
 def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
     """Return the page as text."""
     run = {name: schema.entered(ds) for name, ds in run.items()}
-    words = [f"The run is not finished, {missing}."] * bool(missing)
     return filled(
         "report.html",
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
-        version=__version__,
-        today=date.today().isoformat(),
         headline=headline(run),
         humid=humid_words(run),
-        first=[picture for picture in map(_picture(run), _FIRST) if picture],
-        cautions=words + cautions(run),
-        facts=facts(run),
-        model=_model(run),
-        coming_off=coming_off_words(run),
-        pictures=[picture for picture in map(_picture(run), _FIGURES) if picture],
-        tables=list(_tables(run)),
+        first=_pictures(run, _FIRST),
+        cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
+        facts=_facts(run),
+        detachment=detachment_notes(run),
+        pictures=_pictures(run, _FIGURES),
+        tables=[(name, *_rows(table)) for name, table in tables(run).items()],
         command=command(run),
     )
 
 
-def facts(run: Run) -> list[tuple[str, str]]:
-    """Return what was analysed, and the pair of bodies."""
+def _facts(run: Run) -> list[tuple[str, str]]:
+    """Return what was analysed, the pair of bodies, and the model that suits them."""
     if "scan" not in run:
         return []
-    scan = run["scan"]
+    scan, regime = run["scan"], run.get("statistics/regime", xr.Dataset())
     x_low, x_high, y_low, y_high = extent(scan)
     pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
     known = [
@@ -114,28 +103,23 @@ def facts(run: Run) -> list[tuple[str, str]]:
         ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
         ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
         *pair_facts(scan),
+        ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
+        ("simplest valid model", _MODELS[str(regime["recommended"].item())] if "recommended" in regime else ""),
         ("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else ""),
         ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
     ]
     return [(name, str(value)) for name, value in known if value]
 
 
+#: Models that `regime` recommends, in words.
+_MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "superpose": "superposed asperities"}
+
+
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the pair of bodies, by name."""
-    names = [str(name) for name in scan.coords]
-    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in names}
-    return [
-        (schema.VARIABLES[name].long_name, number(value, units[name], digits=5))
-        for name, value in schema.travelling(scan).items()
-        if value.ndim == 0
-    ]
-
-
-def _model(run: Run) -> str:
-    """Return the sentence that recommends a model for the scan and its pair."""
-    attrs = run["statistics/regime"].attrs if "statistics/regime" in run else {}
-    alone = "" if BUDGET in run else attrs.get("resolved", "")
-    return f"{attrs.get('recommendation', '')} {alone}".strip()
+    known = {str(name): value for name, value in schema.travelling(scan).items() if value.ndim == 0}
+    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in known}
+    return [(schema.VARIABLES[name].long_name, number(known[name], units[name], digits=5)) for name in known]
 
 
 def humid_words(run: Run) -> str:
@@ -156,33 +140,14 @@ def humid_words(run: Run) -> str:
     return " ".join([*sentences, liquid.described(scan)])
 
 
-def _tables(run: Run) -> Iterator[tuple[str, list[str], list[list[str]]]]:
-    """Yield title, head and rows of each table for which the run has the groups."""
-    makers: tuple[tuple[str, Callable[[Run], pd.DataFrame], set[str]], ...] = (
-        ("Error budget of the mean pull-off", budget_table, {BUDGET}),
-        ("Main numbers", main_numbers, {"statistics/adhesive"}),
-        ("Coming off in a flow of air", detachment_table, set(COMING_OFF)),
-        ("Contact, by method", contact_table, {"solutions/energy", "statistics/energy", "solutions/direct"}),
-        ("Usual formulas", formula_table, {"statistics/formulas"}),
-        ("Scan and asperities", scan_table, {"scan", "asperities", "reconstruction"}),
-    )
-    for name, make, needs in makers:
-        if needs <= set(run):
-            table = make(run)
-            head = [table.index.name or "", *(str(column).replace("_", " ") for column in table.columns)]
-            yield name, head, [[str(words), *map(_cell, row)] for words, row in table.iterrows()]
+def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
+    """Return the head and the rows of a table as text."""
+    head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
+    return head, [[str(words), *map(_cell, row)] for words, row in table.iterrows()]
 
 
 def _cell(value: Any) -> str:
     return value if isinstance(value, str) else number(round(float(value), 12))
-
-
-class Picture(NamedTuple):
-    """A figure on the page."""
-
-    name: str
-    caption: str
-    source: str  # a data URI; empty where it could not be drawn
 
 
 class _Figure(NamedTuple):
@@ -192,29 +157,22 @@ class _Figure(NamedTuple):
     caption: str
 
 
-def _picture(run: Run) -> Callable[[_Figure], Picture | None]:
-    """Return what draws a figure of a run, or states why it cannot: nothing touches, nothing pulls, only one place."""
+def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
+    """Return the figures for which a run has the groups: as data URIs, or why one cannot be drawn."""
+    from matplotlib import pyplot
 
-    def draw(figure: _Figure) -> Picture | None:
-        from matplotlib import pyplot
-
-        if not set(figure.needs) <= set(run):
-            return None
+    pictures = []
+    for name, needs, draw, caption in figures:
+        if not set(needs) <= set(run):
+            continue
         try:
-            drawn, buffer = np.ravel(figure.draw(run))[0].figure, io.BytesIO()
-        except ValueError as reason:
-            pyplot.close()
-            return Picture(figure.name, f"Not drawn: {reason}.", "")
-        drawn.savefig(buffer, format="png", dpi=_DPI)
-        pyplot.close(drawn)
-        return Picture(figure.name, figure.caption, as_uri(buffer.getvalue()))
-
-    return draw
-
-
-def humidity_picture(run: Run) -> Picture | None:
-    """Return the figure of the pull-off over humidity, None for a dry run."""
-    return _picture(run)(_OVER_HUMIDITY)
+            drawn, buffer = np.ravel(draw(run))[0].figure, io.BytesIO()
+            drawn.savefig(buffer, format="png", dpi=_DPI)
+            pictures.append({"name": name, "caption": caption, "source": as_uri(buffer.getvalue())})
+        except ValueError as reason:  # such as nothing touches, or only one place
+            pictures.append({"name": name, "caption": f"Not drawn: {reason}.", "source": ""})
+        pyplot.close()
+    return pictures
 
 
 @styled
@@ -231,11 +189,6 @@ def _draw_humidity(run: Run):
     return made
 
 
-def _draw_contact(run: Run):
-    contact = run["solutions/contact"]
-    return figures.field_map(contact, scan=run["scan"], subregion=int(contact["subregion"][0]))
-
-
 def _draw_critical_flow(run: Run):
     """Draw the critical flow at each place, or the mode where places differ in it."""
     critical = run["statistics/detachment"]
@@ -250,8 +203,8 @@ _FIRST = (
         "Pull-off force",
         ["statistics/adhesive"],
         lambda run: figures.distribution(prediction(run), laws=tuple(LAWS)),
-        "Pull-off force over places, with a 95 % interval for each bar, its mean, and fitted distributions; a larger "
-        "ΔAIC is a worse fit.",
+        "Distribution of the pull-off force over places, above it the mean with its 95 % interval. From ten places on: "
+        "an interval for each bar, and fitted distributions; a larger ΔAIC is a worse fit.",
     ),
     _Figure(
         "Error budget",
@@ -260,14 +213,6 @@ _FIRST = (
         "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of "
         "the change. Known biases are subtracted, and half of each stays as its error.",
     ),
-)
-
-_OVER_HUMIDITY = _Figure(
-    "Pull-off over humidity",
-    ["scan", HUMIDITY],
-    _draw_humidity,
-    "Mean pull-off between rigid bodies (not of the simulation) by the thin-meniscus law, with its 95 % interval; "
-    "dashed: the humidity of this run.",
 )
 
 #: The other figures; each is left out where the run lacks a group that it needs.
@@ -281,7 +226,7 @@ _FIGURES = (
         "spectrum; error bars are the scatter between random seeds.",
     ),
     _Figure(
-        "Where it sticks",
+        "Pull-off force by place",
         ["statistics/adhesive"],
         lambda run: figures.subregion_map(prediction(run)),
         "Pull-off force at every place; grey where nothing pulls.",
@@ -295,7 +240,7 @@ _FIGURES = (
     _Figure(
         "One contact",
         ["scan", "solutions/contact"],
-        _draw_contact,
+        lambda run: figures.field_map(run["solutions/contact"], scan=run["scan"]),
         "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; where a "
         "hardness is given, yielded pixels are outlined in blue.",
     ),
@@ -306,24 +251,30 @@ _FIGURES = (
         "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
         "half and 90 % of them.",
     ),
-    _OVER_HUMIDITY,
     _Figure(
-        "Which way it rolls",
-        COMING_OFF,
-        lambda run: figures.moment_rose(moments_of(run)),
+        "Pull-off over humidity",
+        ["scan", HUMIDITY],
+        _draw_humidity,
+        "Mean pull-off between rigid bodies (not of the simulation) by the thin-meniscus law, with its 95 % interval; "
+        "dashed: the humidity of this run.",
+    ),
+    _Figure(
+        "Resisting moment by direction",
+        DETACHMENT,
+        lambda run: figures.moment_rose(moments_of(run, "adhesive")),
         "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
         "half of all places.",
     ),
     _Figure(
-        "Where it comes off",
-        COMING_OFF,
+        "Critical flow by place",
+        DETACHMENT,
         _draw_critical_flow,
         "Critical friction velocity of air along x at each place; or, where places differ in it, whether the sphere "
         "rolls, slides or lifts.",
     ),
     _Figure(
         "Fraction remaining",
-        COMING_OFF,
+        DETACHMENT,
         lambda run: figures.fraction_remaining(remaining(run)),
         "Fraction of spheres that remain after one second in turbulent air, by Rock'n'Roll with the computed moments, "
         "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
@@ -338,7 +289,8 @@ def filled(template: str, **values: Any) -> str:
 
     options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "finalize": _printable}
     environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.report", "web"), **options)
-    return environment.get_template(template).render(**values)
+    made = {"version": __version__, "today": date.today().isoformat()}
+    return environment.get_template(template).render(**made, **values)
 
 
 def _printable(value: Any) -> Any:

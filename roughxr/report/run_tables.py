@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,77 +10,71 @@ import pandas as pd
 import xarray as xr
 
 from .. import statistics
-from ..contact.certificate import SOLVED, checked
 from ..scans.regions import extent
-from ..statistics import force_ratio, smooth_pull_off
+from ..statistics import smooth_pull_off
 from ..statistics.sampling import SHARE, at_first_preload, by_share
 from ..vocabulary.numbers import number, prefixed, sure
-from .summary import BUDGET, mesh_change
+from .detachment import DETACHMENT, detachment_table
+from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]
 
-#: Columns of the comparison, for the methods that a run has.
-METHODS = ("adhesive", "rigid", "published", "self_similar", "energy", "direct")
+#: Methods of the pull-off, by the names of their groups, in words.
+METHOD_WORDS = {
+    "adhesive": "simulation as scanned",
+    "extrapolated": "simulation with roughness extrapolated",
+    "rigid": "rigid bodies",
+    "published": "superposed, as published",
+    "self_similar": "superposed, self-similar",
+    "energy": "superposed, least energy",
+    "direct": "simulation without adhesion",
+    "hertz": "superposed, without adhesion",
+}
 
 _MICRO = 1e-3  # µm per nm
 
-_PARTING = "displacement beyond which superposition differs by over 10 %, median place [nm]"
-
 #: The main numbers of pull-off: words and statistic.
-_MAIN = {"mean": "pull-off force, mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
+_MAIN = {"mean": "mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
 
 #: Fewer places have no quantiles near the ends.
 _MANY = 20
 
 
-def contact_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
-    """Return the contact's main numbers by method."""
-    pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in METHODS if f"statistics/{method}" in run]
+def tables(run: Run) -> dict[str, pd.DataFrame]:
+    """Return the tables for which a run has the groups, by their titles."""
+    makers: tuple[tuple[str, Callable[[Run], pd.DataFrame], set[str]], ...] = (
+        ("Error budget of the mean pull-off", budget_table, {BUDGET}),
+        ("Pull-off force", main_numbers, {"statistics/adhesive"}),
+        ("Detachment in a flow of air", detachment_table, set(DETACHMENT)),
+        ("Pull-off force by method", contact_table, {"statistics/rigid"}),
+        ("Force without adhesion", force_table, {"solutions/direct"}),
+        ("Usual formulas", formula_table, {"statistics/formulas"}),
+        ("Scan and asperities", scan_table, {"scan", "asperities", "reconstruction"}),
+    )
+    return {title: make(run) for title, make, needs in makers if needs <= set(run)}
+
+
+def contact_table(run: Run) -> pd.DataFrame:
+    """Return the pull-off by method."""
+    known = [method for method in METHOD_WORDS if "pull_off_delta" in run.get(f"statistics/{method}", ())]
+    pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in known]
     unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
-    known = [method for method in METHODS if f"solutions/{method}" in run]
-    columns = {
-        method: _column(run, method, deltas, *unit) | _violated(run[f"solutions/{method}"], method) for method in known
-    }
-    return pd.DataFrame(columns).rename_axis("quantity")
-
-
-def _column(run: Run, method: str, deltas: Sequence[float], unit: str, size: float) -> dict[str, float]:
-    if method == "direct":
-        return _direct_column(run, deltas)
-    rows = _pull_off_rows(run, method, unit, size)
-    return rows | _mesh_rows(run) if method == "adhesive" else rows
-
-
-def _violated(solution: xr.Dataset, method: str) -> dict[str, float]:
-    """Return how many conditions of its contact a solution misses."""
-    if method not in SOLVED or "converged" not in solution:
-        return {}
-    return {"conditions of the contact that are not met (certificate)": float((~checked(solution)["met"]).sum())}
-
-
-def _mesh_rows(run: Run) -> dict[str, float]:
-    """Return the change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
-    if "solutions/finer" not in run:
-        return {}
-    change = mesh_change(run)
-    return {
-        "pull-off, error of mesh and step, median [%]": 100 * float(abs(change).median()),
-        "places solved on a mesh twice as fine": float(change.notnull().sum()),
-    }
+    return pd.DataFrame({method: _pull_off_rows(run, method, *unit) for method in known}).rename_axis("quantity")
 
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
     pull = run[f"statistics/{method}"]
     force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
-    smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
+    mean, smooth = float(by_share(force).mean()), smooth_pull_off(run[f"solutions/{method}"]) / size
+    origin = "from first touch" if pull.attrs.get("datum") == "first_contact" else "from the highest point"
     return {
         f"pull-off, smooth sphere [{unit}]": smooth,
-        f"pull-off, mean [{unit}]": float(by_share(force).mean()),
+        f"pull-off, mean [{unit}]": mean,
         f"pull-off, std [{unit}]": _spread(force),
         f"pull-off, largest [{unit}]": float(force.max()),
-        "pull-off, rough / smooth": float(by_share(force).mean()) / smooth if smooth > 0 else np.nan,
-        f"displacement at pull-off {_origin(pull)}, mean [nm]": float(by_share(delta).mean()),
-        f"displacement at pull-off {_origin(pull)}, std [nm]": _spread(delta),
+        "pull-off, rough / smooth": mean / smooth if smooth > 0 else np.nan,
+        f"displacement at pull-off {origin}, mean [nm]": float(by_share(delta).mean()),
+        f"displacement at pull-off {origin}, std [nm]": _spread(delta),
         "places that pull": float(force.notnull().sum()),
     }
 
@@ -92,26 +86,21 @@ def _spread(values: xr.DataArray) -> float:
     return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
 
 
-def _direct_column(run: Run, deltas: Sequence[float]) -> dict[str, float]:
-    direct = run["solutions/direct"]
-    every = direct["delta"].values
-    deltas = deltas or sorted({float(every[every.size // 2]), float(every[-1])})
-    unit, size = prefixed(float(direct["force"].isel(delta=-1).mean()))
-    force = direct["force"] / size
+def force_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
+    """Return the force of the direct simulation at some displacements, by default the middle and the last."""
+    force = run["solutions/direct"]["force"]
+    known = force["delta"].values
+    unit, size = prefixed(float(force.isel(delta=-1).mean()))
     rows = {}
-    for delta in deltas:
+    for delta in deltas or sorted({float(known[known.size // 2]), float(known[-1])}):
         at = force.sel(delta=delta, method="nearest")
-        rows[f"force at {number(delta, 'nm')}, mean [{unit}]"] = float(at.mean())
-        rows[f"force at {number(delta, 'nm')}, std [{unit}]"] = _spread(at)
-        rows[f"force at {number(delta, 'nm')}, largest [{unit}]"] = float(at.max())
-    if "solutions/smooth" in run:
-        smooth = run["solutions/smooth"]["force"].isel(subregion=0, drop=True) / size
-        for delta in deltas:
-            rough, flat = (curve.sel(delta=delta, method="nearest") for curve in (force.mean("subregion"), smooth))
-            rows[f"rough / smooth force at {number(delta, 'nm')}"] = float(rough / flat)
-    if "solutions/hertz" in run:
-        rows[_PARTING] = float(force_ratio(run["solutions/hertz"], direct)["parting_delta"].median())
-    return rows
+        rows[number(delta, "nm")] = [float(at.mean()) / size, _spread(at) / size, float(at.max()) / size]
+        if "solutions/smooth" in run:
+            smooth = run["solutions/smooth"]["force"].sel(delta=delta, method="nearest")
+            rows[number(delta, "nm")].append(float(at.mean()) / float(smooth.item()))
+    columns = [f"mean [{unit}]", f"std [{unit}]", f"largest [{unit}]", "rough / smooth"]
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    return table.set_axis(columns[: table.shape[1]], axis="columns").rename_axis("displacement")
 
 
 def scan_table(run: Run) -> pd.DataFrame:
@@ -138,8 +127,8 @@ def scan_table(run: Run) -> pd.DataFrame:
         "peak height, median [nm]": float(catalogue["height"].median()),
         "axis ratio b/a, mean": float(ratio.mean()),
         "axis ratio b/a, std": float(ratio.std()),
-        "directions, least / greatest of twelve bins": _evenness(catalogue["orientation"].values),
-        "peaks that fit no summit [%]": 100 * float(catalogue["saddle"].mean()),
+        "isotropy of directions (1: all alike)": _isotropy(catalogue["orientation"].values),
+        "peaks fitted by a saddle [%]": 100 * float(catalogue["saddle"].mean()),
     }
     return pd.DataFrame({"scan": rows}).rename_axis("quantity")
 
@@ -176,8 +165,8 @@ def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:
     return 100 * float(((values**power).mean() / (others**power).mean()) ** (1 / power) - 1)
 
 
-def _evenness(angles: np.ndarray) -> float:
-    """Return the ratio of the least to the most frequent of twelve bins of directions: 1 where all are equal."""
+def _isotropy(angles: np.ndarray) -> float:
+    """Return the ratio of the least to the most frequent of twelve bins of directions."""
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
     return float(counts.min() / counts.max()) if counts.max() else np.nan
 
@@ -213,11 +202,6 @@ def flagged(run: Run) -> xr.DataArray | None:
     return statistics.debris(run["asperities"], places)
 
 
-def _origin(ds: xr.Dataset) -> str:
-    """Return from where a result counts its displacements, in words."""
-    return "from first touch" if ds.attrs.get("datum") == "first_contact" else "from the highest point"
-
-
 def budget_table(run: Run) -> pd.DataFrame:
     """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
 
@@ -244,8 +228,8 @@ def budget_table(run: Run) -> pd.DataFrame:
 
 
 def _percent(part: Any) -> float:
-    """Return a part in per cent, to three digits: it is known to no more."""
-    return float(f"{100 * float(part):.3g}")
+    """Return a part in per cent, to two digits and no more than two decimals: it is known to no more."""
+    return float(f"{round(100 * float(part), 2):.2g}")
 
 
 def prediction(run: Run) -> xr.Dataset:

@@ -46,17 +46,9 @@ _COLUMNS = (
 
 
 def headline(run: Run) -> str:
-    """Return the mean pull-off with its errors, the best estimate, the largest error, and what to do next.
+    """Return the mean pull-off with its errors, the best estimate, the largest error, and what to do next, as text.
 
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run.
-
-    Returns
-    -------
-    str
-        Empty where the run has no simulation with adhesion.
+    Empty where the groups of the run contain no simulation with adhesion.
 
     Examples
     --------
@@ -132,10 +124,9 @@ def _advice(run: Run, out: xr.Dataset) -> str:
 
 
 def mesh_change(run: Run) -> xr.DataArray:
-    """Return the relative change of the pull-off on a finer mesh with shorter steps, at the places solved on both."""
-    finer, every = run["solutions/finer"], run["statistics/adhesive"]
-    coarse = _at(every, finer)
-    return (coarse / finer["pull_off_force"] - 1).assign_attrs(units="1")
+    """Return the relative change of the pull-off on a finer mesh with shorter steps, NaN at places not solved there."""
+    force = at_first_preload(run["statistics/adhesive"]["pull_off_force"])
+    return force / _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values - 1
 
 
 def mesh_error(run: Run) -> float | None:
@@ -148,9 +139,9 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
     solved = run["solutions/adhesive"]
     if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
         return dict(run)
-    error = _is_among(solved, abs(mesh_change(run)))
+    error = ("subregion", abs(mesh_change(run)).values)
     names = ("solutions/adhesive", "statistics/adhesive")
-    return {**run, **{name: schema.label(run[name].assign(pull_off_error=error.variable)) for name in names}}
+    return {**run, **{name: schema.label(run[name].assign(pull_off_error=error)) for name in names}}
 
 
 def by_place(run: Run) -> xr.Dataset:
@@ -170,7 +161,7 @@ def by_place(run: Run) -> xr.Dataset:
             columns[name] = numbered if "subregion" in column.coords else column
     if "solutions/extrapolated" in run and "solutions/adhesive" in run:
         mean = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
-        columns["pull_off_force_extrapolated"] = _is_among(run["solutions/adhesive"], mean)
+        columns["pull_off_force_extrapolated"] = _at_all_places(run["solutions/adhesive"], mean)
     known = {name: column for name, column in columns.items() if bool(column.notnull().any())}
     return xr.Dataset(known)
 
@@ -188,7 +179,7 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
         error = few["pull_off_force"] * few["pull_off_error"]
         words = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
         few = few.assign(pull_off_error=error.assign_attrs(words)).rename(pull_off_error="pull_off_force_error")
-    few = few.map(lambda column: _few_digits(column) if column.dtype.kind == "f" else column, keep_attrs=True)
+    few = few.map(lambda c: c.copy(data=few_digits(c.values)) if c.dtype.kind == "f" else c, keep_attrs=True)
     count = few.sizes["subregion"]
     position = {name: few[name] for name in _POSITION if name in few}
     first = xr.Dataset({"place": ("subregion", np.arange(count)), **position})
@@ -196,20 +187,12 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
     return table.assign_coords(scan=[label] * count)
 
 
-def _few_digits(values: xr.DataArray) -> xr.DataArray:
-    return values.copy(data=[float(f"{value:.{_DIGITS}g}") for value in values.values])
+def few_digits(values: np.ndarray) -> list[float]:
+    """Return numbers to the digits of a table for readers."""
+    return [float(f"{value:.{_DIGITS}g}") for value in values]
 
 
-def _at(every: xr.Dataset, some: xr.Dataset) -> xr.DataArray:
-    """Return the pull-off of all places at some of them."""
-    same = [
-        int(np.argmin(np.hypot(every["subregion_x"] - x, every["subregion_y"] - y).values))
-        for x, y in zip(some["subregion_x"].values, some["subregion_y"].values)
-    ]
-    return some["pull_off_force"].copy(data=every["pull_off_force"].isel(subregion=same).values)
-
-
-def _is_among(places: xr.Dataset, some: xr.DataArray) -> xr.DataArray:
+def _at_all_places(places: xr.Dataset | xr.DataArray, some: xr.DataArray) -> xr.DataArray:
     """Return the values of some places at all of them, NaN at the others."""
     some = at_first_preload(some)
     known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))

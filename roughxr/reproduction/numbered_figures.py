@@ -20,17 +20,7 @@ _METHODS = {"adhesive": "simulation", "published": "published", "self_similar": 
 
 
 def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
-    """Yield the paper's figures 2–16, each with its number in the paper.
-
-    Parameters
-    ----------
-    run : mapping of str to Dataset
-        The groups of a run by `paper`.
-
-    Yields
-    ------
-    (str, Figure)
-        The Figures belong to no pyplot window.
+    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`.
 
     Examples
     --------
@@ -82,11 +72,6 @@ def _smooth_sphere(run: Run):
 def _places(run: Run):
     direct = run["solutions/direct"]
     return figures.scan_map(run["scan"], subregions=direct, highlight=debris(run["asperities"], direct))
-
-
-def _one_contact(run: Run):
-    contact = run["solutions/contact"]
-    return figures.field_map(contact, scan=run["scan"], subregion=int(contact["subregion"][0]))
 
 
 def _forces_at(delta: float) -> Callable:
@@ -151,7 +136,10 @@ _FIGURES: dict[str, tuple[str, Callable]] = {
         lambda run: figures.scan_map(run["reconstruction"], robust=True),
     ),
     "figure-09": ("Asperities", lambda run: figures.asperity_statistics(run["asperities"])),
-    "figure-10": ("Pressure of one contact", _one_contact),
+    "figure-10": (
+        "Pressure of one contact",
+        lambda run: figures.field_map(run["solutions/contact"], scan=run["scan"]),
+    ),
     "figure-11": ("Contact force at δ = 5.08 nm (paper: 0.4 ± 3 µN)", _forces_at(5.08)),
     "figure-12": ("Contact force at δ = 15.4 nm (paper: 21 ± 11 µN)", _forces_at(15.4)),
     "figure-13": ("Mean force on the rough and on a smooth surface", _mean_forces),

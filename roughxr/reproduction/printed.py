@@ -38,7 +38,7 @@ SCAN = {
     "original - reconstructed, rms [nm]": (0.0034 * 512, _INFERRED),
     "peak height, median [nm]": (15.0, _TARGET),
     "axis ratio b/a, mean": (0.6, _TARGET),
-    "directions, least / greatest of twelve bins": (1.0, _WORDS),
+    "isotropy of directions (1: all alike)": (1.0, _WORDS),
 }
 CONTACT = {
     "pull-off, smooth sphere [µN]": (19.1, ""),

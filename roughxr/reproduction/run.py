@@ -35,8 +35,8 @@ PLAN = Plan(
 _MICRO = 1e-3  # µN per nN
 
 #: Displacements (nm) at which the paper shows distributions of forces, at which both methods agree in it, and at which
-#: it prints forces, alone or over those on a smooth flat.
-_DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _PRINTED = (5.08, 15.4), (9.0, 10.0, 12.0), (5.08, 10.0, 15.4, 20.0)
+#: it prints forces over those on a smooth flat.
+_DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _SMOOTH_DELTAS = (5.08, 15.4), (9.0, 10.0, 12.0), (10.0, 20.0)
 
 
 def paper(
@@ -65,13 +65,6 @@ def paper(
     -------
     dict of str to Dataset
         The groups of the archive.
-
-    Examples
-    --------
-    ``paper("results")`` takes minutes; its plan says what it solves:
-
-    >>> PLAN.subregions, PLAN.direct_deltas.size, PLAN.sweep.size
-    ((8, 8), 18, 301)
     """
     pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
     if hardness is None and materials is None:
@@ -79,13 +72,20 @@ def paper(
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    tables = (scan_table, contact_table)
-    return execute(scan, wanted, folder / "paper.nc", folder, tables=tables, notes=[TWIN], drawn=_figures)
+    groups = execute(scan, wanted, folder / "paper.nc", folder, tables=_tables, notes=[TWIN], drawn=_figures)
+    print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
+    return groups
 
 
 def _figures(run: Run) -> Iterator[tuple[str, object]]:
     yield from figures.run_figures(run)
     yield from paper_figures(run)
+
+
+def _tables(run: Run) -> dict[str, pd.DataFrame]:
+    """Return the tables of a run, with the printed values in two of them."""
+    printed = {"Pull-off force by method": contact_table(run), "Scan and asperities": scan_table(run)}
+    return report.tables(run) | printed
 
 
 def scan_table(run: Run) -> pd.DataFrame:
@@ -94,10 +94,10 @@ def scan_table(run: Run) -> pd.DataFrame:
 
 
 def contact_table(run: Run) -> pd.DataFrame:
-    """Return the contact's main numbers by method with the printed ones in the first columns."""
-    table = report.contact_table(run, deltas=_PRINTED)
-    more = {method: _direct_rows(run) if method == "direct" else _strongest_rows(run, method) for method in table}
-    return _with_printed(pd.concat([table, pd.DataFrame(more)]).rename_axis("quantity"), CONTACT)
+    """Return pull-offs by method and forces without adhesion, with the printed ones in the first columns."""
+    table = report.contact_table(run)
+    more = pd.DataFrame({method: _strongest_rows(run, method) for method in table} | {"direct": _direct_rows(run)})
+    return _with_printed(pd.concat([table, more]).rename_axis("quantity"), CONTACT)
 
 
 def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]]) -> pd.DataFrame:
@@ -123,11 +123,15 @@ def _strongest_rows(run: Run, method: str) -> dict[str, float]:
 
 
 def _direct_rows(run: Run) -> dict[str, float]:
-    direct, superposed = run["solutions/direct"], run["solutions/hertz"]
-    forces = {delta: direct["force"].sel(delta=delta, method="nearest").values for delta in _DISTRIBUTION_DELTAS}
-    rows = {
-        f"force at {delta:g} nm, second group [µN]": _MICRO * second_group(force) for delta, force in forces.items()
-    }
+    direct, superposed, smooth = (run[f"solutions/{name}"] for name in ("direct", "hertz", "smooth"))
+    rows: dict[str, float] = {}
+    for delta in _DISTRIBUTION_DELTAS:
+        force = _MICRO * direct["force"].sel(delta=delta, method="nearest").values
+        values = {"mean": force.mean(), "std": force.std(ddof=1), "second group": second_group(force)}
+        rows |= {f"force at {delta:g} nm, {name} [µN]": float(value) for name, value in values.items()}
+    for delta in _SMOOTH_DELTAS:
+        rough, flat = (ds["force"].sel(delta=delta, method="nearest").mean() for ds in (direct, smooth))
+        rows[f"rough / smooth force at {delta:g} nm"] = float(rough / flat)
     clean = np.flatnonzero(~debris(run["asperities"], direct).values)
     ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
     difference = ratio["mean_difference"].sel(delta=list(_AGREEMENT_DELTAS), method="nearest").values

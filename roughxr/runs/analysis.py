@@ -60,8 +60,8 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
-#: Ways of superposition that a run compares; of a humid pair none.
-COMPARED = {name: {"formulation": name} for name in ("published", "self_similar", "energy")}
+#: Formulations of superposition that a run compares.
+_COMPARED = ("published", "self_similar", "energy")
 
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
@@ -73,14 +73,10 @@ _SCALE_PLACES = 4
 _FORMULA_PLACES = 16
 
 #: Relative humidities over which a humid pair is followed.
-HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
+_HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
-#: Dimensions of places and seeds.
-_ALONG = ("subregion", "seed")
-
-#: Why a run continues nothing in humid air: a place takes minutes there, since so many cells are wetted.
+#: Why a run extrapolates nothing in humid air, where so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
-
 
 #: The mesh of a run's simulation with adhesion.
 _MESH = Mesh(step=0.4)
@@ -136,7 +132,7 @@ def run(
     scan : Dataset
         A scan with an assigned pair.
     output : path
-        A folder, or a file ending in ``.nc`` for the archive alone.
+        A folder, or a file ending in ``.nc`` for the archive alone, whose tables are printed.
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     particle : bool
@@ -145,11 +141,9 @@ def run(
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
-    preload : number or quantity
-        One force that presses the sphere on before it is retracted, nN; 0: it settles under its own adhesion.
-    law, mesh
-        Options of the simulation with adhesion, see `adhesive`. "auto": the mesh is refined until the pull-off of four
-        places changes by less than its accuracy in the median, or to sixteen cells per pixel.
+    preload, law, mesh
+        Options of the simulation with adhesion, see `adhesive`; one preload. "auto": the mesh is refined until the
+        pull-off of four places changes by less than its accuracy in the median, or to sixteen cells per pixel.
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
@@ -182,7 +176,9 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
-    adhesion = {"preload": _one_preload(preload), "law": law, "mesh": mesh_of(mesh, _MESH)}
+    words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
+    force = single(preload, "nN", "preload", words, lambda force: force >= 0)
+    adhesion = {"preload": force, "law": law, "mesh": mesh_of(mesh, _MESH)}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
         subregions = resting(specimen.scan, landings=subregions)
@@ -199,11 +195,11 @@ def execute(
     path: Path,
     folder: Path | None,
     *,
-    tables: Sequence[Callable] = (report.scan_table, report.contact_table),
+    tables: Callable = report.tables,
     notes: Sequence[str] = (),
     drawn: Callable = figures.run_figures,
 ) -> dict[str, xr.Dataset]:
-    """Return the groups of a run, computed as far as its archive lacks them; write its files, and print its tables."""
+    """Return the groups of a run, computed as far as its archive lacks them; write its files, or print its tables."""
     task = _Task(specimen, plan)
     expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 15.0}
     if is_shown() and not path.exists():
@@ -224,18 +220,14 @@ def execute(
             title=specimen.bodies.attrs.get("title", ""),
             missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
         )
-        made = [make(groups) for make in tables]
+        made = tables(groups)
         printed = _tables_text(made, notes, groups)
         if folder is not None:
             say("pages")
             _write_folder(groups, made, printed, path, folder, drawn)
-    print(printed.rstrip("\n"))
+    if folder is None:
+        print(printed.rstrip("\n"))
     return groups
-
-
-def _one_preload(preload: Any) -> float:
-    words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
-    return single(preload, "nN", "preload", words, lambda force: force >= 0)
 
 
 def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
@@ -260,12 +252,27 @@ class _Task(NamedTuple):
     @property
     def places(self) -> int:
         """The number of places."""
-        return _count(self.specimen, self.plan)
+        return self.specimen.centres(self.plan.subregions).sizes["subregion"]
 
     @property
     def options(self) -> dict[str, Any]:
         """The places, as the solvers take them."""
         return {"subregions": self.plan.subregions}
+
+    @property
+    def is_wet(self) -> bool:
+        """Whether menisci condense between the bodies."""
+        return schema.is_wet(self.specimen.bodies)
+
+    @property
+    def adheres(self) -> bool:
+        """Whether anything attracts."""
+        return float(self.specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or self.is_wet
+
+    @property
+    def has_levers(self) -> bool:
+        """Whether a sphere adheres, which can roll."""
+        return self.adheres and "sphere_radius" in self.specimen.bodies.coords
 
 
 def analyse(specimen: Specimen, plan: Plan, say: Stages = _SILENT) -> Iterator[dict[str, xr.Dataset]]:
@@ -275,7 +282,7 @@ def analyse(specimen: Specimen, plan: Plan, say: Stages = _SILENT) -> Iterator[d
         say(part.name)
         groups |= part.make(_Task(specimen, plan, say, groups))
         yield groups
-    yield groups | report.recorded(groups, **_options(plan))
+    yield groups | report.recorded(groups, **_options(specimen, plan))
 
 
 def _surface(task: _Task) -> dict[str, xr.Dataset]:
@@ -318,22 +325,24 @@ def _superposed(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities by each formulation, and their pull-off."""
     specimen = task.specimen
     groups: dict[str, xr.Dataset] = {}
-    if _is_wet(task):
-        return groups  # neighbours' menisci merge: no sum over asperities
-    for name, way in COMPARED.items():
-        fit = fit_of(name)  # the paper's own asperities for its own formulas
-        summed = asperities(specimen.scan, **fit) if fit else specimen.derived(asperities)
-        swept = superpose(elastic(summed), delta=task.plan.sweep, **way, **task.options)
-        groups |= {f"solutions/{name}": swept, f"statistics/{name}": pull_off(swept)}
+    with warnings.catch_warnings():  # the page deals with where superposition is not valid
+        warnings.simplefilter("ignore", UserWarning)
+        for name in _COMPARED:
+            fit = fit_of(name)  # the paper's own asperities for its own formulas
+            summed = asperities(specimen.scan, **fit) if fit else specimen.derived(asperities)
+            swept = superpose(elastic(summed), delta=task.plan.sweep, formulation=name, **task.options)
+            groups |= {f"solutions/{name}": swept, f"statistics/{name}": pull_off(swept)}
     return groups
 
 
-def _options(plan: Plan) -> dict[str, Any]:
-    """Return the options of `run` that make this plan; places that are no grid are left out."""
+def _options(specimen: Specimen, plan: Plan) -> dict[str, Any]:
+    """Return the options of `run` that make this plan; places that are no grid, and the usual depths, are left out."""
     particle = isinstance(plan.subregions, xr.Dataset) and is_rests(plan.subregions)
     grid = plan.subregions.attrs["landings"] if particle else plan.subregions
     counts = [int(n) for n in grid] if np.shape(grid) == (2,) else None
-    options = {"subregions": counts, "particle": particle, "delta": plan.direct_deltas, "preload": plan.preload}
+    usual = default_deltas(specimen, specimen.centres(plan.subregions), "highest_peak")
+    delta = None if np.array_equal(plan.direct_deltas, usual) else plan.direct_deltas
+    options = {"subregions": counts, "particle": particle, "delta": delta, "preload": plan.preload}
     return options | {"law": plan.law, "mesh": plan.mesh.refine, "budget": plan.budget}
 
 
@@ -356,7 +365,7 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
 def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
     specimen, plan = task.specimen, task.plan
-    if _is_wet(task):
+    if task.is_wet:
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
         why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
@@ -369,7 +378,7 @@ def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
     places = ["pull_off_force"]
     return {
         "solutions/extrapolated": estimate[places],
-        "statistics/extrapolated": estimate.drop_vars(places).drop_dims(_ALONG),
+        "statistics/extrapolated": estimate.drop_vars(places).drop_dims(["subregion", "seed"]),
     }
 
 
@@ -379,7 +388,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
     humid air, where a simulation takes minutes and no asperities are summed, they are those of rigid bodies.
     """
-    specimen, groups, places, humid = task.specimen, task.groups, task.plan.subregions, _is_wet(task)
+    specimen, groups, places, humid = task.specimen, task.groups, task.plan.subregions, task.is_wet
     catalogue, solved = specimen.derived(asperities), groups["solutions/adhesive"]
     moments = rigid_moments(specimen, solved) if humid else simulated_moments(specimen, solved)
     out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
@@ -391,9 +400,6 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     out |= {f"statistics/{name}": critical_load(report.moments_of(known, way)) for name, way in more.items()}
     if is_rests(places):
         out["statistics/rests"] = places
-        if not humid:
-            landed = rolling(catalogue, subregions=tuple(places.attrs["landings"]))
-            out |= {"solutions/rolling_landed": landed, "statistics/detachment_landed": critical_load(landed)}
     return out
 
 
@@ -498,16 +504,12 @@ def _rigid_mesh(specimen: Specimen) -> int:
 def _over_humidity(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies over humidity, the scan's own among it, as far as menisci are thin."""
     scan, refine = task.specimen.scan, _rigid_mesh(task.specimen)
-    humidities = sorted({*HUMIDITIES, *(float(scan[name]) for name in ("humidity",) if name in scan.coords)})
+    humidities = sorted({*_HUMIDITIES, *(float(scan[name]) for name in ("humidity",) if name in scan.coords)})
     thin = [value for value in humidities if liquid.is_thin(scan, value)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         varied = vary(scan, rigid, humidity=thin, delta=[0.0], refine=refine, **task.options)
     return {"statistics/humidity": varied[["pull_off_force", "pull_off_delta", "meniscus_error"]]}
-
-
-def _count(specimen: Specimen, plan: Plan) -> int:
-    return specimen.centres(plan.subregions).sizes["subregion"]
 
 
 def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
@@ -531,40 +533,26 @@ class _Part(NamedTuple):
     make: Callable[[_Task], dict[str, xr.Dataset]]
 
 
-def _always(_: _Task) -> bool:
-    return True
-
-
-def _is_wet(task: _Task) -> bool:
-    return schema.is_wet(task.specimen.bodies)
-
-
-def _adheres(task: _Task) -> bool:
-    return float(task.specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or _is_wet(task)
-
-
-def _has_levers(task: _Task) -> bool:
-    return _adheres(task) and "sphere_radius" in task.specimen.bodies.coords
-
-
-def _has_budget(task: _Task) -> bool:
-    return _adheres(task) and task.plan.budget > 0
-
-
 #: The stages of a run, in order.
 _PARTS = (
-    _Part("asperities", "asperities", _always, 5.0, 0.0, _surface),
-    _Part("adhesive", "simulation with adhesion", _adheres, 20.0, 1.0, _with_adhesion),
-    _Part("extrapolated", "roughness extrapolated below the scan", _adheres, 10.0, 0.3, _below_the_scan),
-    _Part("rigid", "rigid bodies", _adheres, 5.0, 0.3, _rigid_bodies),
-    _Part("humidity", "rigid bodies over humidity", _is_wet, 10.0, 0.0, _over_humidity),
-    _Part("direct", "simulation without adhesion", _always, 3.0, 0.1, _without_adhesion),
-    _Part("superposition", "superposed asperities", _always, 5.0, 0.0, _superposed),
-    _Part("rolling", "resisting moments and detachment", _has_levers, 5.0, 0.0, _detachment),
-    _Part("budget", "error budget", _has_budget, 70.0, 0.0, _error_budget),
+    _Part("asperities", "asperities", lambda task: True, 5.0, 0.0, _surface),
+    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 20.0, 1.0, _with_adhesion),
+    _Part(
+        "extrapolated", "roughness extrapolated below the scan", lambda task: task.adheres, 10.0, 0.3, _below_the_scan
+    ),
+    _Part("rigid", "rigid bodies", lambda task: task.adheres, 5.0, 0.3, _rigid_bodies),
+    _Part("humidity", "rigid bodies over humidity", lambda task: task.is_wet, 10.0, 0.0, _over_humidity),
+    _Part("direct", "simulation without adhesion", lambda task: True, 3.0, 0.1, _without_adhesion),
+    # neighbours' menisci merge: no sum over asperities
+    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 5.0, 0.0, _superposed),
+    _Part("rolling", "resisting moments and detachment", lambda task: task.has_levers, 5.0, 0.0, _detachment),
+    _Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 70.0, 0.0, _error_budget),
 )
 
 _WORDS = {part.name: part.words for part in _PARTS} | {"pages": "figures and report"}
+
+#: Tables that are files, too, by their names.
+_TABLE_FILES = {"scan": "Scan and asperities", "contact": "Pull-off force by method", "force": "Force without adhesion"}
 
 
 def _parts(task: _Task) -> list[_Part]:
@@ -572,13 +560,14 @@ def _parts(task: _Task) -> list[_Part]:
 
 
 def _write_folder(
-    groups: dict[str, xr.Dataset], tables: Sequence, printed: str, path: Path, folder: Path, drawn: Callable
+    groups: dict[str, xr.Dataset], tables: dict[str, Any], printed: str, path: Path, folder: Path, drawn: Callable
 ) -> None:
     """Write tables, figures and report; what a killed process left half-written is removed."""
     remove_leftovers(folder)
-    for part, table in zip(("scan", "contact"), tables):
-        with whole(folder / f"table-{part}.csv") as temporary:
-            table.to_csv(temporary, float_format="%.6g")
+    for part, title in _TABLE_FILES.items():
+        if title in tables:
+            with whole(folder / f"table-{part}.csv") as temporary:
+                tables[title].to_csv(temporary, float_format="%.6g")
     if places := report.by_place(groups):
         label = Path(groups["scan"].attrs.get("source_file", "scan")).name
         for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
@@ -593,13 +582,9 @@ def _write_folder(
         temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
 
 
-def _tables_text(tables: Sequence, notes: Sequence[str], groups: dict[str, xr.Dataset]) -> str:
+def _tables_text(tables: dict[str, Any], notes: Sequence[str], groups: dict[str, xr.Dataset]) -> str:
     """Return the answer, the tables, and the notes needed to read them."""
-    parts = [report.text(table, title) for table, title in zip(tables, ("Scan and asperities", "Contact"))]
-    if "statistics/error_budget" in groups:
-        parts.append(report.text(report.budget_table(groups), "Error budget of the mean pull-off"))
-    if set(report.COMING_OFF) <= set(groups):
-        parts.append(report.text(report.detachment_table(groups), "Coming off in a flow of air"))
-    below = [*notes, *report.superposed(groups), *report.coming_off_words(groups)]
+    below = [*notes, *report.superposed(groups), *report.detachment_notes(groups)]
     answer = [fill(words, 100) + "\n"] if (words := report.headline(groups)) else []
+    parts = [report.text(table, title) for title, table in tables.items()]
     return "\n".join([*answer, *parts, *(fill(note, 100) for note in below)]) + "\n"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from datetime import date
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
@@ -13,14 +12,13 @@ import numpy as np
 import xarray as xr
 
 from .. import report
-from .._version import __version__
 from ..archive import whole
 from ..jobs.progress import about, say
 from ..report.report_page import filled, pair_facts, title
-from ..report.summary import place_table
+from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
 from ..statistics import pooled
-from ..statistics.headline import SCALARS
+from ..statistics.headline import SCALARS, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number, percent, quantity, sure
@@ -95,8 +93,6 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
     answer = _pooled_words(finished)
     page = filled(
         "index.html",
-        version=__version__,
-        today=date.today().isoformat(),
         title=f"{len(finished)} scans",
         table=f"{output.name}{endings[-1]}",
         answer=answer,
@@ -113,11 +109,12 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
 def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
     """Return the summaries as one row for each scan, without empty columns."""
     out = xr.Dataset({"label": ("scan", [run.label for run in finished.values()])}, {"scan": list(finished)})
+    rows = [scalar_values(run.summary) for run in finished.values()]
     for name, (units, meaning) in SCALARS.items():
-        values = np.array([float(run.summary[name]) if name in run.summary else np.nan for run in finished.values()])
+        values = np.array([row[name] for row in rows])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
         if np.isfinite(values).any():
-            out[column] = ("scan", [float(f"{v:.4g}") for v in values], {"units": units, "long_name": meaning})
+            out[column] = ("scan", few_digits(values), {"units": units, "long_name": meaning})
     out["warnings"] = ("scan", [len(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
@@ -143,7 +140,7 @@ def _pooled_words(finished: Mapping[str, Finished]) -> str:
 
 def _cells(run: Finished) -> list[str]:
     """Return the row of a scan on the page, and nothing where it has no pull-off."""
-    value = {name: float(run.summary[name]) if name in run.summary else np.nan for name in SCALARS}
+    value = scalar_values(run.summary)
     speed = value["critical_friction_velocity"]
     low, high = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
     return [

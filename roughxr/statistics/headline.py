@@ -120,6 +120,11 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
     return out.assign_attrs(rigid="yes") if own == "cell_error" else out
 
 
+def scalar_values(summary: xr.Dataset) -> dict[str, float]:
+    """Return the scalars of a summary by name, in their units; NaN where it lacks one."""
+    return {name: float(summary[name]) if name in summary else np.nan for name in SCALARS}
+
+
 def with_units(summary: xr.Dataset) -> xr.Dataset:
     """Return scalars of an answer with their units and meaning."""
     for name in set(SCALARS) & set(summary.data_vars):
@@ -156,10 +161,10 @@ def headline(summary: xr.Dataset) -> str:
     """Return an answer, or a run's summary, in words: the same sentences wherever it is shown."""
     if "pull_off_force" not in summary:
         return str(summary.attrs.get("missing", ""))
-    value = {name: float(summary[name]) if name in summary else np.nan for name in SCALARS}
+    value = scalar_values(summary)
     if "assumed" in summary.attrs:
         words = sure(value["pull_off_force"], value["low"], value["high"])
-        return f"Best estimate {words}, with the roughness below the pixel; {summary.attrs['assumed']}"
+        return f"Best estimate {words}, with the roughness below the pixel. {summary.attrs['assumed']}"
     mean, known, count = value["pull_off_force"], int(value["places"]), int(value["solved_places"])
     places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
     known_ends = np.isfinite(value["low"])
