@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr import adhesive, assign_pair, direct, pdf, pull_off, pull_off_map, summary, superpose
+from roughxr import adhesive, assign_pair, direct, pull_off, pull_off_map, superpose
+from roughxr.statistics import pdf, summary
 from roughxr.vocabulary import schema
 
 from .surfaces import glass_pair, rough, scan

@@ -104,8 +104,8 @@ def test_scalars_are_a_table_too(tmp_path):
 def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(tmp_path):
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    load = roughxr.critical_load(held, "wall_shear", particle_density=2500)
-    left = roughxr.resuspension(held, friction_velocity=[1.0], particle_density=2500)
+    load = roughxr.particles.critical_load(held, "wall_shear", particle_density=2500)
+    left = roughxr.particles.resuspension(held, friction_velocity=[1.0], particle_density=2500)
     for words in (load.attrs["comment"], left.attrs["comment"], particles.parameters(held).attrs["comment"]):
         assert "without settling" in words and "as the scan shows it" in words
     lines = particles.to_dem(held, code="lammps", classes=1)

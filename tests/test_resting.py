@@ -295,9 +295,9 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     share, force = places.landing_share.values, held.pull_off_force.values
     mean = (share * force).sum() / share.sum()
     assert mean != pytest.approx(force.mean(), rel=1e-4)
-    table = roughxr.summary(held[["pull_off_force"]])
+    table = roughxr.statistics.summary(held[["pull_off_force"]])
     assert float(table.pull_off_force.sel(statistic="mean")) == pytest.approx(mean)
-    found = roughxr.bootstrap(held, "pull_off_force", statistics=["mean", "std", "q50"], resamples=99)
+    found = roughxr.statistics.bootstrap(held, "pull_off_force", statistics=["mean", "std", "q50"], resamples=99)
     assert float(found.estimate[0]) == pytest.approx(mean)
     copies = np.repeat(force, np.round(share * 200_000).astype(int))
     assert found.estimate.values[1:] == pytest.approx([copies.std(), np.median(copies)], rel=0.05)
@@ -305,7 +305,7 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     assert float(roughxr.statistics.cdf(held, "pull_off_force").sel(pull_off_force=force[0])) == pytest.approx(
         share[force <= force[0]].sum()
     )
-    left = roughxr.resuspension(held, friction_velocity=[0.3, 1.0])
+    left = roughxr.particles.resuspension(held, friction_velocity=[0.3, 1.0])
     expected = (left.remaining_here * places.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
 
@@ -316,7 +316,9 @@ def test_equal_shares_change_no_statistic():
     plain = xr.Dataset({"force": ("subregion", values)}, {"subregion_x": ("subregion", x.ravel())})
     plain = plain.assign_coords(subregion_y=("subregion", y.ravel()))
     shared = plain.assign_coords(landing_share=("subregion", np.full(64, 1 / 64)))
-    one, other = (roughxr.bootstrap(ds, "force", statistics=["mean", "std"], resamples=99) for ds in (plain, shared))
+    one, other = (
+        roughxr.statistics.bootstrap(ds, "force", statistics=["mean", "std"], resamples=99) for ds in (plain, shared)
+    )
     for name in ("estimate", "low", "high", "independent_places"):
         assert other[name].values == pytest.approx(one[name].values)
 

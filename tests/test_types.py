@@ -5,11 +5,13 @@ import typing
 from importlib import resources
 
 import roughxr
+from roughxr.accessor import ContactAccessor
 
 
 def test_public_functions_state_the_types_of_all_they_take_and_return():
-    for name in roughxr.__all__:
-        function = getattr(roughxr, name)
+    functions = {name: getattr(roughxr, name) for name in roughxr.__all__}
+    functions |= {name: getattr(verb, "__wrapped__", None) for name, verb in vars(ContactAccessor).items()}
+    for name, function in functions.items():
         if not inspect.isfunction(function):
             continue
         assert typing.get_type_hints(function), name  # every name in them is one that exists

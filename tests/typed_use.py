@@ -39,8 +39,8 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
 def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
     """Say what the samples say, beside what was measured."""
     pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"]))
-    density: xr.DataArray = roughxr.pdf(pull, "pull_off_force", method="kde")
-    fitted: xr.Dataset = roughxr.fit(pull, "pull_off_force", laws=["weibull"])
+    density: xr.DataArray = roughxr.statistics.pdf(pull, "pull_off_force", method="kde")
+    fitted: xr.Dataset = roughxr.statistics.fit(pull, "pull_off_force", laws=["weibull"])
     measured: xr.Dataset = roughxr.open_pull_off([path, path], units="V", sensitivity="12 nN/V")
     beside: xr.Dataset = roughxr.compare(pull, measured, shift=("5 nm", 0.0))
     table: pd.DataFrame = roughxr.to_table(beside if density.size and fitted else pull)
@@ -49,10 +49,10 @@ def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
 
 def particles(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Ask at what flow particles leave, and run all of it."""
-    holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=roughxr.resting(scan))
+    holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=roughxr.particles.resting(scan))
     lines: str = roughxr.particles.to_dem(holds, code="lammps", classes=3)
-    left: xr.Dataset = roughxr.resuspension(holds, friction_velocity=[0.1, 1.0])
-    roughxr.plot(left, "remaining", ax=None).set_title(lines)
+    left: xr.Dataset = roughxr.particles.resuspension(holds, friction_velocity=[0.1, 1.0])
+    roughxr.figures.plot(left, "remaining", ax=None).set_title(lines)
     with roughxr.progress():
         groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
     written: Path = roughxr.report.write_report(path)

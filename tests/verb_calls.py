@@ -13,6 +13,7 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, measured, particles, reference, scans, statistics
+from roughxr.accessor import ContactAccessor
 from roughxr.scans import regions
 
 from .surfaces import rough, scan
@@ -159,7 +160,6 @@ NOT_CALLED = {
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
     "extrapolated": "`rigid` or `adhesive` on several surfaces",
-    "plot": "only draws",
     "pooled": "wants several scans: tests/test_pooling.py",
     "resting": "passes over a map: tests/test_resting.py",
     "run": "all of them",
@@ -190,7 +190,7 @@ def public_verbs():
         for name in names:
             value = getattr(module, name)
             if inspect.isfunction(value) and "Dataset" in str(inspect.signature(value).parameters):
-                found[prefix + name] = value
+                found[name if hasattr(ContactAccessor, name) else prefix + name] = value
     return {
         name: value
         for name, value in found.items()

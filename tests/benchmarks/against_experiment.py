@@ -222,7 +222,7 @@ def steel(seed, cells, *, rms, hurst, rolloff, fine):
     for radius in (5000.0, 10_000.0):
         catalogue = roughxr.asperities(roughxr.assign_pair(ground, sphere_radius=radius, **reeks_hall.BODIES))
         held = roughxr.rolling(catalogue, directions=12, subregions=(8, 8))
-        left = roughxr.resuspension(held, friction_velocity=reeks_hall.SPEEDS, particle_density=3960)
+        left = roughxr.particles.resuspension(held, friction_velocity=reeks_hall.SPEEDS, particle_density=3960)
         found += reeks_hall.half_and_spread(reeks_hall.SPEEDS, left.remaining.values[:, 0])
     return tuple(found)
 

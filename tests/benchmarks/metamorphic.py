@@ -40,7 +40,7 @@ def pulls(scan, places, **options):
 
 #: Verbs beside those of `test_identities`, of a scan, places and the scale of lengths.
 MORE = {
-    "resting": lambda scan, at, s: roughxr.resting(scan),
+    "resting": lambda scan, at, s: roughxr.particles.resting(scan),
     "level": lambda scan, at, s: roughxr.level(scan),
     "smooth": lambda scan, at, s: scans.smooth(scan, shortest=30.0 * s),
     "dilate": lambda scan, at, s: scans.dilate(scan, tip_radius=20.0 * s),
@@ -58,7 +58,7 @@ MORE = {
     "pull_off": lambda scan, at, s: statistics.pull_off(
         roughxr.superpose(scan, delta=np.linspace(-4, 9, 27) * s, subregions=at)
     ),
-    "critical_load": lambda scan, at, s: roughxr.critical_load(
+    "critical_load": lambda scan, at, s: roughxr.particles.critical_load(
         roughxr.rolling(scan, directions=np.arange(8) * np.pi / 4, subregions=at)
     ),
     "vary": lambda scan, at, s: roughxr.vary(scan, pulls, contact_modulus=[10.0, 50.0], places=at),

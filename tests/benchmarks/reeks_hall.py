@@ -75,12 +75,12 @@ def computed(scan, radius, speeds):
     pair = roughxr.assign_pair(scan, sphere_radius=radius, **BODIES)
     catalogue = roughxr.asperities(pair)
     held = roughxr.rolling(catalogue, directions=12, subregions=(8, 8))
-    places = roughxr.resting(pair, landings=(8, 8), on=catalogue)
+    places = roughxr.particles.resting(pair, landings=(8, 8), on=catalogue)
     rested = roughxr.rolling(catalogue, directions=12, subregions=places)
     pull = held.pull_off_force.dropna("subregion").values
     adhesion = particles.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
     flow = {"friction_velocity": speeds, "particle_density": 3960}
-    return adhesion, [(roughxr.resuspension(one, **flow), one) for one in (held, rested)]
+    return adhesion, [(roughxr.particles.resuspension(one, **flow), one) for one in (held, rested)]
 
 
 def told(words, speeds, fractions):

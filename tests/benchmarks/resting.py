@@ -44,7 +44,7 @@ def told(words, ds, critical, held):
     share = share / share.sum()
     contacts = held["contacts"].values
     of = [float(share[contacts == n].sum()) for n in (1, 2)] + [float(share[contacts >= 3].sum())]
-    left = roughxr.resuspension(held, friction_velocity=SPEEDS, model="static").remaining.values[:, 0]
+    left = roughxr.particles.resuspension(held, friction_velocity=SPEEDS, model="static").remaining.values[:, 0]
     print(
         f"  {words:8s} {held.sizes['subregion']:4d} places; on 1, 2, ≥ 3 contacts {of[0]:.2f} {of[1]:.2f} {of[2]:.2f}; "
         f"pull-off {median(held['pull_off_force'].values, share):6.1f} nN; critical "
@@ -55,7 +55,7 @@ def told(words, ds, critical, held):
 def compare(name, scan):
     """Print places, contacts and critical velocities, landed and at rest, on one scan."""
     area = np.prod([high - low for low, high in zip(*[iter(roughxr.scans.regions.extent(scan))] * 2)]) / 1e6
-    places = roughxr.resting(scan)
+    places = roughxr.particles.resting(scan)
     inner = places.isel(subregion=~places["truncated"].values)
     share = places["landing_share"].values
     print(
@@ -66,21 +66,21 @@ def compare(name, scan):
         f"{inner.sizes['subregion']} away from the edge"
     )
     catalogue = roughxr.asperities(scan)
-    at_rest = roughxr.resting(scan, landings=GRID, on=catalogue)
+    at_rest = roughxr.particles.resting(scan, landings=GRID, on=catalogue)
     for words, where in (("landed", roughxr.scans.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
-        critical = roughxr.critical_load(held)["critical_friction_velocity"].values
+        critical = roughxr.particles.critical_load(held)["critical_friction_velocity"].values
         told(words, held, critical, held)
 
 
 def large(pixels, form, path):
     """Print time and memory of a large scan kept in a file: kernels are compiled before, on a small one."""
     small = roughxr.scans.synthetic.self_affine((64, 64), 10.0, rms=2.0, hurst=0.8, rolloff=300.0, cutoff=40.0, seed=1)
-    roughxr.resting(roughxr.assign_pair(small, **BODIES))
+    roughxr.particles.resting(roughxr.assign_pair(small, **BODIES))
     scan = xr.open_dataset(path, chunks={"x": 512, "y": 512} if form == "lazy" else None)
     scan = roughxr.assign_pair(scan if form == "lazy" else scan.load(), **BODIES)
     start, busy = time.perf_counter(), time.process_time()
-    places = roughxr.resting(scan)
+    places = roughxr.particles.resting(scan)
     took, busy = time.perf_counter() - start, time.process_time() - busy
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
