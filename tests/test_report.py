@@ -148,8 +148,8 @@ def test_cautions_say_what_is_wrong(run):
     found = "\n".join(report.cautions(spoiled))
     assert "Simulation without adhesion: conditions of the contact are violated: unconverged: 0.0" in found
     assert re.search(r"Simulation without adhesion: at \d of 9 places the contact reaches the scan's edge", found)
-    assert "Superposed, least energy: at 1 of 9 places the sweep is too short" in found
-    assert "Superposed, least energy: at 1 of 9 places nothing pulls" in found
+    assert "Superposed asperities: at 1 of 9 places the sweep is too short" in found
+    assert "Superposed asperities: at 1 of 9 places nothing pulls" in found
 
 
 def test_a_clean_run_has_no_cautions(run):
@@ -297,7 +297,7 @@ def test_doubts_about_the_scan_are_cautions(run):
 @pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])
 def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
     small = dict(run)
-    for name in ("adhesive", "rigid", "published", "self_similar", "energy"):
+    for name in ("adhesive", "rigid", "energy"):
         pull = run[f"statistics/{name}"].copy()
         pull["pull_off_force"] = (pull["pull_off_force"] * times * 2e3 / pull["pull_off_force"].mean()).assign_attrs(
             pull["pull_off_force"].attrs

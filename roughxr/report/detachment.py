@@ -97,13 +97,14 @@ def detachment_notes(run: Run) -> list[str]:
         return []
     critical, moments = run[_CRITICAL[leading(run)]], run["solutions/rolling"]
     speed, at_rest = critical["critical_friction_velocity"], RESTS in run
-    stress = quantity(AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2, "Pa")
+    stress = AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2
+    middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
     levers = "rigid bodies' contacts" if schema.is_wet(moments) else "the simulation's contacts"
     notes = [
         f"A steady flow of air along x acts on the sphere where it {'came to rest' if at_rest else 'was placed'}; its "
         "weight is neglected. The sphere can roll or lift off, but not slide, since no friction was given. The wall "
-        f"shear stress is the density times the square of the friction velocity, {stress} at the median place. The "
-        f"resisting moment is the pull-off force times the lever arm of {levers}."
+        f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
+        f"pull-off force times the lever arm of {levers}."
     ]
     if "hardness" in moments.coords:
         notes.append("Superposed asperities stay elastic: yielded ones would be flatter, with longer lever arms.")
@@ -119,9 +120,11 @@ def detachment_notes(run: Run) -> list[str]:
             "or more. Light particles may stick before they reach the bottom."
         )
     elif few := int(_unstable(moments).sum()):
+        alone = int((run["statistics/detachment"]["critical_friction_velocity"] == 0).sum())
         notes.append(
             f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
-            "particle would roll on until three support it. These places are the first to detach here."
+            f"particle would roll on until three support it{f', at {alone} without any flow' if alone else ''}. These "
+            "places are the first to detach here; a run of particles analyses their resting positions."
         )
     return notes
 

@@ -26,7 +26,7 @@ METHOD_WORDS = {
     "rigid": "rigid bodies",
     "published": "superposed, as published",
     "self_similar": "superposed, self-similar",
-    "energy": "superposed, least energy",
+    "energy": "superposed asperities",
     "direct": "simulation without adhesion",
     "hertz": "superposed, without adhesion",
 }

@@ -30,6 +30,7 @@ PLAN = Plan(
     contact_delta=17.0,
     patch="paper",
     vertex="pixel",
+    superposed=("published", "self_similar", "energy"),
 )
 
 _MICRO = 1e-3  # µN per nN

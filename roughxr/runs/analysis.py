@@ -5,8 +5,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     scan, asperities, reconstruction
     solutions/adhesive, /extrapolated (with the roughness extrapolated below the scan),
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
-    /published, … or /menisci, /rolling (resisting moments)
-    statistics/adhesive, /rigid, /published, …, /roughness, /regime (the recommended model), /formulas (pull-off by the
+    /energy (superposed asperities), /rolling (resisting moments)
+    statistics/adhesive, /rigid, /energy, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /extrapolated, /detachment,
     /detachment_extrapolated and /detachment_superposed (the critical flow), /error_budget, /shorter_waves
 """
@@ -60,9 +60,6 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
-#: Formulations of superposition that a run compares.
-_COMPARED = ("published", "self_similar", "energy")
-
 #: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
 _RIGID_CELL = 2.5
 
@@ -89,8 +86,9 @@ class Plan(NamedTuple):
     direct_deltas: np.ndarray  # nm
     sweep: np.ndarray  # nm, for superpositions
     contact_delta: float  # nm, for the one contact with fields
-    patch: int | str
-    vertex: str
+    patch: int | str = "auto"
+    vertex: str = "fitted"
+    superposed: tuple[str, ...] = ("energy",)  # formulations
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
     mesh: Mesh = _MESH
@@ -238,7 +236,7 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
         deltas = schema.ascending(delta, "nm", "delta")
         deepest = max(deepest, deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
-    return Plan(subregions, deltas, sweep, float(deltas[-1]), patch="auto", vertex="fitted", **adhesion)
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), **adhesion)
 
 
 class _Task(NamedTuple):
@@ -322,12 +320,12 @@ def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
 
 
 def _superposed(task: _Task) -> dict[str, xr.Dataset]:
-    """Return superposed asperities by each formulation, and their pull-off."""
+    """Return superposed asperities and their pull-off."""
     specimen = task.specimen
     groups: dict[str, xr.Dataset] = {}
     with warnings.catch_warnings():  # the page deals with where superposition is not valid
         warnings.simplefilter("ignore", UserWarning)
-        for name in _COMPARED:
+        for name in task.plan.superposed:
             fit = fit_of(name)  # the paper's own asperities for its own formulas
             summed = asperities(specimen.scan, **fit) if fit else specimen.derived(asperities)
             swept = superpose(elastic(summed), delta=task.plan.sweep, formulation=name, **task.options)
