@@ -281,3 +281,31 @@ def test_few_samples_are_drawn_as_points_and_no_density():
     assert ax.lines[0].get_ydata().tolist() == [0.125, 0.375, 0.625, 0.875] and "samples" in ax.get_ylabel()
     many = few.isel(subregion=np.arange(12) % 4)
     assert "density" in figures.distribution(many, "force", interval=None).get_ylabel()
+
+
+def test_figures_show_the_numbers_that_they_are_given(run):
+    force = (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])
+    ds = xr.Dataset({"force": force}, {"delta": [0.0, 1.0, 2.0]})
+    ax = figures.mean_force({"all": ds, "first": ds.isel(subregion=[0])})
+    assert [line.get_ydata().tolist() for line in ax.lines] == [[0.0, 1.5, 4.5], [0.0, 1.0, 4.0]]
+    centres = {"subregion_x": ("subregion", [0.0, 0, 1, 1]), "subregion_y": ("subregion", [0.0, 1, 0, 1])}
+    modes = xr.Dataset({"mode": ("subregion", ["roll", "slide", "roll", "roll"])}, centres)
+    legend = figures.subregion_map(modes, "mode").get_legend().get_texts()
+    assert [text.get_text() for text in legend] == ["roll (3)", "slide (1)"]
+    assert len(figures.field_map(run["solutions/contact"], scan=run["scan"]).images) == 2  # heights below the pressure
+    values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
+    entries = {name: ("entry", value) for name, value in (values | {"pull_off_change": [-0.03, np.nan]}).items()}
+    budget = xr.Dataset(entries | {"total_error": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
+    ax = figures.error_budget(budget)
+    assert [bar.get_width() for bar in ax.patches] == pytest.approx([3.0, 3.0])
+    assert [text.get_text() for text in ax.texts] == ["−3 ± 1", "not computed", "3 ± 1"]
+    moment = (("subregion", "direction"), [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
+    rose = figures.moment_rose(xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]}))
+    assert rose.get_xlabel() == "resisting moment [nN nm]\nmedian and middle half of 2 places"
+    left, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
+    words = [text.get_text() for text in left.get_legend().get_texts()]
+    assert words == ["mean, 95 % interval", "predicted", "measured"]
+
+
+def force_of(values):
+    return xr.Dataset({"pull_off_force": ("subregion", values, {"units": "nN"})})

@@ -36,8 +36,8 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
         unknown = f"the shortest wavelength of the scan spans {pixels:.2g} pixels, too few to resolve its summits"
     if unknown:
         return f"its ratio to the simulation with adhesion is not known: {unknown}"
-    words = "pull-off over that of the adhesive simulation on such a surface"
-    return f"{words}: {RATIO:.2g}, {LOW:g} … {HIGH:g} for nine of ten surfaces"
+    times = f"{RATIO:.2g} times the pull-off of the simulation with adhesion"
+    return f"{times}, {LOW:g} … {HIGH:g} on nine of ten such surfaces"
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:

@@ -39,17 +39,6 @@ def field_map(
         Number along ``subregion``; by default the first place.
     delta : float, optional
         The nearest displacement (nm) is used; by default the largest.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, contact_modulus=40)
-    >>> ds = scan.contact.direct(delta=[5.0], fields=True, datum="first_contact")
-    >>> field_map(ds, "gap", ax=Figure().subplots()).get_xlabel()
-    'x from the contact centre [nm]'
-    >>> len(field_map(ds, scan=scan, ax=Figure().subplots()).images)  # heights, and the pressure over them
-    2
     """
     schema.one_of(name, ("pressure", "displacement", "gap"), "name")
     if scan is not None and name != "pressure":

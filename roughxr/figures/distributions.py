@@ -72,16 +72,6 @@ def distribution(
         Label in the legend.
     order : int
         Index of the line style, where several distributions share the Axes.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset({"force": ("subregion", [1e3, 2e3, 3e3] * 4, {"units": "nN"})})
-    >>> ax = distribution(ds, "force", laws=["normal"], ax=Figure().subplots())
-    >>> ax.get_xlabel(), ax.get_ylabel()
-    ('contact force [µN]', 'probability density [1/µN]')
-    >>> [text.get_text() for text in ax.get_legend().get_texts()]
-    ['mean, 95 % interval', 'normal']
     """
     ax = axes(ax)
     color = stroke(order)["color"]
@@ -159,14 +149,6 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     array of four Axes
         Heights on a logarithmic density, which shows a few debris particles beside thousands of peaks; orientations
         beside the uniform density, with two standard deviations of chance as a band.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> catalogue = roughxr.asperities(roughxr.open_sample("rough"))
-    >>> [ax.get_xlabel() for ax in asperity_statistics(catalogue, ax=Figure().subplots(2, 2))][2]
-    'axis ratio b/a'
     """
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)

@@ -50,14 +50,6 @@ def scan_map(
         none for a saddle.
     robust : bool
         Let the colour scale cover the middle 99 % of the heights.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> from matplotlib.figure import Figure
-    >>> ax = scan_map(roughxr.open_sample("glass"), subregions=(8, 8), ax=Figure().subplots())
-    >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines[0].get_xdata())
-    ('x [µm]', 'y [µm]', 64)
     """
     ds = schema.validate(ds, "scan")
     ax = axes(ax, aspect=0.85)
@@ -90,17 +82,6 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
     -------
     Axes
         Tiles where the centres lie on a grid, else points.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset(
-    ...     {"mode": ("subregion", ["roll", "slide", "roll", "roll"])},
-    ...     coords={"subregion_x": ("subregion", [0.0, 0, 1, 1]), "subregion_y": ("subregion", [0.0, 1, 0, 1])},
-    ... )
-    >>> ax = subregion_map(ds, "mode", ax=Figure().subplots())
-    >>> ax.get_xlabel(), [text.get_text() for text in ax.get_legend().get_texts()]
-    ('x of the contact centre [nm]', ['roll (3)', 'slide (1)'])
     """
     if name not in ds or ds[name].dims != ("subregion",):
         raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement or load first")

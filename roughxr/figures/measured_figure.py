@@ -17,14 +17,6 @@ def predicted_and_measured(
     """Draw the pull-off forces of both as distributions, and their quantiles against each other.
 
     ``comparison`` is the result of `compare` for them, if it is known already.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> made = [xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 9.0) * f)}) for f in (1, 2)]
-    >>> left, right = predicted_and_measured(*made, ax=Figure().subplots(1, 2))
-    >>> [text.get_text() for text in left.get_legend().get_texts()]
-    ['mean, 95 % interval', 'predicted', 'measured']
     """
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):

@@ -42,14 +42,6 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     Axes
         The dashed circle is the median of all places and directions. Where a median is negative, the sphere rolls by
         itself, and the line passes through the centre.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> moment = (("subregion", "direction"), [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
-    >>> ds = xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]})
-    >>> moment_rose(ds, ax=Figure().add_subplot(projection="polar")).get_xlabel()
-    'resisting moment [nN nm]\\nmedian and middle half of 2 places'
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -106,14 +98,6 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     -------
     Axes
         Dotted where drag, torque and lift are not valid.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> left = (("friction_velocity", "time"), [[1.0], [0.2]])
-    >>> ds = xr.Dataset({"remaining": left}, {"friction_velocity": [0.1, 1.0], "time": [1]})
-    >>> fraction_remaining(ds, ax=Figure().subplots()).get_xlabel()
-    'friction velocity [m/s]'
     """
     ax = axes(ax)
     speed = ds["friction_velocity"].values

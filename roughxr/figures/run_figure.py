@@ -25,17 +25,6 @@ def overview(run: Mapping[str, xr.Dataset]):
     """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces of a run.
 
     Takes the groups of a run, and returns a Figure that belongs to no pyplot window.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> direct = roughxr.direct(scan, delta=[2.0], fields=True)
-    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 4.0], {"units": "nN"})})
-    >>> run = {"scan": scan, "solutions/direct": direct, "solutions/contact": direct.isel(subregion=0)}
-    >>> [ax.get_title("left") for ax in overview(run | {"statistics/energy": pull}).axes[:3]]
-    ['Heights and contact centres', 'Contact pressure at δ = 2 nm', 'Pull-off force']
     """
     from matplotlib.figure import Figure
 
@@ -79,14 +68,6 @@ def run_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
     """Yield name and Figure of what a run draws beside its report: "overview", "error-budget", "shortest-wave".
 
     Takes the groups of a run; the Figures belong to no pyplot window.
-
-    Examples
-    --------
-    >>> entries = {name: ("entry", [0.03]) for name in ("relative_error", "standard_error", "pull_off_change")}
-    >>> totals = {"known_bias": ("entry", [True]), "total_error": 0.03, "total_standard_error": 0.01}
-    >>> budget = xr.Dataset(entries | totals, {"entry": ["mesh"]})
-    >>> [name for name, _ in run_figures({"statistics/error_budget": budget})]
-    ['error-budget']
     """
     if "scan" in run:
         yield "overview", overview(run)

@@ -46,16 +46,6 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     -------
     Axes
         Where the tension would be invisible, larger forces are on a logarithmic scale.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset(
-    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
-    ...     coords={"delta": [0.0, 1.0, 2.0]},
-    ... )
-    >>> sweep(ds, ax=Figure().subplots()).get_ylabel()
-    'contact force [nN]'
     """
     if "force" in ds and set(ds["force"].dims) == {"subregion", "branch", "delta"}:
         return _loop(ds, axes(ax))
@@ -113,17 +103,6 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     Axes
         Of several subregions the mean, its 95 % interval by block bootstrap, and the band that contains 68 % of them;
         of one its force, the pull-off marked.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset(
-    ...     {"force": (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])},
-    ...     coords={"delta": [0.0, 1.0, 2.0]},
-    ... )
-    >>> ax = mean_force({"all": ds, "first": ds.isel(subregion=[0])}, ax=Figure().subplots())
-    >>> [line.get_ydata().tolist() for line in ax.lines]
-    [[0.0, 1.5, 4.5], [0.0, 1.0, 4.0]]
     """
     ax = axes(ax)
     explained, forces = False, [0.0]
@@ -196,14 +175,6 @@ def force_ratio(ds: xr.Dataset, *, ax: Axes | None = None):
     Axes
         The ratio on a logarithmic axis, unit 1. The band of agreement is grey; the dashed line is the median
         displacement from which on the places differ by more.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> rows = ("subregion", "delta"), [[0.0, 0.05, 1.0]]
-    >>> ds = xr.Dataset({"force_difference": rows}, {"delta": [1.0, 2.0, 3.0]}, {"agree_within": 0.1})
-    >>> force_ratio(ds, ax=Figure().subplots()).get_ylabel()
-    'superposed / direct force'
     """
     ax = axes(ax)
     ratio = (1 + ds["force_difference"]).transpose("delta", "subregion").clip(min=1e-3)

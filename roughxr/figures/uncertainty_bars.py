@@ -38,17 +38,6 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     -------
     Axes
         Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
-    >>> values |= {"pull_off_change": [-0.03, np.nan]}
-    >>> entries = {name: ("entry", one) for name, one in values.items()}
-    >>> totals = {"total_error": 0.03, "total_standard_error": 0.01}
-    >>> ax = error_budget(xr.Dataset(entries | totals, {"entry": ["modulus", "tip"]}), ax=Figure().subplots())
-    >>> [float(round(bar.get_width(), 6)) for bar in ax.patches], [text.get_text() for text in ax.texts]
-    ([3.0, 3.0], ['−3 ± 1', 'not computed', '3 ± 1'])
     """
     numbers = (100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
     bars = {str(name): (*row, BLUE) for name, *row in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
@@ -100,14 +89,6 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     Axes
         Both axes logarithmic. Bars are the standard deviation of the mean over seeds; the dashed line is the shortest
         wavelength that the scan shows: roughness was added left of it, and cut off right of it.
-
-    Examples
-    --------
-    >>> from matplotlib.figure import Figure
-    >>> ds = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), [[[1.0], [3.0]]])})
-    >>> ds = ds.assign_coords(shortest_kept=[10.0, 20.0]).assign_attrs(shortest_wavelength=20.0)
-    >>> cut_off(ds, ax=Figure().subplots()).get_xscale()
-    'log'
     """
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -94,7 +95,7 @@ def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int 
     with warnings.catch_warnings():  # the run has given the warnings of these sums
         warnings.simplefilter("ignore", UserWarning)
         for k in range(positions.sizes["subregion"]):
-            some = {"subregions": positions.isel(subregion=[k]), "refine": _RIGID_CELLS, "fields": True}
+            some: dict[str, Any] = {"subregions": positions.isel(subregion=[k]), "refine": _RIGID_CELLS, "fields": True}
             states = rigid(specimen, delta=[-closest], datum="first_contact", **some)
             places.append(rolling(states, directions=directions))
     out = xr.concat(places, "subregion", combine_attrs="override")

@@ -56,16 +56,6 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     ------
     ValueError
         If the file contains no results at places of a scan, or results for several values of a parameter.
-
-    Examples
-    --------
-    >>> import tempfile, roughxr
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40)
-    >>> run = {"scan": scan, "solutions/direct": roughxr.direct(scan, delta=[2, 4], subregions=(2, 2))}
-    >>> write_explorer(roughxr.archive.save(run, folder / "run.nc")).name
-    'explore.html'
     """
     path = archive.of_run(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}

@@ -52,15 +52,6 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     Returns
     -------
     Path
-
-    Examples
-    --------
-    >>> import tempfile, roughxr
-    >>> folder = Path(tempfile.mkdtemp())
-    >>> scan = roughxr.scans.synthetic.self_affine((32, 32), 10, rms=1, hurst=0.8, rolloff=100, seed=1)
-    >>> run = {"scan": scan, "asperities": roughxr.asperities(scan)}
-    >>> write_report(roughxr.archive.save(run, folder / "run.nc"), folder / "report.html").name
-    'report.html'
     """
     path = archive.of_run(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}

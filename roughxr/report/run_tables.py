@@ -206,15 +206,6 @@ def budget_table(run: Run) -> pd.DataFrame:
     """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
 
     The change of the total is what all known biases amount to.
-
-    Examples
-    --------
-    >>> entries = {"relative_error": ("entry", [0.03, 0.04]), "how": ("entry", ["known", "solved again"])}
-    >>> names = {"entry": ["work of adhesion", "mesh"]}
-    >>> entries |= {"standard_error": ("entry", [0.01] * 2), "pull_off_change": ("entry", [-0.03, 0.08])}
-    >>> total = {"total_error": 0.05, "total_standard_error": 0.01, "pull_off_mean": 10.0, "pull_off_corrected": 10.8}
-    >>> budget_table({BUDGET: xr.Dataset(entries | total, names)})["error [%]"].to_dict()
-    {'work of adhesion': 3.0, 'mesh': 4.0, 'all of these': 5.0}
     """
     budget = run[BUDGET]
     values = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
