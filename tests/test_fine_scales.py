@@ -16,7 +16,7 @@ PIXEL = 5000 / 512
 
 @pytest.fixture(scope="module")
 def shown():
-    """A self-affine surface of which the scan shows all waves longer than 24 nm."""
+    """A self-affine surface whose wavelengths above 24 nm the scan shows."""
     return glass_pair(self_affine((128, 128), PIXEL, rms=1.8, hurst=0.5, rolloff=200, cutoff=24, seed=3))
 
 

@@ -45,7 +45,7 @@ def test_what_the_held_work_of_adhesion_takes_from_it_is_told():
     fits = [fit_to(exact, surface(3, work_of_adhesion=work)) for work in (0.1, 0.11)]
     found = float(np.log(fits[1].fitted_adhesion_range / fits[0].fitted_adhesion_range) / np.log(1.1))
     assert found == pytest.approx(float(fits[0].work_trade), rel=0.25)
-    assert "held at 0.1 J/m²" in fits[0].not_identifiable and found < 0
+    assert "fixed at 0.1 J/m²" in fits[0].not_identifiable and found < 0
 
 
 @pytest.mark.filterwarnings("ignore:rigid. one cell")

@@ -120,7 +120,7 @@ def test_a_distribution_is_no_list_of_pull_offs(tmp_path, name):
 
 
 def test_a_mean_below_an_empty_line_is_no_pull_off(tmp_path):
-    with pytest.warns(UserWarning, match="left out what stands below an empty line, from line 7"):
+    with pytest.warns(UserWarning, match="left out [0-9]+ rows below an empty line, from line 7"):
         found = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n10\n15\n12\n\n10.5\n"))
     assert found.pull_off_force.values.tolist() == [5, 10, 15, 12]
     noted = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n# lost\n10\n15\n", "noted.csv"))

@@ -310,7 +310,7 @@ def test_a_mark_for_missing_pixels_is_no_height(tmp_path, mark, form):
     else:
         axes = {axis: (axis, 8.0 * np.arange(n), {"units": "nm"}) for axis, n in (("x", 48), ("y", 40))}
         xr.Dataset({"height": (("x", "y"), heights, {"units": "nm"})}, axes).to_netcdf(path)
-    with pytest.raises(UnreadableScan, match=r"at 1 of 1920 pixels.*write nan in its place.*--fill linear"):
+    with pytest.raises(UnreadableScan, match=r"at 1 of 1920 pixels.*replace it by nan.*--fill linear"):
         open_scan(path).load()
 
 

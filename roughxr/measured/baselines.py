@@ -1,7 +1,7 @@
 """The baseline of a force-distance curve: offset, tilt, drift and interference far from the surface.
 
-It is the longest stretch, from the far end, that a straight line explains within the noise, or a line with one
-interference fringe where that explains half as much again. Stretches are judged by the means of some hundred bins.
+The baseline is the longest stretch, from the far end, that a straight line fits within the noise. A line with one
+interference fringe replaces it if its stretch is at least half as long again. Fits use the means of about 100 bins.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ import xarray as xr
 #: Number of bins of a curve, and smallest number of them in a baseline.
 _BINS, _LEAST_BINS = 100, 8
 
-#: How many standard deviations the last bins of a stretch, or its curvature, may be off its line.
+#: Largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations.
 _THRESHOLD = 4.5
 
-#: Part of the longest stretch that is used, since its end may hold a pull that is too weak to be noticed; parts whose
-#: lines show what the choice of the stretch changes, and where it is shorter than the first of so many bins, these too.
+#: Used part of the longest stretch, whose end may contain an undetected weak tension; parts whose lines show the effect
+#: of the choice of the stretch; for stretches shorter than the first of these numbers of bins, also these numbers.
 _USED, _PARTS, _BEYOND = 0.8, (0.4, 0.6, 1.0), (20, 30)
 
-#: Factor on the largest of these changes, which are few.
+#: Factor on the largest of these changes, since they are few.
 _FEW = 1.5
 
-#: A fringe is sought with at least so many periods in the stretch and so many bins in a period; its stretch must be
-#: longer than that of a line by the last factor. Fewer periods than the last number may be a bend, too.
+#: Limits of a fringe: periods in the stretch, bins in a period, and its stretch over that of a line. Below the last
+#: number of periods a fringe and a bend cannot be distinguished.
 _PERIODS, _PERIOD_BINS, _LONGER, _SURE_PERIODS = 1.5, 6.0, 1.5, 2.5
 
 
@@ -59,7 +59,7 @@ class Baseline(NamedTuple):
         return float(np.sqrt(row @ self.covariance @ row))
 
     def choice(self, z: float) -> float:
-        """Return by how much other stretches change the baseline beyond their noise, nN."""
+        """Return the change of the baseline by other stretches beyond their noise, nN."""
         own = self.error(z) ** 2
         excess = [(self.at(z) - other.at(z)) ** 2 - max(other.error(z) ** 2 - own, 0.0) for other in self.others]
         return _FEW * float(np.sqrt(max(0.0, *excess)))
@@ -97,7 +97,7 @@ def baseline_of(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baselin
 
 
 def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> float:
-    """Return the variance of the means of bins, by differences of neighbours, which a slow curve does not raise."""
+    """Return the variance of bin means, from second differences, which a slow bend does not raise."""
     bend = np.abs(np.diff(means[: 3 * _LEAST_BINS], 2))
     samples = np.abs(np.diff(force[: 3 * _LEAST_BINS * width], 2))
     robust = [np.median(each) / 0.6745 / np.sqrt(6) for each in (bend, samples)]
@@ -106,7 +106,7 @@ def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> floa
 
 
 def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
-    """Return the number of bins, from the far end, that a straight line explains: no bend, and no end off the line."""
+    """Return the number of bins, from the far end, that a straight line fits without a bend and to their end."""
     if z.size < _LEAST_BINS:
         return z.size
     counts = np.arange(_LEAST_BINS, z.size + 1)
@@ -128,21 +128,21 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
 
 
 def _fringe(z: np.ndarray, force: np.ndarray, variance: float, straight: int) -> tuple[float, int]:
-    """Return the wavenumber of a fringe and the bins that it explains; 0 where a line explains nearly as many."""
+    """Return the wavenumber of a fringe and its number of bins; 0 where a line fits nearly as many."""
     step, shortest = np.ptp(z) / (z.size - 1), int(max(2 * _LEAST_BINS, _LONGER * straight))
     if shortest > z.size:
         return 0.0, straight
     for count in np.unique(np.geomspace(shortest, z.size, 8).astype(int))[::-1].tolist():
         length = count * step
-        waves = np.arange(2 * np.pi * _PERIODS / length, 2 * np.pi / (_PERIOD_BINS * step), 0.5 / length)
-        phase = waves[:, None] * (z[:count] - z[:count].mean())
+        wavenumbers = np.arange(2 * np.pi * _PERIODS / length, 2 * np.pi / (_PERIOD_BINS * step), 0.5 / length)
+        phase = wavenumbers[:, None] * (z[:count] - z[:count].mean())
         design = np.stack((np.ones_like(phase), phase, np.sin(phase), np.cos(phase)), -1)
         turned = design.transpose(0, 2, 1)
         fitted = np.linalg.solve(turned @ design, turned @ force[:count, None])
         squares = ((force[:count] - (design @ fitted)[..., 0]) ** 2).sum(axis=1)
         if not squares.min() < 30 * variance * count:
             continue
-        line = _fitted_fringe(z, force, variance, count, float(waves[np.argmin(squares)]))
+        line = _fitted_fringe(z, force, variance, count, float(wavenumbers[np.argmin(squares)]))
         off = force[:count] - line.at(z[:count])
         ends = all(
             abs(off[-n:].mean()) < _THRESHOLD * np.sqrt(variance / n) for n in (1, 2, count // 8 + 1, count // 4)
@@ -160,7 +160,7 @@ def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) 
 
 
 def _fitted_fringe(z: np.ndarray, force: np.ndarray, variance: float, count: int, wave: float) -> Baseline:
-    """Return the line with a fringe through the first bins, its wavenumber improved by a few steps of Newton's."""
+    """Return the line with a fringe through the first bins, its wavenumber refined by a few Newton steps."""
     z, force = z[:count], force[:count]
     for _ in range(6):
         line = Baseline(float(z[-1]), float(z.mean()), wave, np.zeros(5), np.zeros((5, 5)))

@@ -48,9 +48,8 @@ def compare(
     confidence, resamples
         As for `bootstrap`.
     shift : "find", (length, length) or None
-        Offset to add to the measured places along x and y, which brings them to those of the prediction. "find": it is
-        searched where both places are known and the prediction lies on a grid, within a quarter of its extent. None:
-        places are not compared.
+        Offset that maps measured places to predicted ones, along x and y. "find": search it within a quarter of the
+        prediction's extent, if both places are known and the prediction lies on a grid. None: do not compare places.
 
     Returns
     -------
@@ -70,10 +69,10 @@ def compare(
 
     Notes
     -----
-    Intervals are those of a block bootstrap. For the ratio, the errors of both are taken as independent and their
-    logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
-    it is wider than necessary. The p-value is for the number of independent places of the
-    mean; tails have more, so that the test may miss differences but hardly finds false ones.
+    Intervals are from a block bootstrap. The ratio adds the errors of both logarithms in squares, as independent ones
+    (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347). At the same places of one surface its interval is too wide.
+    The p-value counts the independent places of the mean. Tails have more of them: the test may miss differences, but
+    rarely reports a false one.
 
     Examples
     --------
@@ -112,7 +111,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     sample = counted_equally(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise ValueError(
-            f"{words}: expected at least one {_NAME} that pulls (positive), found none of {sample.values.size}; "
+            f"{words}: expected at least one positive {_NAME}, found none of {sample.values.size}; "
             "if the file counts pulls as negative, state pulls='negative' where it is opened"
         )
     return sample
@@ -139,7 +138,7 @@ def _intervals(forces: Samples, statistics: list[str], confidence: float, resamp
 
 
 def _ratio(predicted: list, measured: list) -> list:
-    """Return the ratio of two estimates and its interval, their errors taken as independent on the logarithms."""
+    """Return the ratio of two estimates and its interval, with independent errors of the logarithms."""
     with np.errstate(divide="ignore", invalid="ignore"):
         p, p_low, p_high, m, m_low, m_high = (
             np.log(np.where(ends > 0, ends, np.nan)) for _, ends in (*predicted, *measured)

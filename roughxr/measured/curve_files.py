@@ -78,7 +78,7 @@ def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
 
 
 def _stated(path: Path, kind: str, given: Calibration) -> dict[str, float]:
-    """Return what the caller states under afmformats' names, in m/V (m/A) and N/m."""
+    """Return the caller's calibration under afmformats' names, in m/V (m/A) and N/m."""
     for option in ("units", "pulls"):
         if getattr(given, option) is not None:
             raise UnreadableScan(
@@ -101,7 +101,7 @@ def _per_volt(kind: str) -> str:
 
 
 def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, float]) -> list[str]:
-    """Return the names of what forces need and only the caller states; raise where neither file nor caller does."""
+    """Return the names of the calibration values that only the caller states; raise where one is missing."""
     needed = answer.get("missing", [])
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
@@ -122,7 +122,7 @@ def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
     stated = f"the file states {own[0]:.6g}" if own else "the file states forces"
     raise UnreadableScan(
         path,
-        f"{option}: {stated}, found {given:.6g}; leave {option}= out; if the file's calibration is not to be believed, "
+        f"{option}: {stated}, found {given:.6g}; leave {option}= out; if the file's calibration is wrong, "
         "multiply the forces by the ratio",
     )
 
@@ -148,7 +148,7 @@ def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Da
 
 
 def _places(curves: list[dict[str, float]]) -> dict[str, Any]:
-    """Return where the curves were taken; empty where that is not stated for every curve."""
+    """Return the places of the curves; empty unless the file states every place."""
     if not all(f"position {axis}" in curve for curve in curves for axis in "xy"):
         return {}
     return {

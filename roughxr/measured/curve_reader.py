@@ -1,7 +1,7 @@
-"""What `scans.reader_process` runs to read force-distance curves through afmformats; imports nothing of roughxr.
+"""Read force-distance curves through afmformats in `scans.reader_process`; imports nothing of roughxr.
 
-The content of a file decides its format, whatever its name; approach and retraction are told apart by the piezo's
-travel, since not every format marks them.
+The content of a file decides its format, whatever its name. The piezo's travel separates approach and retraction, since
+not every format marks them.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
         return {"branches": [_branches(curve["data"], kind) for curve in read_by[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
-    except errors.AFMFileFormatError as error:  # by afmformats' choice no subclass of Exception
+    except errors.AFMFileFormatError as error:  # not a subclass of Exception
         raise ValueError(str(error)) from None
 
 
@@ -90,7 +90,7 @@ def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None
 
 
 def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:
-    """Return the segments of a curve as the file has them; a single one is split where the piezo turns back."""
+    """Return the file's segments of a curve; split a single one where the piezo turns back."""
     if piezo.size == 0:
         return []
     cuts = np.flatnonzero(np.diff(number)) + 1

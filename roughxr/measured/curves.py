@@ -118,7 +118,7 @@ def _curves(path: Path, columns: dict[str, Column], size: int) -> list[np.ndarra
 
 
 def _places(path: Path, columns: dict[str, Column], own: list[np.ndarray]) -> dict[str, Any]:
-    """Return where each curve was taken; empty where that is not known."""
+    """Return the place of each curve; empty if unknown."""
     places = {}
     for axis, column in place_columns(path, list(columns.values())).items():
         values = lengths(path, column, None)

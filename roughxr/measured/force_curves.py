@@ -12,25 +12,24 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
 from .baselines import Baseline, baseline_of, recorded_curves
 
-#: Smallest numbers of samples: of a retraction, of its baseline, and of the part in which the surface is pressed.
+#: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 
-#: A minimum of the force counts as a pull if it lies this many standard deviations of the noise below the baseline.
+#: A pull-off is significant if the force is this many standard deviations of the noise below the baseline.
 _PULL_THRESHOLD = 5.0
 
-#: Part of a pull that the choice of the baseline may change.
+#: Largest effect of the choice of the baseline on the pull-off force, relative.
 _LARGEST_CHOICE = 0.3
 
-#: For the parabola through the largest pull: largest number of samples on either side, and smallest number in all; how
-#: many standard deviations they may lie above the lowest sample, then above the parabola's vertex; number of rounds.
+#: Parabola through the lowest force: most samples on either side, fewest in all; largest height above the lowest
+#: sample, then above the vertex, in standard deviations; number of iterations.
 _HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0, 2.5, 6
 
-#: A minimum between two straight lines is lower than the parabola through them by 0.2 of the rise to its ends, a round
-#: one by nothing: half of that is subtracted, with as large an error.
+#: A sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is not.
+#: Subtract half of this, with an equal error.
 _SHARP = 0.1
 
-#: This many equal samples at the lowest force mean that the detector is saturated, unless the baseline has half as
-#: many.
+#: Saturated detector: this many samples have the lowest force, and the baseline has fewer than half as many equal ones.
 _SATURATED_RUN = 8
 
 #: Factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant.
@@ -38,7 +37,7 @@ _LARGEST_SLOPE = 1.1
 
 
 class ImplausibleCurves(UserWarning):
-    """Force-distance curves were taken as their file states them, but no surface could give such curves."""
+    """Force-distance curves were read as their file states, but no surface could give such curves."""
 
 
 class _Pull(NamedTuple):
@@ -132,7 +131,7 @@ def curves_pull_off(
 
 
 def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
-    """Warn that curves rise faster in contact than their cantilever can bend."""
+    """Warn where the slope in contact exceeds the cantilever's stiffness."""
     slopes = out["contact_slope"].values[np.isfinite(out["contact_slope"].values)]
     times = float(np.median(slopes)) / stiffness if slopes.size else 0.0
     if times > _LARGEST_SLOPE:
@@ -146,7 +145,7 @@ def _warn_of_slope(out: xr.Dataset, stiffness: float) -> None:
 
 
 def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
-    """Return travel and force along (subregion, …, sample), and the stiffness, inf where it is not known."""
+    """Return travel and force along (subregion, …, sample), and the stiffness (inf if unknown)."""
     name = "force" if "force" in ds else "deflection"
     for axis in ("piezo", name):
         if (
@@ -216,7 +215,7 @@ def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _
 
 
 def _unusable(z: np.ndarray, share: float) -> str:
-    """Return why a retraction with such a travel cannot be used, empty where it can."""
+    """Return why a retraction with this travel cannot be used, else empty."""
     if z.size < _LEAST_SAMPLES:
         return f"fewer than {_LEAST_SAMPLES} samples"
     if z[0] <= z[-1]:
@@ -229,7 +228,7 @@ def _unusable(z: np.ndarray, share: float) -> str:
 
 
 def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
-    """Return the last sample that pushes before the largest pull, None where none pushes by more than the noise."""
+    """Return the last repulsive sample before the largest tension, None if none exceeds the noise."""
     if flat[:end].max(initial=0.0) <= _PULL_THRESHOLD * noise:
         return None
     if end < flat.size:
@@ -238,7 +237,7 @@ def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
 
 
 def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict[str, Any]:
-    """Return where the contact ends, how steep it is in its upper half, and the baseline there."""
+    """Return the contact point, the slope in the upper half of the contact, and the baseline at the contact point."""
     drop = flat[zero] - flat[zero + 1]
     point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
@@ -248,7 +247,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
 
 
 def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
-    """Return whether the lowest force is one value over many samples, as where a detector is saturated."""
+    """Return whether the detector is saturated at the lowest force."""
     return _longest_run(force[max(at - 200, 0) : at + 200] == force.min()) >= max(
         _SATURATED_RUN, 2 * (1 + _longest_run(np.diff(force[far]) == 0))
     )
@@ -269,9 +268,9 @@ class _Minimum(NamedTuple):
 
 
 def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
-    """Return the least force and its standard error, by a parabola through the samples around the lowest one.
+    """Return the lowest force and its standard error, by a parabola through the samples around it.
 
-    Chosen by the parabola and not by their own noise: to drop samples that noise lifts would bias the rest downwards.
+    Select samples by the parabola, not by their own noise: dropping those lifted by noise would bias the result.
     """
     end = _torn_off(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
@@ -289,14 +288,14 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
 
 
 def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
-    """Return the range of samples around the lowest that are as low as it within the noise."""
+    """Return the range of samples around the lowest that equal it within the noise."""
     away = np.abs(force - force[at]) > _SAMPLE_SPREAD * noise
     before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
     return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
 
 
 def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
-    """Return the first sample after the largest pull at which the surface has let go, in one much larger step."""
+    """Return the first sample after the detachment, which is one much larger step."""
     gone = np.flatnonzero(force[at:] - force[at] > 2 * _SAMPLE_SPREAD * noise)
     if not gone.size:
         return force.size

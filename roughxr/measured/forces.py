@@ -97,7 +97,7 @@ def _stiffness(given: Calibration, units: str) -> float:
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
-    """Return pull-off forces as positive magnitudes, and the sign that pulls had in the file."""
+    """Return pull-off forces as positive magnitudes, and their sign in the file."""
     if pulls is None:
         if (values < 0).any() and (values > 0).any():
             below = int((values < 0).sum())

@@ -1,14 +1,14 @@
-"""Fit of one number of a prediction, so that predicted forces agree with the measured ones in the mean logarithm.
+"""Fit one quantity so that predicted and measured forces have the same mean logarithm.
 
-The pull-off of each place is known at a few values of the number, added where they are needed, and interpolated between
-them on logarithms (`Emulator`). Logarithms of forces are taken as normal. The likelihood's interval then holds the
-values for which the two means differ by no more than
+The pull-off of each place is solved at a few values of the quantity, added where needed, and interpolated between them
+on logarithms (`Emulator`). Logarithms of forces are taken as normal. The likelihood interval then contains the values
+for which the two means differ by no more than
 
     t √(s²/n + σ²/m + ε²)
 
-with s and σ the spreads over n measured and m predicted places (as many as are independent), ε the errors common to
-all places, and t Student's for Welch's number of degrees of freedom. Whether the shapes of the distributions agree is
-reported, not fitted.
+with the spreads s and σ over n measured and m predicted independent places, ε the error common to all places, and
+Student's t for Welch's number of degrees of freedom. Differences in the shape of the distributions are reported, not
+fitted.
 """
 
 from __future__ import annotations
@@ -25,31 +25,31 @@ from ..statistics.sampling import Samples, counted_equally, samples
 #: Quantiles whose distance and spread are reported: tails with few places are left out.
 _LEVELS = np.linspace(0.05, 0.95, 19)
 
-#: Factor by which a fixed number is changed to see how the fit follows.
+#: Factor on a fixed quantity, to find how the fitted value depends on it.
 CHANGE = 1.2
 
-#: Values solved at most; the longest step between two, and the distance at which one is near enough to the fit (ln).
+#: Most values solved; longest step between two values, and largest distance of a solved value from the fit (both ln).
 _MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 12, np.log(4.0), 0.05
 
-#: How far (ln) the first look goes to both sides where nothing tells where the fit lies.
+#: First step (ln) to both sides of the start, if forces are not proportional to the quantity.
 _FIRST_STEP = np.log(3.0)
 
-#: Fewer places than this count as independent.
+#: Below this number all places count as independent.
 _FEW_PLACES = 16
 
-#: Points at which the interval is sought.
+#: Points at which the interval is evaluated.
 _INTERVAL_POINTS = 2001
 
 
 class Predicted(NamedTuple):
-    """Forces at all places for one value of the number, and the relative error that all of them share (NaN: none)."""
+    """Forces at all places for one value of the quantity, and their common relative error (NaN: unknown)."""
 
     forces: Samples
     error: float = np.nan
 
 
 class Emulator(NamedTuple):
-    """Logarithms of each place's force as functions of the logarithm of the fitted number."""
+    """Logarithm of each place's force as a function of the logarithm of the fitted quantity."""
 
     ln_value: np.ndarray  # (values), ascending
     ln_force: np.ndarray  # (values, places)
@@ -63,7 +63,7 @@ class Emulator(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Logarithms of the measured forces, as many of them as are independent, and their common relative error."""
+    """Logarithms of the measured forces, number of independent ones, and their common relative error."""
 
     ln_force: np.ndarray
     independent: float
@@ -71,12 +71,12 @@ class Measured(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """The fitted number and its interval; NaN where they lie beyond the values that could be solved."""
+    """The fitted value and its interval; NaN beyond the solved values."""
 
     value: float
     low: float
     high: float
-    stretches: int  # into which the interval falls
+    stretches: int  # number of separate parts of the interval
     exponent: float  # d ln force / d ln value at the fit
     spread_ratio: float  # measured over predicted
     mean: float  # of the logarithms of the forces at the fit
@@ -86,7 +86,7 @@ class Fitted(NamedTuple):
 
 
 class _Test(NamedTuple):
-    """Difference of the means over the largest that the likelihood's interval allows, at many values of the number."""
+    """Difference of the mean logarithms, and the largest within the likelihood interval, at many values."""
 
     x: np.ndarray
     difference: np.ndarray  # predicted less measured, of the mean logarithms
@@ -106,7 +106,7 @@ def positive_forces(measured: xr.Dataset) -> Samples:
 
 
 def predicted_forces(pull: xr.Dataset, words: str) -> Samples:
-    """Return predicted forces, one at every place; raise where there is none at some."""
+    """Return predicted forces; raise if a place has none."""
     forces = pull["pull_off_force"].to_dataset()
     without = int((~(forces["pull_off_force"] > 0)).sum())
     if without:  # leaving them out would compare with different places at each value
@@ -140,26 +140,26 @@ def matching(
     failed: list[float] = []
     gap = float(ln_force.mean() - np.log(first.forces.values).mean())
     guess = gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5)
-    steps = [guess] if proportional else [-_FIRST_STEP, _FIRST_STEP]  # others may rise and fall: a look to both sides
+    steps = [guess] if proportional else [-_FIRST_STEP, _FIRST_STEP]  # forces may rise or fall: try both sides
     planned = [float(np.clip(np.log(start) + step, *ends)) for step in steps]
     x: float | None = planned.pop()
     while x is not None and len(known) + len(failed) < _MOST_VALUES:
         try:
             known[x] = predict(float(np.exp(x)))
-        except ValueError:  # such as a hardness below the pull of adhesion: the rest is still told
+        except ValueError:  # such as a hardness below the adhesive tension: report the other values
             failed.append(x)
         x = planned.pop() if planned else _next(known, failed, ends, measured, places, confidence)
     return _fitted(_emulator(known), measured, places, confidence, failed)
 
 
 def trade(fit: Fitted, other: Samples) -> float:
-    """Return d ln value / d ln of what was changed by the factor `CHANGE`, at equal forces."""
+    """Return d ln value / d ln of the quantity that was changed by the factor `CHANGE`, at equal forces."""
     moved = np.log(other.values).mean() - fit.mean
     return float(-moved / np.log(CHANGE) / fit.exponent) if fit.exponent else np.nan
 
 
 def _independent(forces: Samples) -> float:
-    """Return as how many independent places these count; few are too few to know that they are correlated."""
+    """Return the number of independent places; few places show no correlation, and all count."""
     if forces.places is None or forces.values.size < _FEW_PLACES or np.ptp(forces.values) == 0:
         return float(forces.values.size)
     return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))
@@ -175,7 +175,7 @@ def _emulator(known: dict[float, Predicted]) -> Emulator:
 
 
 def _tested(emulator: Emulator, measured: Measured, places: float, confidence: float) -> _Test:
-    """Return the difference of the means over the values covered, and the largest that the interval allows."""
+    """Return the difference of the means over the solved range, and its largest value within the interval."""
     from scipy.stats import t
 
     x = np.unique(np.r_[np.linspace(emulator.ln_value[0], emulator.ln_value[-1], _INTERVAL_POINTS), emulator.ln_value])
@@ -190,7 +190,7 @@ def _tested(emulator: Emulator, measured: Measured, places: float, confidence: f
 
 
 def _next(known, failed, ends, measured: Measured, places: float, confidence: float) -> float | None:
-    """Return the logarithm of the value to solve next; None where the fit and both ends are known, or cannot be."""
+    """Return the logarithm of the next value to solve; None if the fit and both ends are known or out of range."""
     if len(known) < 2:
         return _nearer(min(known), failed[-1]) if failed else None
     emulator = _emulator(known)
@@ -213,7 +213,7 @@ def _next(known, failed, ends, measured: Measured, places: float, confidence: fl
 
 
 def _open(x: float, edge: float, side: int, failed: list[float], ends: tuple[float, float]) -> float | None:
-    """Return a value beyond an edge that may be solved: short of those that could not be; None where none is left."""
+    """Return a next value beyond an edge, short of those that failed; None if none is left."""
     beyond = [value for value in failed if (value - edge) * side > 0]
     limit = min(beyond, key=lambda value: abs(value - edge)) if beyond else None
     if limit is not None and (x - limit) * side >= 0:
@@ -227,7 +227,10 @@ def _nearer(known: float, failed: float) -> float:
 
 
 def _best(tested: _Test, emulator: Emulator, measured: Measured) -> tuple[float, bool]:
-    """Return where the means agree (the nearest distribution, if at several), or nearly so; and whether they do."""
+    """Return the value at which the means agree best, and whether it lies inside the solved range.
+
+    Of several such values, take the one with the nearest distribution.
+    """
     cross = np.flatnonzero(np.diff(np.sign(tested.difference)) != 0)
     if not cross.size:
         k = int(np.argmin(np.abs(tested.difference)))

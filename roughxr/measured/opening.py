@@ -1,4 +1,4 @@
-"""From files to measured pull-off forces: tables of places, images of adhesion, force-distance curves."""
+"""Open measured pull-off forces: tables of places, images of adhesion, force-distance curves."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .forces import Calibration, converts, forces, magnitudes
 from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table, repeats
 from .vendor_scales import in_true_units
 
-#: Number of a file's curves that are held in memory at a time.
+#: Number of curves in memory at a time.
 _CURVES_IN_MEMORY = 64
 
 
@@ -158,7 +158,7 @@ def _of_file(path: Path, image: _Selection, place_units: str | None, given: Cali
 
 
 def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
-    """Return what was read with the file's name and checksum; raise where every value is missing."""
+    """Add the file's name and checksum; raise where every value is missing."""
     if ds["pull_off_force"].isnull().all():
         raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_why(ds)}")
     source = {"source_file": path.name, "source_sha256": files.file_hash(path)}
@@ -166,7 +166,7 @@ def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
 
 
 def _of_curves(path: Path, kind: str, given: Calibration) -> xr.Dataset:
-    """Return the pull-off forces of a file's curves, which are read in parts to save memory."""
+    """Return the pull-off forces of a file's curves, read in parts to save memory."""
     file = opened(path, kind, given)
     parts = []
     for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
@@ -218,7 +218,7 @@ def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibrat
 
 
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
-    """Return the image asked for, else the only one of adhesion."""
+    """Return the requested image, by default the only one of adhesion."""
     if direction is not None:
         schema.one_of(direction, ("trace", "retrace"), "direction")
     if channel is None:

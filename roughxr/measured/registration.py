@@ -1,4 +1,4 @@
-"""Offset between measured places and those of a prediction: the shift at which both correlate best.
+"""Offset between measured and predicted places: the shift of best correlation.
 
 Zero-normalised cross-correlation of normal scores over the pixels that both have, at all shifts at once (Padfield, IEEE
 Trans. Image Process. 21 (2012) 2706). The p-value accounts for the number of independent shifts.
@@ -13,7 +13,7 @@ import numpy as np
 from ..statistics.places import correlogram, independent_places, mean_spacing, normal_scores
 from ..statistics.sampling import Samples
 
-#: How far the offset is searched along each axis, as a share of the prediction's extent.
+#: Largest offset along each axis, as a share of the prediction's extent.
 _FARTHEST = 0.25
 
 
@@ -36,7 +36,7 @@ class Match(NamedTuple):
 
 
 def grid_of(predicted: Samples) -> Grid | None:
-    """Return samples on a uniform grid as a map, None where they do not lie on one."""
+    """Return samples on a uniform grid as a map, else None."""
     if predicted.places is None:
         return None
     axes = [np.unique(np.round(axis, 6)) for axis in predicted.places.T]
@@ -50,7 +50,7 @@ def grid_of(predicted: Samples) -> Grid | None:
 
 
 def matched(predicted: Samples, measured: Samples, *, shift: tuple[float, float] | None) -> Match:
-    """Return the prediction at the measured places, after the given shift or, without one, the best."""
+    """Return the prediction at the measured places after the given or the best shift."""
     grid = grid_of(predicted)
     if grid is None:
         return _at_the_same(predicted, measured)
@@ -83,7 +83,7 @@ def _at_the_same(predicted: Samples, measured: Samples) -> Match:
 
 
 def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray) -> float:
-    """Return the number of independent pairs whose correlation varies as much: n² / Σᵢⱼ ρ₁(dᵢⱼ) ρ₂(dᵢⱼ).
+    """Return the effective number of pairs of two correlated fields, n² / Σᵢⱼ ρ₁(dᵢⱼ) ρ₂(dᵢⱼ).
 
     Bartlett, J. R. Stat. Soc. 98 (1935) 536; Clifford, Richardson & Hémon, Biometrics 45 (1989) 123.
     """
@@ -96,7 +96,7 @@ def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray
 
 
 def _by_chance(correlation: float, independent: float, tried: float) -> float:
-    """Return the probability that the best of some independent shifts is as good by chance, by Fisher's transform."""
+    """Return the p-value of the best correlation among independent shifts, by Fisher's transform."""
     from scipy.stats import norm
 
     if independent <= 3:

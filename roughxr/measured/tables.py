@@ -20,20 +20,20 @@ from .forces import converts, measurable
 #: "force [nN]", "force (nN)", "force / nN", "force_nN"
 _HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|_(nm|[uµμm]?m|[pnuµμm]?N))$")
 
-#: "x", "X Position", "subregion_x", "pos_x"; and what looks like a place without being one of them.
+#: "x", "X Position", "subregion_x", "pos_x"; and names that only look like a place.
 _PLACE = re.compile(
     r"(?:(?:subregion|pos(?:ition)?|coord(?:inate)?)[\s_]*)?([xy])(?:[\s_]*(?:pos(?:ition)?|coord(?:inate)?))?"
 )
 _PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|position|coord", re.IGNORECASE)
 
-#: Columns that say how many pull-offs a row stands for, and those of a distribution, whose rows are no pull-offs.
+#: Columns with the number of pull-offs of a row, and columns of a distribution, whose rows are not pull-offs.
 _COUNTS = re.compile(r"counts?|number|n|occurrences?|events?|hits|frequency", re.IGNORECASE)
 _DISTRIBUTION = re.compile(r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share", re.IGNORECASE)
 
-#: Cells that mean that nothing was measured.
+#: Cells that mean a missing value.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
-#: Column names that mean a force of adhesion.
+#: Names of columns of adhesion forces.
 _FORCE = re.compile("adhes|pull|force|snap", re.IGNORECASE)
 
 
@@ -50,7 +50,7 @@ _Rows = list[tuple[int, list[str]]]
 
 
 def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
-    """Return the columns of numbers of a text table; of one of pull-offs only the rows above an empty line."""
+    """Return the columns of numbers of a text table; with ``pull_offs`` only the rows above an empty line."""
     names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
     cells = _above_gap(path, cells) if pull_offs else cells
     _same_width(path, cells, len(names))
@@ -60,13 +60,13 @@ def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
 
 
 def is_spreadsheet(path: Path) -> bool:
-    """Return whether a file is a workbook of Excel's: an archive that says so at its beginning."""
+    """Return whether a file is an Excel workbook, by its first bytes."""
     head = first_bytes(path, 4096)
     return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
 
 
 def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool]:
-    """Return names and rows of a workbook's first sheet, its first row that is not empty holding the names."""
+    """Return names (from the first row that is not empty) and rows of a workbook's first sheet."""
     try:
         frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
     except ImportError as error:
@@ -94,7 +94,7 @@ def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
 
 
 def _above_gap(path: Path, cells: _Rows) -> _Rows:
-    """Return the rows above the first empty line, with a warning; all where they lie as far from each other."""
+    """Return the rows above the first empty line, with a warning; all rows of an evenly spaced table."""
     lines = [] if is_spreadsheet(path) else decoded(path.read_bytes()).splitlines()
     numbers = [line for line, _ in cells]
     empty = [any(not "".join(lines[k : k + 1]).strip() for k in range(a, b - 1)) for a, b in pairwise(numbers)]
@@ -106,7 +106,7 @@ def _above_gap(path: Path, cells: _Rows) -> _Rows:
         raise UnreadableScan(
             path, f"line {line}: expected one table, found another below an empty line; split the file"
         )
-    warn(f"{path.name}: left out what stands below an empty line, from line {line} on ({len(cells) - first} rows)")
+    warn(f"{path.name}: left out {len(cells) - first} rows below an empty line, from line {line} on")
     return cells[:first]
 
 
@@ -117,7 +117,7 @@ def _separators(line: str) -> tuple[str | None, bool]:
 
 
 def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
-    """Return the names in the last comment that has as many as there are columns; one column may do without."""
+    """Return the names in the last comment with one for each column; a single column needs no name."""
     for line in reversed(comments):
         for names in (_split(line, delimiter), _split(line, None)):
             if len(names) == width:
@@ -161,7 +161,7 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
 
 
 def _with_units_below(names: list[str], cells: _Rows) -> tuple[list[str], _Rows]:
-    """Return names with the units that the row below them holds, each of a length or a force, or none."""
+    """Return names with the units from the row below, if that row holds units of lengths or forces."""
     below = [cell.strip("[]() ") for cell in cells[0][1]]
     units = [converts(cell, "nm") or converts(cell, "nN") for cell in below]
     if len(cells) < 2 or not any(units) or not all(known or not cell for known, cell in zip(units, below)):
@@ -186,7 +186,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
 
 
 def force_column(path: Path, columns: list[Column], name: str | int | None) -> Column:
-    """Return the column of forces: the one named, else the only one that can be meant."""
+    """Return the column of forces: the named one, by default the only candidate."""
     fitting = _likely_forces(columns) if name is None else _named(columns, str(name))
     if len(fitting) != 1:
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
@@ -196,7 +196,7 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
 
 
 def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | None:
-    """Return how many pull-offs each row of a histogram stands for, None for a list of them; raise for densities."""
+    """Return the number of pull-offs of each row of a histogram, None for a list; raise for densities."""
     others = [column for column in columns if column is not force and not _axis(column) and not column.units]
     counts = [column for column in others if _COUNTS.fullmatch(column.name.strip())]
     if len(counts) == 1 and (counts[0].values >= 0).all() and (counts[0].values % 1 == 0).all():
@@ -221,7 +221,7 @@ def _named(columns: list[Column], name: str) -> list[Column]:
 
 
 def _likely_forces(columns: list[Column]) -> list[Column]:
-    """Return the columns that may be forces: by their units, else by their names, else all but places and indices."""
+    """Return candidate columns of forces: by units, else by names, else all but places and indices."""
     others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
     forces = [column for column in others if converts(column.units, "nN")]
     if forces:

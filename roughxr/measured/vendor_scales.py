@@ -21,7 +21,7 @@ _SENSITIVITY = re.compile(rf"^\\@(?P<quantity>Sens\.[^:]*): V {_NUMBER} ?(?P<uni
 
 
 def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
-    """Return an image whose values are in the units that it names; raise where its scale is not known."""
+    """Return an image with values in its stated units; raise if the scale is unknown."""
     stored = family != "vendor" or converts(chosen.units, "nm") or chosen.header.get("format") == "ibw"
     if stored:  # in the units, or scaled by the reader
         return chosen

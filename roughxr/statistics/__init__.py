@@ -1,6 +1,6 @@
 """From many places to distributions: pull-off forces, densities, laws, and the uncertainty of each.
 
-sampling          which dimension holds the samples, and where each sample lies on the scan
+sampling          dimension, places and weights of the samples
 pull_off_events   pull-off forces of solutions, and their reduction by roughness
 densities         probability densities and cumulative distributions
 summaries         mean, standard deviation, extremes and quantiles
@@ -8,7 +8,7 @@ laws              distributions such as Weibull's, fitted
 places            effective sample size of correlated places
 uncertainty       bootstrap over blocks of places
 pooling           several scans together
-debris_rule       places on particles of dirt, told by a rule
+debris_rule       places on debris, by a rule
 comparison        superposed pull-offs beside those of the simulation
 """
 

@@ -89,7 +89,7 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
 
 
 def _parting(difference: np.ndarray, delta: np.ndarray, by: float) -> float:
-    """Return the first displacement after the last at which two forces agree, NaN where they agree at the end."""
+    """Return the displacement from which two forces differ to the end of the sweep, NaN if they agree at the end."""
     touching = np.flatnonzero(np.isfinite(difference))
     differs = np.abs(difference[touching]) > by
     if not differs.any() or not differs[-1]:

@@ -1,4 +1,4 @@
-"""Places on debris, found by a rule of medians: their highest peak is far above what is usual for the scan."""
+"""Find places on debris: their highest peak is far above the median of the scan."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..vocabulary import schema
 #: Median absolute deviations above the median: four standard deviations of a normal law.
 THRESHOLD = 6.0
 
-#: Mean absolute deviation of a normal law over its median one: the mean stands in where the median is 0.
+#: Mean over median absolute deviation of a normal law: the mean deviation is used where the median one is 0.
 _MEAN_OVER_MEDIAN = 0.7979 / 0.6745
 
 

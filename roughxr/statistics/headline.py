@@ -1,4 +1,4 @@
-"""The answer in words: how hard it sticks on average, how sure that is, what limits it, and what to do next."""
+"""The result in words: mean pull-off force, its uncertainty, what limits it, and the next step."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
 
 
 def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
-    """Return what `answer` does, without printing; the error by mesh and step may be given where ``ds`` has none."""
+    """Return the Dataset of `answer` without printing; ``mesh_error`` is used where ``ds`` states none."""
     if "pull_off_force" not in ds and "force" not in ds:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
     pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
@@ -94,8 +94,8 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
     _refuse_several(force)
     if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
         raise ValueError(
-            "expected places along subregion, found one force that tells no place; answer the solution before its mean "
-            "is taken, or one place, isel(subregion=0)"
+            "expected places along subregion, found a single force; take the answer before the mean over places, or "
+            "of one place, isel(subregion=0)"
         )
     known = int(force.notnull().sum())
     if not (force > 0).any():
@@ -143,7 +143,7 @@ def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] |
 
 
 def _refuse_several(force: xr.DataArray):
-    """Raise where there are several answers, and say how to have them all, or one."""
+    """Raise for several scans or conditions, with advice on how to select or pool them."""
     others = conditions(force)
     if "scan" in others:
         raise ValueError(
@@ -174,7 +174,7 @@ def headline(summary: xr.Dataset) -> str:
         spread += f"; ± {percent(value['total_error'])} with all known errors"
     elif np.isfinite(error := value["mesh_error"]):
         rigid = "rigid" in summary.attrs
-        cells = f"overestimated by about {percent(error)} through the size of cells"
+        cells = f"overestimated by about {percent(error)} due to the size of cells"
         spread += f"; {cells}" if rigid else f"; ± {percent(error)} by mesh and step"
     air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
     sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}."]
@@ -196,7 +196,7 @@ def headline(summary: xr.Dataset) -> str:
 
 
 def _next(summary: xr.Dataset, value: Mapping[str, float]) -> str:
-    """Return one sentence on what to do next; empty where nothing is known that would help."""
+    """Return one sentence on the next step; empty if the errors suggest none."""
     advice = summary.attrs.get("advice") or _REMEDIES.get(summary.attrs.get("largest_source", ""))
     if not summary.attrs.get("advice") and is_too_wide(value["low"], value["high"]):
         advice = "solve more places, or scan a larger area"

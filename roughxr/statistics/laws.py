@@ -1,4 +1,4 @@
-"""Laws of distribution, each of two parameters, fitted by maximum likelihood and compared."""
+"""Fit distributions with two parameters by maximum likelihood, and compare them."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ LAWS = {
     "gumbel": Law("Gumbel, of largest values", "gumbel_r", positive=False),
 }
 
-#: Largest number of samples for the simulated goodness of fit: for a map's 262,144 pixels it would take ten minutes,
-#: and tell no more, since so many neighbours are not independent.
+#: Largest number of samples for the simulated goodness of fit. All 262,144 pixels of a map would take ten minutes, and
+#: such close neighbours are not independent.
 _MOST_SIMULATED = 2000
 
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
@@ -114,7 +114,7 @@ def fit(
 
 
 def _judged(values: np.ndarray, name: str) -> np.ndarray:
-    """Return the samples whose fit is judged by simulation: all, or 2000 of them, with a warning."""
+    """Return the samples for the simulated goodness of fit: all, or 2000 of them with a warning."""
     if values.size <= _MOST_SIMULATED:
         return values
     warn(

@@ -41,16 +41,16 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
-    """Return the normal quantiles of the samples' ranks, which are the same for any distribution of the samples."""
+    """Return the normal quantiles of the samples' ranks."""
     from scipy.stats import norm, rankdata
 
     largest = np.abs(values).max(initial=0.0) or 1.0
-    alike = np.round(values / largest, 10)  # pulls of one asperity at several places are equal, but for rounding
+    alike = np.round(values / largest, 10)  # one asperity gives equal forces, but for rounding, at several places
     return norm.ppf((rankdata(alike) - 0.5) / values.size)
 
 
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
-    """Return the number of independent samples whose mean would vary as much as that of these.
+    """Return the effective sample size: as many independent samples have a mean of equal variance.
 
     References
     ----------
@@ -62,7 +62,7 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
         return float(n)
     lags = correlogram(values, places)
     effective = float(n)
-    for _ in range(5):  # the subtracted mean contains a part of what is common: 1/effective of the rest
+    for _ in range(5):  # subtracting the mean removes 1/effective of the correlation
         correlation = lags.correlation + (1 - lags.correlation) / effective
         alike = np.cumprod(correlation > 0).astype(bool)
         effective = n**2 / (n + 2 * (lags.pairs * correlation)[alike].sum())
@@ -86,7 +86,7 @@ def _extent(places: np.ndarray) -> np.ndarray:
 
 
 def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
-    """Return the samples in squares of this side on a lattice that wraps around: each sample is in as many."""
+    """Return the samples in squares of this side on a periodic lattice, so that each sample is in equally many."""
     from scipy.spatial import cKDTree
 
     extent, spacing = _extent(places), mean_spacing(places)

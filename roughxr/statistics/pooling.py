@@ -1,4 +1,4 @@
-"""Several scans of one surface, or several placements, as one sample: their common mean, and how much they differ.
+"""Pool several scans of one surface, or several placements: their common mean and the spread between them.
 
 Each statistic is computed scan by scan, and pooled as random effects: y_i = μ + b_i + e_i, where b varies from scan to
 scan with variance τ², and the variance of e within each scan is estimated by the bootstrap.
@@ -17,7 +17,7 @@ from ..vocabulary import schema
 from .sampling import SAMPLES, of_a_map
 from .uncertainty import bootstrap
 
-#: Of the intervals.
+#: Confidence of the intervals.
 _CONFIDENCE = 0.95
 
 
@@ -27,8 +27,8 @@ class Pool(NamedTuple):
     mean: float
     low: float
     high: float
-    between: float  # standard deviation from one to the next, beyond their own errors
-    p_value: float  # probability of so large a spread due to their own errors alone
+    between: float  # standard deviation between the estimates beyond their own errors
+    p_value: float  # probability of as large a spread by the estimates' own errors alone
 
 
 def pooled(
@@ -118,7 +118,9 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
 
     parts = [of_a_map(ds.isel({over: k})[[name]]) for k in range(ds.sizes[over])]
     dim = next((dim for dim in SAMPLES if dim in parts[0][name].dims), SAMPLES[0])
-    parts = [part.isel({dim: np.isfinite(part[name].values)}) for part in parts]  # others' samples are no missing ones
+    parts = [
+        part.isel({dim: np.isfinite(part[name].values)}) for part in parts
+    ]  # padding to other scans' samples does not count as missing
     intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
     estimate = np.stack([interval["estimate"].values for interval in intervals])
     worth = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
@@ -155,7 +157,7 @@ def _weights(error: np.ndarray, tau2: float) -> np.ndarray:
 
 
 def _between(estimate: np.ndarray, error: np.ndarray) -> float:
-    """Return Paule and Mandel's variance between estimates, for which the weighted squares have their expected sum."""
+    """Return the variance between estimates by Paule and Mandel: the weighted sum of squares equals its expectation."""
     from scipy.optimize import brentq
 
     k = estimate.size

@@ -1,4 +1,4 @@
-"""Pull-off: the largest pull at each subregion, by any method, and its ratio to that of a smooth sphere."""
+"""Pull-off force of each place, by any method, and its ratio to that of a smooth sphere."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from ..kernels.asperity.laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 
-#: What a solver says of its pull-off's own error.
+#: Variables in which solvers state the error of their pull-off.
 _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
 def pull_off(ds: xr.Dataset) -> xr.Dataset:
-    """Return the pull-off of each subregion: the largest pull and its displacement.
+    """Return the pull-off of each subregion: the largest adhesion force and its displacement.
 
     Parameters
     ----------
     ds : Dataset
-        A solution. Other dimensions than ``delta`` are kept. The pull-off is the solver's own, at any displacement,
-        where it has one, as of `superpose` and `adhesive`; else the largest pull among the displacements of ``force``,
-        too small where the sweep is coarse or ends too soon.
+        A solution. Other dimensions than ``delta`` are kept. `superpose` and `adhesive` find the pull-off at any
+        displacement. For other solutions it is the largest adhesion force among the displacements of ``force``: too
+        small where the sweep is coarse or ends too soon.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN where nothing pulls.
-        ``bracketed`` is False where the largest pull is at an end of the sweep, which then was too short, or for a
-        cycle, where it is at the largest displacement or the cycle is not complete. A solver's
-        own errors, such as ``pull_off_error`` and ``cell_error``, are kept.
+        ``bracketed`` is False where the largest adhesion force is at an end of the sweep, which then was too short. For
+        a cycle it is False where the force is largest at the largest displacement, or the cycle is incomplete. A
+        solver's own errors, such as ``pull_off_error`` and ``cell_error``, are kept.
 
     Raises
     ------
@@ -67,19 +67,19 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
-    """Warn of the number of places where the sweep ends before the pull-off, and say what to do."""
+    """Warn of the number of places where the sweep ends before the pull-off, with advice."""
     pulls = out["pull_off_force"].notnull()
     short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
     if short or never:
         warn(
             f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
-            f"at {short} the largest pull is at its end, at {never} nothing pulls; take a longer sweep, or leave "
-            "delta out"
+            f"at {short} the adhesion force is largest at its end, at {never} there is none; take a longer sweep, or "
+            "leave delta out"
         )
 
 
 def _with_adhesion(ds: xr.Dataset) -> xr.DataArray:
-    """Return the force of a sweep that can pull; raise for others, and say what else to do."""
+    """Return the force of a sweep with adhesion; raise for others, with advice."""
     if "force" not in ds or "delta" not in ds["force"].dims:
         hint = "; it holds pull-off forces already" if "pull_off_force" in ds else ""
         names = ", ".join(map(str, ds.data_vars))
@@ -97,7 +97,7 @@ def _with_adhesion(ds: xr.Dataset) -> xr.DataArray:
 
 
 def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
-    """Return the largest pull among the displacements of a sweep; NaN where its state has not converged."""
+    """Return the largest adhesion force among the displacements of a sweep; NaN where it has not converged."""
     least = force.min("delta")
     pulls = (least < 0) & ~((force == least) & ~(solved | force.isnull())).any("delta")
     where = force.fillna(np.inf).argmin("delta")
@@ -118,7 +118,7 @@ def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
 
 
 def _of_events(ds: xr.Dataset) -> xr.Dataset:
-    """Return the pull-off that a solver found by itself, whatever the displacements."""
+    """Return the pull-off that the solver found, at any displacement."""
     bracketed = pulls = ds["pull_off_force"] > 0
     names = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
     if "complete" in ds:
@@ -134,8 +134,8 @@ def _of_events(ds: xr.Dataset) -> xr.Dataset:
 def smooth_pull_off(ds: xr.Dataset) -> float:
     """Return the pull-off force (nN) of the same sphere on a smooth flat: 3/2 π w R, or 2 π w R where it is stiff.
 
-    The latter for `rigid` and laws with a range, and for a humid pair with the work of the liquid and of the solids
-    under it: thick menisci reach further than the bodies bend.
+    The latter for `rigid` and laws with a range. For a humid pair, w is the work of the liquid and of the solids under
+    it, since menisci act over distances larger than the deformation.
 
     Parameters
     ----------

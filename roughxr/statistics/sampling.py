@@ -15,7 +15,7 @@ PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
 
 SAMPLES = tuple(PLACES)
 
-#: Coordinate of the places where particles rest: the share of particles at each, a weight wherever no other is given.
+#: Coordinate of resting positions: share of particles at each, the default weight.
 SHARE = "landing_share"
 
 
@@ -48,22 +48,22 @@ def samples(ds: xr.Dataset, name: str, *, weights: str | None = None, quiet: boo
 
 
 def at_first_preload(ds: Any) -> Any:
-    """Return a result, of several preloads that of the first."""
+    """Return a result at its first preload, if it has several."""
     return ds.isel(preload=0) if "preload" in ds.dims else ds
 
 
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
-    """Return the weights of places: the shares of particles that rest there, else all alike."""
+    """Return the weights of places: the shares of particles that rest there, else equal ones."""
     return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
 
 
 def by_share(array: xr.DataArray) -> Any:
-    """Return values whose mean is that over particles, where places hold different shares of them; else themselves."""
+    """Return values weighted by the shares of particles, if places have shares; else the values."""
     return array.weighted(array[SHARE]) if SHARE in array.coords else array
 
 
 def conditions(array: xr.DataArray) -> list[str]:
-    """Return the dimensions of values at places along which there are several of each place."""
+    """Return the dimensions other than the places, such as preloads."""
     return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
 
 
@@ -82,7 +82,7 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
 
 
 def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
-    """Return variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, as samples along subregions."""
+    """Stack variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, to samples along subregions."""
     if any(name not in ds or set(ds[name].dims) != {"x", "y"} for name in names or ds.data_vars):
         return ds
     return ds.stack(subregion=("x", "y"), create_index=False).rename(x="subregion_x", y="subregion_y")
@@ -111,7 +111,7 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def weights_of(ds: xr.Dataset, name: str, weights: str | None) -> str | None:
-    """Return the name of a variable's weights: those that are given, else the shares of particles at the places."""
+    """Return the name of a variable's weights: the given ones, else the shares of particles."""
     if weights is not None and weights not in ds:
         raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
     shared = name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)

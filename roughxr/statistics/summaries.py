@@ -53,7 +53,7 @@ def summary(
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
     wanted.pop(weights, None)
     for name, array in wanted.items():
-        if not array.chunks:  # else it would have to be computed
+        if not array.chunks:  # do not compute lazy values
             missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
             warn_of_missing(str(name), missing, array.sizes[dim], ds.attrs.get("missing"))
     rows = {
@@ -74,7 +74,7 @@ def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: 
         "min": array.min(dim),
         "max": array.max(dim),
     }
-    with warnings.catch_warnings():  # where nothing is known, the count says so
+    with warnings.catch_warnings():  # the count is 0 there
         warnings.filterwarnings("ignore", "All-NaN slice encountered", RuntimeWarning)
         parts |= {f"q{100 * q:g}": counted.quantile(q, dim=dim).drop_vars("quantile") for q in quantiles}
     names = xr.DataArray(list(parts), dims="statistic", name="statistic")
