@@ -178,7 +178,7 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
     assert "needs at least two places" in one.how.sel(entry="sampling").item()
 
 
-def test_shorter_waves_come_from_their_seeds(rough, scales):
+def test_added_roughness_comes_from_its_seeds(rough, scales):
     again = roughxr.scale_dependence(rough, seeds=1, subregions=(1, 1), method="adhesive")
     np.testing.assert_allclose(again.pull_off_force.isel(seed=0), scales.pull_off_force.isel(seed=0), rtol=1e-2)
     shown = scales.attrs["shortest_wavelength"]
@@ -191,7 +191,7 @@ def test_shorter_waves_come_from_their_seeds(rough, scales):
 
 
 def test_a_budget_survives_its_archive(budget, scales, tmp_path):
-    groups = {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
+    groups = {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
     assert unlabelled(budget) == unlabelled(scales) == []
     back = archive.load(archive.save(groups, tmp_path / "budget.nc"))
     for name, ds in groups.items():
@@ -219,7 +219,7 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
 
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
-    run |= {"statistics/error_budget": budget, "statistics/shorter_waves": scales}
+    run |= {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
     words = report.headline(run)
     assert "does not resolve roughness finer than" in words and "with all known errors" in words
     table = report.budget_table(run)

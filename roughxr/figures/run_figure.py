@@ -73,8 +73,8 @@ def run_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
         yield "overview", overview(run)
     if "statistics/error_budget" in run:
         yield "error-budget", _on_own_figure(run["statistics/error_budget"], draw=error_budget)
-    if "statistics/shorter_waves" in run:
-        yield "shortest-wave", _on_own_figure(run["statistics/shorter_waves"], draw=cut_off)
+    if "statistics/scale_dependence" in run:
+        yield "shortest-wave", _on_own_figure(run["statistics/scale_dependence"], draw=cut_off)
 
 
 @styled

@@ -210,8 +210,8 @@ _FIRST = (
 _FIGURES = (
     _Figure(
         "Pull-off and the shortest wavelength",
-        ["statistics/shorter_waves"],
-        lambda run: figures.cut_off(run["statistics/shorter_waves"]),
+        ["statistics/scale_dependence"],
+        lambda run: figures.cut_off(run["statistics/scale_dependence"]),
         "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
         "line the scan without its shortest wavelengths, left of it with random roughness added that continues its "
         "spectrum; error bars are the scatter between random seeds.",

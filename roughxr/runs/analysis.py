@@ -8,7 +8,7 @@ A run is a dictionary of Datasets, the groups of its archive:
     /energy (superposed asperities), /rolling (resisting moments)
     statistics/adhesive, /rigid, /energy, /roughness, /regime (the recommended model), /formulas (pull-off by the
     usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /extrapolated, /detachment,
-    /detachment_extrapolated and /detachment_superposed (the critical flow), /error_budget, /shorter_waves
+    /detachment_extrapolated and /detachment_superposed (the critical flow), /error_budget, /scale_dependence
 """
 
 from __future__ import annotations
@@ -357,7 +357,7 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
         scales = scale_dependence(scan, seeds=2, subregions=some, method="adhesive", preload=plan.preload)
     except ValueError:  # no sphere, or no spectrum to extrapolate
         return groups
-    return groups | {"statistics/shorter_waves": scales}
+    return groups | {"statistics/scale_dependence": scales}
 
 
 def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
