@@ -220,14 +220,6 @@ def share_of_work(ds: xr.Dataset, work: float) -> dict[str, float]:
     return {}
 
 
-def is_thin(ds: xr.Dataset, humidity: float) -> bool:
-    """Return whether a wet pair's menisci are thin at another humidity."""
-    try:
-        return bool(at_humidity(ds, humidity))
-    except ValueError:
-        return False
-
-
 def described(ds: xr.Dataset) -> str:
     """Return a wet pair's liquid in words, with what makes its law doubtful; nothing for a dry one."""
     menisci = menisci_of(ds)

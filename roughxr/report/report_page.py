@@ -17,12 +17,10 @@ import xarray as xr
 from .. import archive, figures
 from .._version import __version__
 from ..bodies import liquid
-from ..figures.style import BLUE, GREY, axes, label_axes, styled
 from ..scans.regions import extent
-from ..statistics import LAWS, bootstrap
-from ..statistics.sampling import at_first_preload
+from ..statistics import LAWS
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent, quantity
+from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
 from .caveats import cautions
 from .command_line import command
@@ -31,9 +29,6 @@ from .run_tables import METHOD_WORDS, flagged, prediction, tables
 from .summary import BUDGET, by_place, headline
 
 Run = Mapping[str, xr.Dataset]
-
-#: The pull between rigid bodies over humidity.
-HUMIDITY = "statistics/humidity"
 
 #: Dots per inch of the figures.
 _DPI = 160
@@ -70,7 +65,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
         headline=headline(run),
-        humid=humid_words(run),
+        humid=liquid.described(run["scan"]) if "scan" in run else "",
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         facts=_facts(run),
@@ -113,24 +108,6 @@ def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     return [(schema.VARIABLES[name].long_name, number(known[name], units[name], digits=5)) for name in known]
 
 
-def humid_words(run: Run) -> str:
-    """Return sentences on the pull-off at the run's humidity and at others; nothing for a dry pair."""
-    if "scan" not in run or not schema.is_wet(run["scan"]) or HUMIDITY not in run:
-        return ""
-    scan, over = run["scan"], run[HUMIDITY]
-    own = run.get("statistics/adhesive", over.sel(humidity=float(scan["humidity"]), method="nearest"))
-    mean = quantity(float(at_first_preload(own)["pull_off_force"].mean()))
-    ends = over["pull_off_force"].isel(humidity=[0, -1]).mean("subregion")
-    sentences = [
-        f"Mean pull-off at {percent(scan['humidity'])} relative humidity: {mean}.",
-        "Between rigid bodies it would be "
-        + " and ".join(f"{quantity(float(end))} at {percent(end['humidity'])}" for end in ends)
-        + ".",
-        f"The thin-meniscus law neglects {percent(over['meniscus_error'].median())} of the pull-off (median place).",
-    ]
-    return " ".join([*sentences, liquid.described(scan)])
-
-
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """Return the head and the rows of a table as text."""
     head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
@@ -164,20 +141,6 @@ def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
             pictures.append({"name": name, "caption": f"Not drawn: {reason}.", "source": ""})
         pyplot.close()
     return pictures
-
-
-@styled
-def _draw_humidity(run: Run):
-    """Draw the mean pull-off between rigid bodies over humidity, with its interval, the run's own humidity marked."""
-    pull = run[HUMIDITY]
-    mean = bootstrap(pull, "pull_off_force", statistics=["mean"]).isel(statistic=0).sel(resampling="block")
-    made = axes(None)
-    made.fill_between(mean["humidity"], mean["low"], mean["high"], color=BLUE, alpha=0.25, linewidth=0)
-    made.plot(mean["humidity"], mean["estimate"], color=BLUE, marker="o")
-    made.axvline(float(run["scan"]["humidity"]), color=GREY, linestyle="--")
-    made.set_ylim(bottom=0)
-    label_axes(made, "humidity", "pull_off_force")
-    return made
 
 
 def _draw_critical_flow(run: Run):
@@ -241,13 +204,6 @@ _FIGURES = (
         lambda run: figures.sweep(run["solutions/direct"]),
         "Direct simulation without adhesion: all places, their median with its 95 % interval, and bands that contain "
         "half and 90 % of them.",
-    ),
-    _Figure(
-        "Pull-off over humidity",
-        ["scan", HUMIDITY],
-        _draw_humidity,
-        "Mean pull-off between rigid bodies (not of the simulation) by the thin-meniscus law, with its 95 % interval; "
-        "dashed: the humidity of this run.",
     ),
     _Figure(
         "Resisting moment by direction",

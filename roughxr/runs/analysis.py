@@ -7,8 +7,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /energy (superposed asperities), /rolling (resisting moments)
     statistics/adhesive, /rigid, /energy, /roughness, /regime (the recommended model), /formulas (pull-off by the
-    usual formulas), /humidity (of a humid pair: the pull between rigid bodies over it), /extrapolated, /detachment,
-    /detachment_extrapolated and /detachment_superposed (the critical flow), /error_budget, /scale_dependence
+    usual formulas), /extrapolated, /detachment, /detachment_extrapolated and /detachment_superposed (the critical
+    flow), /error_budget, /scale_dependence
 """
 
 from __future__ import annotations
@@ -52,7 +52,6 @@ from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import answered, headline
 from ..studies.extrapolation import extrapolated, not_extrapolated
-from ..studies.parameter_grid import vary
 from ..studies.roughness_scale import scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
@@ -68,9 +67,6 @@ _SCALE_PLACES = 4
 
 #: Places over which formulas are set beside the sum between rigid bodies.
 _FORMULA_PLACES = 16
-
-#: Relative humidities over which a humid pair is followed.
-_HUMIDITIES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)
 
 #: Why a run extrapolates nothing in humid air, where so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
@@ -499,17 +495,6 @@ def _rigid_mesh(specimen: Specimen) -> int:
     return int(np.clip(np.ceil(specimen.pixel / _RIGID_CELL), 1, 8))
 
 
-def _over_humidity(task: _Task) -> dict[str, xr.Dataset]:
-    """Return the pull between rigid bodies over humidity, the scan's own among it, as far as menisci are thin."""
-    scan, refine = task.specimen.scan, _rigid_mesh(task.specimen)
-    humidities = sorted({*_HUMIDITIES, *(float(scan[name]) for name in ("humidity",) if name in scan.coords)})
-    thin = [value for value in humidities if liquid.is_thin(scan, value)]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        varied = vary(scan, rigid, humidity=thin, delta=[0.0], refine=refine, **task.options)
-    return {"statistics/humidity": varied[["pull_off_force", "pull_off_delta", "meniscus_error"]]}
-
-
 def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
     """Return the fields at the place of median force among those away from the scan's edge."""
     last = solved.isel(delta=-1)
@@ -539,7 +524,6 @@ _PARTS = (
         "extrapolated", "roughness extrapolated below the scan", lambda task: task.adheres, 10.0, 0.3, _below_the_scan
     ),
     _Part("rigid", "rigid bodies", lambda task: task.adheres, 5.0, 0.3, _rigid_bodies),
-    _Part("humidity", "rigid bodies over humidity", lambda task: task.is_wet, 10.0, 0.0, _over_humidity),
     _Part("direct", "simulation without adhesion", lambda task: True, 3.0, 0.1, _without_adhesion),
     # neighbours' menisci merge: no sum over asperities
     _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 5.0, 0.0, _superposed),
