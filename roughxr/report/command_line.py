@@ -8,7 +8,6 @@ from typing import Any
 
 import xarray as xr
 
-from ..scans import open_sample
 from ..vocabulary import schema
 from .summary import SUMMARY
 
@@ -16,8 +15,9 @@ from .summary import SUMMARY
 def command(run: Mapping[str, xr.Dataset]) -> str:
     """Return the command line that repeats a run; empty where the shell cannot: no file, or places that are no grid."""
     scan = run.get("scan", xr.Dataset())
-    if "height" in scan and _is_the_papers(scan):
-        return "roughxr paper -o paper-run"
+    pair = schema.arguments_of(scan, "assign_pair")
+    if "solutions/published" in run:  # only the paper's own run compares its formulas
+        return shlex.join(["roughxr", "paper", "-o", "paper-run", *_materials(pair), *_named(pair, "hardness")])
     has_indenter = "indenter_file" in scan.attrs
     needed = schema.PAIR[1:] if has_indenter else schema.PAIR
     given = schema.arguments_of(run.get(SUMMARY), "run")
@@ -27,7 +27,7 @@ def command(run: Mapping[str, xr.Dataset]) -> str:
         return ""
     parts = ["roughxr", "run", str(scan.attrs["source_file"]), *_image(scan)]
     parts += ["--indenter", str(scan.attrs["indenter_file"])] if has_indenter else []
-    parts += _pair(scan, schema.arguments_of(scan, "assign_pair"))
+    parts += _pair(scan, pair)
     parts += ["--level", str(schema.arguments_of(scan, "level").get("method", "none"))]
     return shlex.join(parts + _options(given))
 
@@ -36,13 +36,6 @@ def _options(given: dict[str, Any]) -> list[str]:
     """Return the options of `run` as its summary records them."""
     particle = ["--particle"] if given.get("particle") else []
     return particle + _named(given, "subregions", "delta", "preload", "law", "mesh", "budget")
-
-
-def _is_the_papers(scan: xr.Dataset) -> bool:
-    """Return whether the heights are those of the sample that the paper is repeated on."""
-    sample = open_sample("glass")
-    same = scan["height"].shape == sample["height"].shape
-    return same and schema.height_hash(scan) == schema.height_hash(sample)
 
 
 def _image(scan: xr.Dataset) -> list[str]:
@@ -60,7 +53,7 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     modulus, work = schema.pair(scan, *schema.PAIR[1:], humid=True)
     parts = ["--sphere-radius", f"{float(scan['sphere_radius']):.12g}"] if "sphere_radius" in scan.coords else []
     if "materials" in given:
-        parts += ["--materials", "/".join(_listed(given["materials"]))]
+        parts += _materials(given)
     elif {"young_modulus", "poisson_ratio"} <= set(given):
         parts += _named(given, "young_modulus", "poisson_ratio")
     else:
@@ -74,6 +67,10 @@ def _pair(scan: xr.Dataset, given: dict[str, Any]) -> list[str]:
     if "surface_energy" in given:
         return [*parts, "--surface-energy", *_listed(given["surface_energy"])]
     return [*parts, "--work-of-adhesion", repr(work)]
+
+
+def _materials(given: dict[str, Any]) -> list[str]:
+    return ["--materials", "/".join(_listed(given["materials"]))] if "materials" in given else []
 
 
 def _named(given: dict[str, Any], *names: str) -> list[str]:
