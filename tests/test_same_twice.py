@@ -43,6 +43,7 @@ def test_nothing_beyond_the_table_of_coefficients_is_read(cells):
     for behind in (0.0, 1.0, 1e300, np.nan):
         memory = np.full(table.size + 4 * len(table), behind)
         memory[: table.size] = table.ravel()
+        memory.flags.writeable = False  # as the package's own table: nothing is compiled for another type
         found.add(solutions(cells, 9, memory[: table.size].reshape(table.shape)))
     assert len(found) == 1
 
