@@ -17,6 +17,20 @@ def paraboloids():
         yield
 
 
+@contextmanager
+def bare_runs():
+    """Leave out of runs what takes long and is asserted elsewhere: pictures, and the extrapolation below the pixel."""
+    from roughxr.runs import analysis
+
+    parts = [part for part in analysis._PARTS if part.name != "extrapolated"]
+    with (
+        patch("roughxr.report.report_page._picture", lambda run: lambda figure: None),
+        patch("roughxr.figures.run_figures", lambda run: iter(())),
+        patch.object(analysis, "_PARTS", parts),
+    ):
+        yield
+
+
 def scan(height, pixel=9.77, **attrs):
     """Return heights (nm) as a scan, the middle of the map at x = y = 0."""
     height = np.asarray(height, dtype=float)

@@ -100,11 +100,12 @@ def test_the_mean_is_that_over_particles_where_places_hold_shares_of_them(surfac
     places = roughxr.scans.regions.centres(surface, (2, 2)).assign_coords(
         landing_share=("subregion", [0.7, 0.1, 0.15, 0.05])
     )
-    rested = roughxr.extrapolated(surface, subregions=places, seeds=2, shortest=8)
-    np.testing.assert_allclose(rested.pull_off_force, found.pull_off_force, rtol=1e-6)
+    rested = roughxr.extrapolated(surface, subregions=places, seeds=1, shortest=8)
+    first = found.pull_off_force[:, :1]
+    np.testing.assert_allclose(rested.pull_off_force, first, rtol=1e-6)
     by_particle = np.average(rested.pull_off_force.mean("seed"), weights=[0.7, 0.1, 0.15, 0.05])
     assert float(rested.pull_off_mean) == pytest.approx(by_particle)
-    assert float(found.pull_off_mean) != pytest.approx(by_particle, rel=1e-3)
+    assert float(first.mean()) != pytest.approx(by_particle, rel=1e-3)
 
 
 def test_a_seed_is_one_surface_whatever_else_is_asked(surface, found):
@@ -254,7 +255,7 @@ def measured():
 
 
 def test_a_measured_map_has_an_estimate_between_the_scan_and_the_scan_with_roughness_added(measured):
-    given = {"subregions": (2, 2), "seeds": 1}
+    given = {"subregions": (2, 1), "seeds": 1}
     estimate = roughxr.extrapolated(measured, shortest=8, **given)
     scanned = roughxr.extrapolated(measured, shortest=2 * float(measured.x[1] - measured.x[0]), **given)
     assert estimate.pull_off_lower < estimate.pull_off_mean < scanned.pull_off_mean < estimate.pull_off_upper

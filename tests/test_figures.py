@@ -100,24 +100,29 @@ def test_axes_of_one_column_have_units(run, name):
     assert all(_has_units(text) for ax in drawn for text in (ax.get_xlabel(), ax.get_ylabel()))
 
 
-def test_the_papers_figures_have_units_and_belong_to_no_window(run):
-    drawn = dict(paper_figures(run))
+@pytest.fixture(scope="module")
+def papers(run):
+    """The paper's figures by name."""
+    return dict(paper_figures(run))
+
+
+def test_the_papers_figures_have_units_and_belong_to_no_window(papers):
     assert not pyplot.get_fignums()
-    assert list(drawn) == [f"figure-{number:02d}" for number in range(2, 17)]
-    for figure in drawn.values():
+    assert list(papers) == [f"figure-{number:02d}" for number in range(2, 17)]
+    for figure in papers.values():
         figure.draw_without_rendering()
         labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
         assert labels and all(map(_has_units, labels))
 
 
-def test_a_smooth_sphere_lies_on_hertzs_law_in_figure_5(run):
-    (ax,) = dict(paper_figures(run))["figure-05"].axes
+def test_a_smooth_sphere_lies_on_hertzs_law_in_figure_5(papers):
+    (ax,) = papers["figure-05"].axes
     solved, hertz = (line.get_ydata() for line in ax.lines[:2])
     np.testing.assert_allclose(solved[1:], hertz[1:], rtol=0.03)
 
 
-def test_the_smooth_sphere_of_figure_15_pulls_with_its_known_force(run):
-    (ax,) = dict(paper_figures(run))["figure-15"].axes
+def test_the_smooth_sphere_of_figure_15_pulls_with_its_known_force(papers):
+    (ax,) = papers["figure-15"].axes
     smooth = next(line for line in ax.lines if line.get_label() == "smooth sphere, JKR")
     assert smooth.get_ydata().min() == pytest.approx(-1.5 * np.pi * 1.35 * 500, rel=1e-2)  # steps of 0.5 nm
 

@@ -22,7 +22,7 @@ def test_stored_kernels_are_those_of_the_present_sources_and_older_ones_are_remo
     (folder / "__init__.py").touch()
     (folder / "calling.py").write_text(TEXT.format("from .middle import middle", "calling", "middle(x)"))
     (folder / "middle.py").write_text(TEXT.format("from .called import called", "middle", "called(x)"))
-    for times in (2, 5, 5):
+    for times in (2, 5):
         (folder / "called.py").write_text(TEXT.format("", "called", f"{times} * x"))
         begin = [sys.executable, "-c", "from pack.calling import calling; print(calling(3))"]
         done = subprocess.run(begin, cwd=tmp_path, text=True, capture_output=True, check=True)

@@ -104,8 +104,9 @@ def log(path):
     return archive.load(path)["log"].message.values.tolist()
 
 
-#: Every fourth kills a worker, every other the parent under threads, every fifth twice: three do each of it.
-KILLS = [*range(3), *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(3, 20))]
+#: Every fourth kills a worker, every other the parent under threads, every fifth twice, every third stores by stages:
+#: three do each of it. Of the parent's own processes, each of which imports everything, more are killed in soak.
+KILLS = [pytest.param(seed, marks=[] if seed in (1, 2, 5) else pytest.mark.soak) for seed in range(20)]
 
 
 @pytest.mark.parametrize("seed", KILLS)

@@ -324,7 +324,7 @@ def test_netcdf_is_read_only_where_it_is_looked_at(name, tmp_path):
     unread = open_scan(path)
     assert not unread["height"].variable._in_memory
     assert float(unread["height"][5, -2]) == pytest.approx(float(expected["height"][5, -2]), abs=1e-9)
-    assert_same(lazy.compute(scheduler="processes" if name == "native" else "threads"), expected)
+    assert_same(lazy.compute(scheduler="threads"), expected)
 
 
 def test_the_engine_is_xarrays(tmp_path):
