@@ -24,8 +24,8 @@ def bare_runs():
 
     parts = [part for part in analysis._PARTS if part.name != "extrapolated"]
     with (
-        patch("roughxr.report.report_page._picture", lambda run: lambda figure: None),
-        patch("roughxr.figures.run_figures", lambda run: iter(())),
+        patch("roughxr.report.report_page._pictures", lambda run, figures: []),
+        patch.dict(analysis.execute.__kwdefaults__, drawn=lambda run: iter(())),
         patch.object(analysis, "_PARTS", parts),
     ):
         yield

@@ -80,7 +80,7 @@ def finished(tmp_path_factory):
 
 
 def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
-    monkeypatch.setattr("roughxr.report.report_page._picture", lambda run: lambda figure: None)  # as `test_report` has
+    monkeypatch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])  # they are of `test_report`
     words, archived, printed = finished
     assert "pull-off, mean" in printed
     with xr.open_datatree(archived) as tree:

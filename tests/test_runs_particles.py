@@ -11,7 +11,7 @@ import roughxr
 from roughxr import archive
 from roughxr.cli import main
 
-from .surfaces import rough, scan
+from .surfaces import bare_runs, rough, scan
 
 PAIR = ["--sphere-radius", "1 um", "--contact-modulus", "40", "--work-of-adhesion", "0.05"]
 QUICK = ["--law", "griffith", "--mesh", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
@@ -23,7 +23,8 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("particles")
     roughxr.scans.to_netcdf(scan(rough(64, rms=2.0, smooth=2.0), 10.0), folder / "scan.nc")
     words = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
-    assert main([*words, "-o", str(folder / "run")]) == 0
+    with bare_runs():
+        assert main([*words, "-o", str(folder / "run")]) == 0
     return folder / "run"
 
 

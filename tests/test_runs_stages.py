@@ -10,10 +10,18 @@ from roughxr import archive, cli, report
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
 
+from .surfaces import bare_runs
+
 OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 
 #: Stages of such a run that are interrupted, each with a group that the archive has by then.
 MOMENTS = {"asperities": None, "rigid": "solutions/adhesive", "rolling": "statistics/energy"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _quick():
+    with bare_runs():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -39,7 +39,7 @@ def test_blocks_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
     assert (shares.sel(resampling="naive") < 0.75).all()
 
 
-@pytest.mark.parametrize("count", [3, 4, 9, 16])
+@pytest.mark.parametrize("count", [3, 16, *(pytest.param(n, marks=pytest.mark.soak) for n in (4, 9))])
 def test_few_log_normal_places_are_covered_too(count):
     """Of 400 intervals of 95 % fewer than 364 would hold the truth once in a thousand times."""
     draws = np.random.default_rng(count).lognormal(0.0, 0.5, (400, count))

@@ -14,7 +14,7 @@ from roughxr.cli.running import paired
 from roughxr.runs import analysis
 from roughxr.studies.uncertainty_budget import budget_of
 
-from .surfaces import rough, scan
+from .surfaces import bare_runs, rough, scan
 
 
 def surface():
@@ -29,8 +29,7 @@ def groups(tmp_path_factory):
     )
     path = tmp_path_factory.mktemp("run") / "run.nc"
     options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "mesh": 1, "budget": 0}
-    with dask.config.set(scheduler="synchronous"), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analysis, "_PARTS", [part for part in analysis._PARTS if part.name != "extrapolated"])
+    with dask.config.set(scheduler="synchronous"), bare_runs():
         analysis.run(pair, path, **options)
     return archive.load(path)
 
