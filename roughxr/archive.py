@@ -165,10 +165,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     path = Path(path)
     if missing := root_of(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
-    with _damage_explained(path):
-        with raw(path) as file:
-            names = group_names(file)
-        return {name: _without_fields(path, name) for name in names}
+    with _damage_explained(path), raw(path) as file:
+        return {name: _without_fields(path, name, file[name]) for name in group_names(file)}
 
 
 def root_of(path: Path) -> dict[str, Any]:
@@ -192,12 +190,12 @@ def _damage_explained(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _without_fields(path: Path, group: str) -> xr.Dataset:
-    """Return a group in memory, except for its fields."""
-    with opened(path, group=group) as ds:
-        fields = [name for name, array in ds.data_vars.items() if _is_field(array)]
-        lazy = {name: ds[name].copy(data=_StoredField(path, group, ds[name]).lazy()).variable for name in fields}
-        return ds.drop_vars(fields).load().assign(lazy)
+def _without_fields(path: Path, name: str, group: netCDF4.Group) -> xr.Dataset:
+    """Return a group in memory, except for its fields, from a file that is open: opening it takes most of the time."""
+    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(group, lock=False))
+    fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
+    lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key]).lazy()).variable for key in fields}
+    return ds.drop_vars(fields).load().assign(lazy)
 
 
 def _is_field(array: xr.DataArray) -> bool:
