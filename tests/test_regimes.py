@@ -157,7 +157,12 @@ def rubber(modulus, work=0.05, **assigned):
         (2e-3, {}, "griffith", "range of adhesion is negligible"),  # rubber
         (40.0, {}, "exponential", "as the range of adhesion"),
         (2e-3, {"hardness": 20.0}, "exponential", "traction must be finite"),
-        (2e-3, {"humidity": roughxr.HumidAir("60 %", contact_angle=10)}, "exponential", "the liquid pulls across gaps"),
+        (
+            2e-3,
+            {"humidity": roughxr.HumidAir("60 %", contact_angle=10)},
+            "exponential",
+            "the liquid attracts across gaps",
+        ),
         (40.0, {"hardness": 20.0}, "exponential", "as the range of adhesion"),
     ],
 )

@@ -1,12 +1,12 @@
 """Contact of an indenter with a scan or its asperities: a labelled Dataset in, a labelled Dataset out.
 
-A Dataset is read once into plain numbers, and the results are labelled once; kinds of contact differ in between.
+A Dataset is read once into plain numbers, solved by one of the kinds of contact, and labelled once.
 
 problem         specimen and options -> plain numbers, and the surface at each contact centre
 solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction; cycle, one place of it
-batch           pull-offs of surfaces, pairs and meshes that differ a little, all in one batch
+batch           pull-offs of slightly different surfaces, pairs and meshes, in one batch
 rigid           `rigid`: bodies too stiff to deform
 menisci         condensed liquid between them: its work, and the error of thin menisci
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas

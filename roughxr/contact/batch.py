@@ -1,4 +1,4 @@
-"""Pull-offs of many cases in one batch: surfaces, pairs and meshes that differ a little, at the same places."""
+"""Pull-offs of many cases in one batch: slightly different surfaces, pairs and meshes at the same places."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Case(NamedTuple):
 def cases_at(
     ds: xr.Dataset, positions: xr.Dataset, *, preload: float, law: str, mesh: Mesh, splined: bool = False
 ) -> list[Case]:
-    """Return the case of each place of a scan; raise where the mesh or the bodies are not fit for the law."""
+    """Return the case of each place of a scan; raise where mesh or bodies do not suit the law."""
     specimen = specimen_of(ds)
     problem, adhesion = settling(specimen, preload=preload, law=law, mesh=mesh)
     solved, _ = places(specimen, positions, reach_of(specimen, problem, adhesion))

@@ -1,4 +1,4 @@
-"""How well a solution meets the conditions of its contact: each violation, with its limit."""
+"""Check the conditions of a contact solution: each violation, with its limit."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _ROUNDING, _YIELD_TOLERANCE = 1e-9, 1.1e-3
 #: Largest relative error of a pull-off by mesh and step, unless the solution states another accuracy.
 _ACCURACY = 0.05
 
-#: Methods whose solutions have conditions to keep.
+#: Methods whose solutions can be checked.
 SOLVED = ("direct", "adhesive", "rigid")
 _PLANE = ("x", "y")
 
 
 def certificate(ds: xr.Dataset) -> xr.Dataset:
-    """Return by how much a solution violates the conditions of its contact, each with its limit, and print it.
+    """Return and print the largest violation of each contact condition, with its limit.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Along ``check``: ``violation``, the largest over all places and states, its ``limit``, ``met`` and ``words``;
-        the attribute ``verdict`` names the conditions that are not met. A violation that is not known is NaN, and not
+        the attribute ``verdict`` names the conditions that are not met. An unknown violation is NaN and counts as not
         met. "unconverged" and "truncated" are shares of the solves, "load" the relative difference from the prescribed
         load, "mesh" the stated error of the pull-off. From the fields: "elasticity", displacement less Love's
         convolution of the pressure, over the largest displacement; "geometry", the change of gap − displacement + δ
@@ -93,7 +93,7 @@ def checked(ds: xr.Dataset) -> xr.Dataset:
 def _of_solves(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
     """Yield name, values and limit of the sums that the solver reports."""
     tolerance = ds.attrs.get("tolerance", np.nan)
-    if "converged" in ds:  # sums over rigid bodies are no iterations
+    if "converged" in ds:  # rigid bodies need no iterations
         yield "unconverged", 1 - ds["converged"].astype(bool).mean(), 0.0
     if "residual" in ds:
         yield "residual", ds["residual"], tolerance
@@ -105,7 +105,7 @@ def _of_solves(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
 
 
 def _of_fields(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
-    """Yield name, values and limit of the conditions that pressure, displacement and gap of each state meet."""
+    """Yield name, values and limit of the conditions on pressure, displacement and gap of each state."""
     pressure, displacement, gap = (ds[name] for name in FIELDS)
     cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
     modulus = float(ds["contact_modulus"])
@@ -147,7 +147,7 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
 
 def _law_of_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
-    bodies: Any = SimpleNamespace(bodies=ds)  # what the law reads of a specimen and of a problem
+    bodies: Any = SimpleNamespace(bodies=ds)  # the attributes of a specimen and a problem that the law reads
     cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus)
     law = pair_law(bodies, ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)
@@ -157,7 +157,7 @@ def _law_of_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
 def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLaw, per_pressure: float) -> xr.DataArray:
     """Return the largest violation of p + t(g) = 0 apart, and of g = 0 in touch, over the largest traction.
 
-    In lengths of unit cells and unit modulus. Without range a cell that has never touched bears no traction.
+    Lengths are in cells, the modulus is 1. Without range, a cell that has never touched has no traction.
     """
     p, traction = pressure * per_pressure, _traction(gap, law)
     difference = abs(p + traction)
@@ -168,7 +168,7 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
 
 
 def _traction(gap: xr.DataArray, law: SmoothLaw) -> xr.DataArray:
-    """Return the traction across gaps: the formulas of the terms again, not the kernel that solves with them."""
+    """Return the traction across gaps, by formulas independent of the solver's kernel."""
     u, (e, v, s) = gap.clip(min=0), (law.exponential, law.waals, law.step)
     ratio = v.near / (v.near + u)
     decay: xr.DataArray = np.exp(-u / e.near)  # type: ignore[assignment]
@@ -178,5 +178,5 @@ def _traction(gap: xr.DataArray, law: SmoothLaw) -> xr.DataArray:
 
 
 def _over(scale: xr.DataArray) -> xr.DataArray:
-    """Return a divisor: 1 where nothing touches, NaN where the scale is not known."""
+    """Return the scale as a divisor: 1 where nothing touches, NaN if unknown."""
     return scale.where(~(scale <= 0), 1.0)

@@ -63,8 +63,8 @@ def direct(
     ds : Dataset
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 16, the last deep enough to touch at every place and to press a place
-        of median height as deep as that place lies below the highest peak.
+        Displacements, nm, ascending; by default 16. The last one touches every place, and indents a place of median
+        height by its depth below the highest peak.
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then found.
     subregions : (int, int), (array, array) or Dataset, optional
@@ -95,9 +95,9 @@ def direct(
 
     Notes
     -----
-    A body that yields bears no more than its hardness, and where it does it gives way by as much as the indenter would
-    penetrate it: no strain hardening, no pile-up, no plastic flow below the surface before. Retraction is elastic on
-    the shape that loading to the largest displacement left.
+    The pressure on a body that yields is at most its hardness. Where it reaches the hardness, the surface is displaced
+    permanently to avoid penetration. The model has no strain hardening, no pile-up, no earlier plastic flow below the
+    surface. Retraction is elastic on the shape left by loading to the largest displacement.
 
     References
     ----------
@@ -134,13 +134,13 @@ def direct(
     out = schema.record(out, "direct", specimen.bodies, **steps, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
-        warn_unconverged(out, "converged tells which, residual how far they are off")
+        warn_unconverged(out, "see converged, and residual for their error")
         _warn_of_untouched(out)
     return out
 
 
 def _warn_of_untouched(out: xr.Dataset) -> None:
-    """Warn where at most places nothing touches at any displacement: their zeros are easily taken for an answer."""
+    """Warn where most places have no contact at any displacement: their zero forces are easily misread."""
     if "delta" not in out.dims:
         return
     area, count = out["contact_area"], out.sizes["subregion"]
@@ -154,7 +154,7 @@ def _warn_of_untouched(out: xr.Dataset) -> None:
 
 
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
-    """Return the variables of a place: more where a hardness is known, on both branches where the body yields."""
+    """Return the variables of a place: with yielding ones for a known hardness, on both branches if it yields."""
     states = _STATES | ({"delta": float} if problem.by_load else {})
     states |= ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
     if not problem.yielding:
@@ -196,7 +196,7 @@ def _put_states(record: np.ndarray, solved: _Solved, surface: Surface, problem: 
     values |= {"truncated": surface.unknown_from < solved.deltas, "delta": solved.deltas - surface.zero}
     for name in set(values) & set(record.dtype.fields or ()):
         record[name] = values[name]
-    if problem.yielding:  # what has yielded stays so, though it bears less on the way back
+    if problem.yielding:  # yielded cells stay yielded at a lower pressure on retraction
         for name in YIELDED:
             record[name][1] = record[name][0, -1]
 
@@ -207,7 +207,7 @@ def _elastic(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> 
 
 
 def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _Solved:
-    """Load a place that yields, and draw back from the shape that is left; both branches share their last state."""
+    """Load a place that yields, and retract from the deformed shape; both branches share their last state."""
     separation = surface.separation
     deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
     left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)

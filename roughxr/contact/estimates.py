@@ -19,8 +19,8 @@ from ..vocabulary.units import Quantity, positive
 #: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
 SHORT_RANGE = 5.0
 
-#: P″ of a paraboloid is half of P′ over the depth. Where an elastic sweep has less than half of that P″ (a flat top, or
-#: noise of the mesh), the estimate would divide by nearly zero, and is left out.
+#: P″ of a paraboloid is half of P′ over the depth. An elastic sweep with less than half of that P″ (a flat top, or mesh
+#: noise) gives no estimate, which would divide by nearly zero.
 _LEAST_CURVATURE = 0.25
 
 
@@ -121,7 +121,7 @@ def _roots(delta, force):
 
 
 def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
-    """Return the work (J/m²) and range (nm) of a pair's attraction; of a humid one, of its solids' and the liquid's."""
+    """Return work (J/m²) and range (nm) of a pair's attraction; for a humid pair, of the solids and of the liquid."""
     (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
     if menisci is None:
         return [(work, range_of(ds))]
@@ -131,8 +131,8 @@ def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
-    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). Of a humid pair the
-    larger of that of the solids under the liquid and that of the liquid, by whose law bodies bend as much.
+    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). For a humid pair it is
+    the larger of two parameters: of the solids under the liquid, and of the liquid.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
 
 
 def median_tabor(specimen: Specimen, length: float) -> float:
-    """Return the median of Tabor's parameter over the asperities, at a range (nm); NaN if unread, or no sphere's."""
+    """Return the median Tabor parameter of the asperities at a range (nm); NaN for lazy heights or without a sphere."""
     if specimen.indenter.map or specimen.lazy:
         return np.nan
     parameter = tabor(specimen.derived(asperities).assign_coords(adhesion_range=length))["tabor_parameter"].values

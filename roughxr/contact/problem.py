@@ -1,4 +1,4 @@
-"""The input of a solve: a scan, its pair of bodies and the options, read once into plain numbers."""
+"""The input of a solver: a scan, its pair of bodies and the options, read once into plain numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _COUNT = 16
 
 
 class Problem(NamedTuple):
-    """What all contact centres share."""
+    """The input that is common to all contact centres."""
 
     steps: np.ndarray  # displacements (nm) or loads (nN), ascending
     by_load: bool
@@ -28,8 +28,8 @@ class Problem(NamedTuple):
     contact_modulus: float  # GPa
     indenter: Indenter
     hardness: float = np.inf  # GPa, inf where it is not known
-    yielding: bool = False  # whether the body yields at the hardness; else the result only tells what lies above it
-    splined: bool = False  # whether heights between the pixels are those of splines, not of a band-limited surface
+    yielding: bool = False  # whether the body yields at the hardness; else shares above it are only reported
+    splined: bool = False  # whether heights between the pixels are interpolated by splines, else band-limited
 
     @property
     def dx(self) -> float:
@@ -78,7 +78,7 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
-    """Return displacements (nm), evenly spaced: at the largest every centre is touched and most are pressed."""
+    """Return evenly spaced displacements (nm), the largest with contact at every centre and indentation at most."""
     specimen = specimen.in_memory
     touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
     middle = float(np.median(touches))
@@ -95,10 +95,10 @@ def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
 
 
 def deepest(specimen: Specimen, problem: Problem) -> float:
-    """Return a bound (nm below the datum) on how deep the indenter comes; inf for a load on a map.
+    """Return an upper bound (nm below the datum) of the indenter's depth; inf for a load on a map.
 
-    A load presses it no deeper into a rough surface than into a flat at its lowest height: (3 F/(4 E* √R))^{2/3} by
-    Hertz's sphere, and up to F/(2π R H) more where the body yields.
+    The depth under a load is bounded by that on a flat at the lowest height: (3 F/(4 E* √R))^{2/3} by Hertz's formula,
+    and up to F/(2π R H) more where the body yields.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
@@ -122,7 +122,7 @@ class Place(NamedTuple):
 
 
 def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
-    """Return the place of each contact centre, and the shape in pixels of a window that no edge of the scan clips."""
+    """Return the place of each contact centre, and the shape in pixels of an unclipped window."""
     x_min, x_max, y_min, y_max = regions.extent(specimen.bodies)
     widest = float(np.hypot(x_max - x_min, y_max - y_min))
     windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))

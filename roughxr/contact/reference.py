@@ -2,7 +2,7 @@
 
 Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in nN nm (1e-18 J), or quantities such as
 "3 um" and "6.5e-20 J"; forces are returned in nN. For two spheres ``radius`` is the composite one, 1/R = 1/R₁ + 1/R₂.
-A function of one state returns a float, a function of a curve a labelled Dataset. What is not positive is refused.
+A function of one state returns a float, a function of a curve a labelled Dataset. Values must be positive.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2"}
 
 
 def _positive(**given: Any) -> list[Any]:
-    """Return options as positive numbers in their units, None where they are not given."""
+    """Return options as positive numbers in their units; None stays None."""
     return [None if value is None else positive(value, _UNITS.get(name, "nm"), name) for name, value in given.items()]
 
 
@@ -227,7 +227,7 @@ def meniscus_sphere(
     surface_tension: Quantity = 0.072,
     contact_angle: Quantities = 0.0,
 ) -> xr.Dataset:
-    """Return the pull of liquid that has condensed between a rigid sphere and a plane, by its exact surface.
+    """Return the capillary force of condensed liquid between a rigid sphere and a plane, by the exact meniscus.
 
     Parameters
     ----------
@@ -243,13 +243,13 @@ def meniscus_sphere(
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) along ``distance``, 0 where no bridge can stand; ``thin_force``, that of the law
-        of thin menisci, 2πRγ(cos θ₁ + cos θ₂ − D/r_K).
+        ``force`` (nN, < 0 attracts) along ``distance``, 0 where no liquid bridge exists; ``thin_force``, the force of
+        thin menisci, 2πRγ(cos θ₁ + cos θ₂ − D/r_K).
 
     Notes
     -----
-    Along the meridian, inclined by φ, Young's and Laplace's equation has the integral C = 2r sin φ + r²/r_K, the pull
-    being πγC. It starts from the plane at φ = π − θ₂ and ends on the sphere at φ = β + θ₁, β from its axis.
+    The Young-Laplace equation has the integral C = 2r sin φ + r²/r_K along the meridian of inclination φ. The capillary
+    force is πγC. The meridian starts on the plane at φ = π − θ₂ and ends on the sphere at φ = β + θ₁, β from its axis.
 
     References
     ----------
@@ -275,7 +275,7 @@ def meniscus_sphere(
 
 
 def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float) -> float:
-    """Return C (nm) of the exact surface of liquid between a sphere and a plane; 0 where none can stand."""
+    """Return C (nm) of the exact meniscus between a sphere and a plane; 0 where no liquid bridge exists."""
     from scipy.optimize import brentq
 
     nodes, weights = np.polynomial.legendre.leggauss(200)
@@ -305,7 +305,7 @@ def rumpf(
     hamaker_constant: Quantity,
     closest_approach: Quantity = 0.165,
 ) -> float:
-    """Return Rumpf's pull of a sphere on a plane with one hemispherical asperity.
+    """Return Rumpf's pull-off force of a sphere on a plane with one hemispherical asperity.
 
     Parameters
     ----------
@@ -355,7 +355,7 @@ def rabinovich(
     long_rms: Quantity | None = None,
     long_wavelength: Quantity | None = None,
 ) -> float:
-    """Return Rabinovich's pull of a sphere on a surface of spherical caps, of one or two scales.
+    """Return Rabinovich's pull-off force of a sphere on a surface of spherical caps, of one or two scales.
 
     Parameters
     ----------
@@ -376,7 +376,7 @@ def rabinovich(
         nN, positive. Caps have the radius λ²/(58 rms) and the height 1.82 rms. For one scale
         (AR/6z₀²) [1/(1 + 58 R rms/λ²) + 1/(1 + 1.82 rms/z₀)²]; for two the sphere touches small caps on large ones:
         (AR/6z₀²) [1/(1 + 58 R rms₂/λ₂²) + 1/((1 + 58 R rms₁/λ₁²)(1 + 1.82 rms₂/z₀)²)]. Without the longer scale
-        this is the former; what lies beneath both scales is left out.
+        this is the former. The plane beneath both scales is left out.
 
     References
     ----------
@@ -419,8 +419,8 @@ def gaussian_work(
     rms : number or quantity
         Standard deviation of the heights, nm.
     length : number or quantity
-        Length of the law, nm: the cut-off z₀ of "hamaker", ε of "lennard_jones", ρ of "exponential", the gap up to
-        which "dugdale" pulls.
+        Length of the law, nm: the cut-off z₀ of "hamaker", ε of "lennard_jones", ρ of "exponential", the range of
+        "dugdale".
     work_of_adhesion : number or quantity
         Work of adhesion of smooth surfaces, J/m².
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
@@ -431,7 +431,7 @@ def gaussian_work(
     Returns
     -------
     float
-        J/m²; a large rigid sphere pulls with 2πR times it.
+        J/m²; the pull-off force of a large rigid sphere is 2πR times this work.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Which model suits a scan and a pair of bodies, and how far the usual formulas are off."""
+"""The recommended model for a scan and a pair of bodies, and the usual formulas for comparison."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ _RIGID_TABOR = 0.1
 #: Maugis's λ over Tabor's μ of the same work and range.
 _MAUGIS_OVER_TABOR = 1.157
 
-#: Share of the pull from beyond contact above which a sum over the asperities in contact is not enough.
+#: A sum over asperities in contact is not enough above this share of the adhesion force from outside contact.
 _MOST_BEYOND_CONTACT = 0.5
 
-#: A plane that falls by less than this part of the range of heights is rounding.
+#: A tilt below this part of the range of heights is rounding.
 _ROUNDING = 1e-12
 
 #: Height of summits over the mean plane, in rms heights, by Rabinovich et al.
@@ -135,7 +135,7 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
         "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
     }[result["recommended"]]
     words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
-    words += f"between rigid bodies {percent(beyond)} of the pull acts across gaps outside the contact)."
+    words += f"between rigid bodies {percent(beyond)} of the adhesion force acts across gaps outside the contact)."
     if result.get("yields"):
         words += f" Summits yield under their own adhesion ({number(result['peak_pressure'], 'GPa')}): give a hardness."
     return words
@@ -147,7 +147,7 @@ def _with_law(tabor: float, **kind: bool) -> str:
         return "with law='griffith': the range of adhesion is negligible, but the contacts interact"
     why = "summits deform by about as much as the range of adhesion"
     if kind["humid"]:
-        why = "the liquid pulls across gaps"
+        why = "the liquid attracts across gaps"
     elif tabor >= SHORT_RANGE:
         why = "for bodies that yield the adhesive traction must be finite"
     return f"with law='exponential', of finite range: {why}"
@@ -160,7 +160,7 @@ def _resolved(pixels: float) -> str:
 
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:
-    """Return Hertz's largest pressure (GPa) under the force 2πwR with which adhesion pulls a stiff summit down."""
+    """Return Hertz's largest pressure (GPa) of a stiff summit under its adhesion force 2πwR."""
     return (12 * w * modulus**2 / (np.pi**2 * radius)) ** (1 / 3)
 
 
@@ -191,7 +191,7 @@ def formulas(
 
     Notes
     -----
-    The longer of the two scales consists of waves longer than four mean distances between summits. All rows but "sum"
+    The longer of the two scales has wavelengths above four mean distances between summits. All rows but "sum"
     and "gaussian_heights" are formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
 
     References
@@ -236,7 +236,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
 
 
 def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the same of a humid pair: thin menisci, beside the solids under them."""
+    """Return the formulas' pull-offs (nN) of a humid pair (thin menisci, and the solids under them), and inputs."""
     bodies = specimen.bodies
     (radius,), menisci, work = schema.pair(bodies, "sphere_radius"), liquid.menisci_of(bodies), liquid.work_of(bodies)
     assert menisci is not None
@@ -269,7 +269,7 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
 
 
 def _flat(specimen: Specimen) -> Specimen:
-    """Return the specimen without its plane; itself where no more than rounding is to be taken off."""
+    """Return the specimen without its mean plane; unchanged if the tilt is rounding."""
     levelled = Specimen(level(specimen.scan, method="polynomial", order=1))
     heights = specimen.heights
     return specimen if np.ptp(levelled.heights - heights) <= _ROUNDING * np.ptp(heights) else levelled

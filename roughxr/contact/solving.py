@@ -1,4 +1,4 @@
-"""One problem solved at every contact centre: its places handed to tasks, fields written on their windows."""
+"""Solve one problem at every contact centre, one task for each place, and write fields on their windows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def solve(
     reach: float,
     fields: bool = False,
 ) -> xr.Dataset:
-    """Solve a problem at every contact centre, and label what comes back; lazy where the scan is.
+    """Solve a problem at every contact centre, and label the results; lazy where the scan is.
 
     ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
     ``fields`` are kept within ``reach`` nm of the centres.
@@ -76,7 +76,7 @@ def put_fields(record: np.ndarray, surface: Surface, fields: Mapping[str, np.nda
 
 
 def window_axes(windows: list[regions.Window], problem: Problem, cells: tuple[int, int]) -> dict:
-    """Return x, y from the contact centre, and each centre's offset where they lie unequally within their pixels."""
+    """Return x, y from the contact centre, and each centre's offset within its pixel where offsets differ."""
     half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
     origins = np.array([window.origin for window in windows]) - half
     alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx

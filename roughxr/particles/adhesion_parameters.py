@@ -17,7 +17,7 @@ from ..statistics import fit, reduction
 from ..vocabulary import schema
 from .force_balance import expect_moments, refuse_varied, scope_of
 
-#: Shares of the places whose quantiles are given, and the endings of their names.
+#: Reported quantiles over the places, and the suffixes of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
@@ -31,7 +31,7 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
     catalogue : Dataset, optional
         The scan's asperities, for code_saturne's small scale.
     large : Dataset, optional
-        Asperities of the same scan without its short waves, for code_saturne's large scale.
+        Asperities of the same scan without short wavelengths (`smooth`), for code_saturne's large scale.
 
     Returns
     -------

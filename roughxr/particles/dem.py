@@ -12,18 +12,18 @@ from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
 from .force_balance import refuse_varied, scope_of
 
-#: From the project's units to those of every code here.
+#: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
 
 #: Classes and Poisson's ratio where none are given.
 _CLASSES, _POISSON_RATIO = 5, 0.3
 
-#: A code with one adhesion for each particle type, and the one that takes the distribution itself.
+#: A code with one adhesion for each particle type, and one that reads the distribution.
 LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")
 
 
 def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
-    """Return the lines that give a discrete-element code, or a resuspension model, the adhesion of these places.
+    """Return the adhesion of these places as input of a discrete-element code or a resuspension model.
 
     Parameters
     ----------
@@ -32,8 +32,8 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     code : {"lammps", "rock_n_roll"}
         "lammps": pair_style granular and fix wall/gran, jkr. "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
-        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places where
-        nothing pulls are only counted.
+        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places
+        without adhesion are only counted.
     classes : int
         For "lammps": particle types of equal share among which the places are divided, by their pull-off; by default
         up to 5. 1: all alike, with the mean pull-off.

@@ -1,4 +1,4 @@
-"""The strength of a load at which a place gives way: rolling, sliding and lifting, each as drive over resistance.
+"""The critical strength of a load: rolling, sliding and lifting, each as drive over resistance.
 
     roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states with edge n: that of the largest
             moment, and that of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the
@@ -170,13 +170,13 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
 
 
 def scope_of(ds: xr.Dataset) -> str:
-    """Return what a result's particles and places stand for, in words."""
+    """Return the scope of a result's places, in words."""
     where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
     return f"places {where}; the surface as the scan shows it: finer roughness lowers adhesion"
 
 
 def refuse_varied(ds: xr.Dataset):
-    """Raise where a pull-off has several entries at a place, and say how to take one."""
+    """Raise where a pull-off has several conditions, with advice on how to select one."""
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
     if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
@@ -205,7 +205,7 @@ def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
 
 
 def recorded(body: Body) -> dict[str, Any]:
-    """Return the fluid around a particle as it is kept in the history."""
+    """Return the fluid around a particle for the history."""
     density, viscosity, lift, gravity = body.flow
     return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
 
@@ -243,7 +243,7 @@ def expect_moments(ds: xr.Dataset):
         raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {names}")
 
 
-#: Largest and least that any body has, and what some have.
+#: Physical limits, and examples for messages.
 _POSSIBLE = {
     "particle_density": (50.0, 25_000.0, "foams have 100 kg/m³, polystyrene 1050, glass 2500, gold 19300"),
     "friction_coefficient": (1e-4, 10.0, "PTFE has 0.05, glass 0.5, gold on gold 1"),
@@ -252,7 +252,7 @@ _POSSIBLE = {
 
 
 def _possible(given: Any, units: str, name: str) -> float | None:
-    """Return what was given, or None; raise if no body has it."""
+    """Return the given value, or None; raise outside the physical limits."""
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
     if value is not None and not low <= value <= high:
@@ -262,7 +262,7 @@ def _possible(given: Any, units: str, name: str) -> float | None:
 
 
 def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
-    """Return drive over resistance, (mode, place), for a push whose arrays have one entry for each place, or one."""
+    """Return drive over resistance, (mode, place), for a push with one entry, or one for each place."""
     along, turn, away = (np.broadcast_to(part, limit.pull_off.shape) for part in push[:3])
     about = (along * body.radius + turn)[:, None] * limit.share + (away + limit.load)[:, None] * limit.hinge
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -278,7 +278,7 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
 
 
 def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:
-    """Return the smallest strength at which each place gives way, and by which mode."""
+    """Return the critical strength of each place, and its mode."""
     low, high = kind.span
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]

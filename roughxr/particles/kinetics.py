@@ -19,7 +19,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from .loads import FLOWS, Flow, in_numbers, lift
 
-#: With turbulent fluctuations, or leaving at once where the mean force exceeds the adhesion.
+#: With turbulent fluctuations; or detachment as soon as the mean force exceeds the adhesion.
 MODELS = ("rock_n_roll", "static")
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.

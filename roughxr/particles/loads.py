@@ -41,7 +41,7 @@ LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
 
 
 class Flow(NamedTuple):
-    """The fluid that streams over the wall, how it lifts a particle, and gravity.
+    """The fluid over the wall, its formula of lift, and gravity.
 
     Density in kg/m³, kinematic viscosity in m²/s, gravity in m/s²; lift by "leighton_acrivos", "hall", "by_range" (the
     first up to r⁺ = 1.62, where both are equal, then the second) or "none".
@@ -84,7 +84,7 @@ class Load(NamedTuple):
 
 
 def in_numbers(flow: str | Flow) -> Flow:
-    """Return a fluid, given by its name or as a `Flow`, in plain numbers; raise where it is none."""
+    """Return a fluid, given by name or as a `Flow`, in plain numbers; raise for any other."""
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Flow(
         density=positive(flow.density, "kg/m^3", "flow.density"),

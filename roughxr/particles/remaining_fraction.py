@@ -1,4 +1,4 @@
-"""`resuspension`: how many particles remain after some time in a flow, from the computed adhesion of each place."""
+"""`resuspension`: the fraction of particles that remain in a flow, from the computed adhesion of each place."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def resuspension(
 ) -> xr.Dataset:
     """Return the fraction of particles that remain on the surface over friction velocity and time.
 
-    Each place holds one particle, or of places from `resting` its share of them. Its largest ratio of drive to
-    resistance, as in `critical_load`, is taken as F/f_a of Rock'n'Roll; no law of adhesion is assumed.
+    Each place has one particle, or its share of particles from `resting`. F/f_a of Rock'n'Roll is the largest ratio of
+    drive to resistance, as in `critical_load`. No adhesion distribution is assumed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How rigid bodies attract each other: the options of `rigid`, read once."""
+"""The attraction between rigid bodies: the options of `rigid`, read once."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from ..problem import Problem
 #: Laws of attraction.
 RIGID_LAWS = tuple(potentials.POTENTIALS)
 
-#: Height (nm) to which the indenter rises within a window, or this many times the range of heights if that is more
-#: (for heights in memory); the ground further out is taken as its mean plane.
+#: Rise (nm) of the indenter up to the window's edge, or this many times the range of heights (in memory) if larger. The
+#: surface beyond is taken as its mean plane.
 _RISE, _HEIGHT_RANGES = 300.0, 10.0
 
-#: Share of the pull from beyond the scan above which a place counts as truncated.
+#: A place is truncated if a larger share of its adhesion force than this comes from beyond the scan.
 BEYOND_EDGE = 0.01
 
 #: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched.
@@ -28,7 +28,7 @@ NEAREST_GAPS = np.linspace(0.31, 1.35, 27)
 
 
 class Options(NamedTuple):
-    """How rigid bodies attract each other."""
+    """The law of attraction and its options."""
 
     law: potentials.Potential
     area: float  # nm², of a pixel
@@ -57,7 +57,7 @@ def reach_of(specimen: Specimen, problem: Problem) -> float:
 
 
 def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[float, float]:
-    """Return the largest pull and its displacement, by the quartic through five pulls at even displacements."""
+    """Return the largest adhesion force and its displacement, by the quartic through five evenly spaced values."""
     best = int(np.clip(pulls.argmax(), 2, pulls.size - 3))
     quartic = np.polynomial.Polynomial.fit(np.arange(-2.0, 3.0), pulls[best - 2 : best + 3], 4).convert()
     turns = quartic.deriv().roots()

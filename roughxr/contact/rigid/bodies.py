@@ -1,4 +1,4 @@
-"""Bodies too stiff to deform: the pull of the whole surface that faces the indenter, in contact or not."""
+"""Bodies too stiff to deform: the attraction of the whole surface under the indenter, in contact or not."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .rigid_places import at_places
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _START_HEIGHT = 60, 10.0
 
-#: Share of the pull in one cell above which the result depends on the size of cells.
+#: The result depends on the cell size if one cell gives a larger share of the adhesion force than this.
 _ONE_CELL_SHARE = 0.2
 
 
@@ -45,10 +45,10 @@ def rigid(
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
         Traction across a gap; all laws have the same work of adhesion. "hamaker" ends at
-        the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned, and is retarded where a
-        wavelength of retardation is; the others have the pair's range of adhesion.
+        the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned. It is retarded if the
+        pair has a wavelength of retardation. The other laws have the pair's range of adhesion.
     refine : int
-        Sum over refine × refine cells in each pixel, heights interpolated without waves shorter than two pixels.
+        Sum over refine × refine cells in each pixel, heights interpolated without wavelengths below two pixels.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     fields : bool
@@ -58,28 +58,29 @@ def rigid(
     -------
     Dataset
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
-        ``pull_off_force`` and ``pull_off_delta``, the largest pull at any displacement, ``touch_delta`` (nm, of first
-        touch), ``pull_beyond_contact``, the share of that pull from cells more than twice the law's length apart,
-        ``cell_error``, the part by which it is too high (divide by 1 + ``cell_error``), and ``truncated``, where more
-        than 1 % of it comes from beyond the scan. Of a humid pair also ``meniscus_error``, the share by which the law
-        of thin menisci is probably too high, and ``work_of_separation`` (nN nm, from the largest pull on at constant
-        humidity). Lazy where the scan is a dask array.
+        ``pull_off_force`` and ``pull_off_delta``, the largest adhesion force at any displacement; ``touch_delta`` (nm),
+        the first touch; ``pull_beyond_contact``, the share of the pull-off force from gaps above twice the law's
+        length; ``cell_error``, its relative excess (divide by 1 + ``cell_error``); ``truncated``, where more than 1 %
+        of it comes from beyond the scan. For a humid pair also ``meniscus_error``, the probable relative excess of the
+        law of thin menisci, and ``work_of_separation`` (nN nm), from the pull-off on at constant humidity. Lazy where
+        the scan is a dask array.
 
     Warns
     -----
     UserWarning
-        If a cell at closest approach holds more than a fifth of the pull at most centres (input in memory only).
+        If a cell at closest approach gives more than a fifth of the adhesion force at most centres (input in memory
+        only).
 
     Notes
     -----
-    The pull is the sum of tractions over the gaps of all pixels, on the indenter's front less those on its back. Where
-    the indenter has risen by more than 300 nm (or ten times the range of heights), the ground is its mean plane. Within
-    a cell the gap is that of its middle, also where bodies first touch: ``cell_error`` states by how much this pulls
-    too hard; it falls with the square of the cells. Near a summit of radius r these should be smaller than √(2 r z₀),
-    some 3 nm: ``refine`` makes them so.
+    The adhesion force is the sum of tractions over the gaps of all pixels: those on the indenter's front less those on
+    its back. Where the indenter has risen by more than 300 nm (or ten times the range of heights), the surface is its
+    mean plane. Each cell has the gap of its centre, also at first touch. This overestimates the force by
+    ``cell_error``, which is proportional to the square of the cell size. Near a summit of radius r, cells should be
+    smaller than √(2 r z₀), about 3 nm: choose ``refine`` accordingly.
 
-    Liquid adds its pull γ/r_K where the gap, counted from contact, is less than the height of a meniscus, and leaves
-    the solids a share of their own (`assign_pair`).
+    Liquid adds the tension γ/r_K where the gap, counted from contact, is below the height of a meniscus. The solids
+    under the liquid keep a share of their attraction (`assign_pair`).
 
     References
     ----------
@@ -114,7 +115,7 @@ def rigid(
 
 
 def _warn(out: xr.Dataset, options: Options) -> None:
-    """Warn where the pull is that of a single cell at its closest approach."""
+    """Warn where a single cell dominates the adhesion force."""
     pull = out["pull_off_force"]
     if pull.chunks:
         return
@@ -123,13 +124,13 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
     if share > _ONE_CELL_SHARE:
         warn(
-            f"rigid: a single cell at closest approach makes up {min(share, 1):.0%} of the median pull-off, which so "
-            "depends on the size of the cells; take refine, or a scan with add_fine_roughness"
+            f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
+            "therefore depends on the size of the cells; set refine=, or use a scan with add_fine_roughness"
         )
 
 
 def _default_deltas(specimen: Specimen) -> np.ndarray:
-    """Return displacements (nm) from above the highest touch of all places to where the lowest height is reached."""
+    """Return displacements (nm) from above the first touch of all places to the lowest height."""
     middle = specimen.centres(tuple(min(16, count) for count in specimen.heights.shape))
     deepest = float(first_touches(specimen, middle).max())
     return np.linspace(-_START_HEIGHT, deepest, _COUNT)

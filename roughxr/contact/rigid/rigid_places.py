@@ -1,4 +1,4 @@
-"""Rigid bodies at given places: one task for each, with the pull at all displacements."""
+"""Rigid bodies at given places: one task for each, with the adhesion force at all displacements."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _EVENTS = {
     "truncated": bool,
 }
 
-#: The same of condensed liquid.
+#: Further variables of condensed liquid.
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
@@ -57,13 +57,13 @@ class _Setting(NamedTuple):
     cells: kernels.Cells
 
     def pulls(self, deltas: np.ndarray) -> np.ndarray:
-        """Return the pull (nN) at displacements (nm below the datum)."""
+        """Return the adhesion force (nN) at displacements (nm below the datum)."""
         o = self.options
         inside = kernels.pulls(self.surface.separation, self.cells, deltas, o.law, kernels.floor(o.law), o.area)
         return inside + self.beyond(deltas)
 
     def beyond(self, deltas: np.ndarray) -> np.ndarray:
-        """Return the part of the pull (nN) that comes from beyond the window."""
+        """Return the adhesion force (nN) from beyond the window."""
         indenter, o = self.problem.indenter, self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
@@ -104,7 +104,7 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
 
 
 def touches_earlier(separation: np.ndarray) -> float:
-    """Return by how much (nm) bodies touch before the lowest middle of a cell does: the parabola's through its nine.
+    """Return the depth (nm) of the true minimum below the lowest cell, by a parabola through 3 × 3 cells.
 
     Examples
     --------
@@ -128,7 +128,7 @@ def touches_earlier(separation: np.ndarray) -> float:
 
 
 def _touching(setting: _Setting, delta: float) -> float:
-    """Return the part of the pull (nN) from cells in contact, or close enough to count as such."""
+    """Return the adhesion force (nN) from cells that count as in contact."""
     o = setting.options
     gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.floor(o.law))
     near = gap[gap < _TOUCHING * o.law.length]
@@ -144,7 +144,7 @@ def _fields(setting: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _largest_pull(setting: _Setting) -> tuple[float, tuple[float, float]]:
-    """Return the displacement of closest approach, and the largest pull with its displacement."""
+    """Return the displacement of closest approach, and the largest adhesion force with its displacement."""
     law = setting.options.law
     if law.closest is not None:
         closest = setting.touch() - kernels.floor(law)
