@@ -168,23 +168,6 @@ def test_plain_displacement_of_the_ansatz(c, k):
         assert u0 - u_x * x**2 - u_y * y**2 == pytest.approx(expected, rel=1e-11, abs=1e-12)
 
 
-@pytest.mark.parametrize("k", [1.0, 0.4, 0.02])
-def test_plain_potentials_obey_their_identities(k):
-    I00, I10, I01, I20, I11, _ = elliptic_jkr.potentials(k)
-    assert I10 + k**2 * I01 == pytest.approx(I00, rel=1e-13)
-    assert 3 * I20 + k**2 * I11 == pytest.approx(3 * I10, rel=1e-13)
-    assert pytest.approx(2 * special.ellipkm1(k**2), rel=1e-13) == I00
-
-
-def test_plain_edge_moments():
-    k = 0.3
-    for n, moment in enumerate(elliptic_jkr.edge_moments(k)):
-        expected = integrate.quad(lambda t, n=n: np.cos(2 * t) ** n / np.hypot(np.cos(t), np.sin(t) / k), 0, np.pi / 2)[
-            0
-        ]
-        assert moment == pytest.approx(4 * expected, rel=1e-10)
-
-
 @pytest.mark.parametrize("ratio", [1.5, 10.0])
 def test_energy_is_stationary_in_both_axes(ratio):
     """Vary a and b of U = U_E − wπab at fixed δ, with U_E from the ansatz fitted on any ellipse."""

@@ -191,10 +191,3 @@ def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monk
     with pytest.warns(UserWarning, match="have not converged"):
         stiff = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]
-
-
-def test_missing_heights_are_refused(surface):
-    holes = surface.assign(height=surface.height.where(surface.x > 0))
-    for solve in (roughxr.direct, roughxr.adhesive, roughxr.rigid):
-        with pytest.raises(ValueError, match="missing pixels"):
-            solve(holes)
