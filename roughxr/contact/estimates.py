@@ -66,7 +66,7 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
     if ds.sizes["delta"] < 8:
         raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
     moved = xr.apply_ufunc(
-        _lowest_pull,
+        _largest_adhesion,
         ds["force"],
         ds["contact_area"],
         input_core_dims=[["delta"], ["delta"]],
@@ -84,8 +84,8 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
     return schema.record(schema.label(out), "elastic_pull_off", ds, smoothing=smoothing)
 
 
-def _lowest_pull(force, area, *, delta, w, half):
-    """Return (largest pull, its displacement, whether it lies inside the sweep)."""
+def _largest_adhesion(force, area, *, delta, w, half):
+    """Return pull-off force, its displacement, and whether it lies inside the sweep."""
     touched = force > 0
     if touched.sum() < 8:
         return np.full(3, np.nan)

@@ -1,4 +1,4 @@
-"""`resting`: where particles lie still, the share of them that does so there, and the pass over which each leaves."""
+"""`resting`: resting positions, the share of particles at each, and the lowest saddle for escape."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from ..vocabulary.units import Places
 #: Motion of the sphere, in pixels, within which a summit counts as a support.
 _CARRYING_MOTION = 0.05
 
-#: Distance (pixels) within which resting positions are one.
+#: Resting positions closer than this (pixels) are merged.
 _EQUAL_POSITIONS = 0.05
 
-#: Share of the range of the sphere's heights within which pixels are equally low.
+#: Pixels count as equally low within this share of the range of the sphere's heights.
 _EQUAL_HEIGHTS = 1e-9
 
-#: Cells along each axis of a pixel, between which heights are interpolated as in the simulations.
+#: Cells along a side of a pixel; heights are interpolated as in the simulations.
 _REFINE = 2
 
-#: Least barrier, over pixel²/R, which the sphere's front rises by over about one pixel.
+#: Least resolved barrier, in pixel²/R: the rise of the sphere's front over about one pixel.
 _RESOLVED_BARRIER = 0.01
 
 
@@ -50,15 +50,15 @@ def resting(
     landings: Places = None,
     on: xr.Dataset | None = None,
 ) -> xr.Dataset:
-    """Return where a sphere of the assigned radius comes to rest, with the share of spheres that do so at each place.
+    """Return the resting positions of a sphere of the assigned radius, with the share of spheres at each.
 
     Parameters
     ----------
     ds : Dataset
         A scan with an assigned sphere. A lazy one is read now; some 130 bytes to a pixel are held.
     landings : (int, int), optional
-        Grid of places where spheres land: only what these reach is returned, with shares of their number. By default
-        spheres land everywhere, and shares are those of the area.
+        Grid of landing places: return only the positions reached from there, with shares of their number. By default
+        spheres land everywhere, and shares are of the area.
     on : Dataset, optional
         A catalogue of the scan's asperities. Each resting position is then moved to the nearest one on their vertices,
         on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
@@ -104,7 +104,7 @@ def resting(
     off = float((settled.labels == rests.OFF).mean())
     out.attrs = {"share_off_scan": off}
     if out.sizes["subregion"] == 0:
-        out.attrs["missing"] = "no place of rest: from every pixel the sphere rolls off the scan"
+        out.attrs["missing"] = "no resting position: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
     if landings is not None:
         out.attrs["landings"] = np.asarray(landings, dtype=int).tolist()
@@ -133,7 +133,7 @@ def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
 
 
 def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
-    """Return the resting positions; barriers that the pixels do not resolve are left out."""
+    """Return the resting positions; merge those with barriers below the pixels' resolution."""
     shallow = _RESOLVED_BARRIER * max(ground.pixel) ** 2 / ground.ball.radius
     labels, minima = rests.basins(z, ground.pixel)
     places, to = _rolled(ground, minima)
@@ -154,9 +154,9 @@ def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
 
 
 def _rolled(ground: rests.Ground, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the resting position to which a sphere rolls from each minimum, and of each label the first with the same.
+    """Return each minimum's resting position, and the first label with the same position.
 
-    From the label `rests.OFF` on: its position is infinitely high.
+    Entries begin at the label `rests.OFF`, whose position is infinitely high.
     """
     rolled = rests.settle(ground, np.array(ground.first) + minima * np.array(ground.pixel))
     to = np.arange(len(minima) + 1)
@@ -197,7 +197,7 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 
 def _lowest_ones(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.ndarray:
-    """Return the rows (label, label, pixel) of each pair of labels that are as low as its lowest."""
+    """Return the rows (label, label, pixel) of each pair of labels with the least height."""
     pairs, first = np.unique(pairs, axis=0, return_index=True)
     if not len(pairs):
         return pairs
@@ -207,7 +207,7 @@ def _lowest_ones(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.nda
 
 
 def _ends(to: np.ndarray) -> np.ndarray:
-    """Return where chains of basins end."""
+    """Follow chains of basins to their ends."""
     while (to[to] != to).any():
         to = to[to]
     return to
@@ -220,7 +220,7 @@ def _relabel(labels: np.ndarray, to: np.ndarray) -> None:
 
 
 def _lowest(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the different pairs, and of each the value where its height is least."""
+    """Return the distinct pairs, each with the value at its least height."""
     order = np.lexsort((heights, pairs[:, 1], pairs[:, 0]))
     pairs = pairs[order]
     first = np.ones(len(pairs), bool)
@@ -229,7 +229,7 @@ def _lowest(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple
 
 
 def _joined(pairs: np.ndarray, heights: np.ndarray, lowest: np.ndarray, shallow: float) -> np.ndarray:
-    """Return the label of the deepest rest that each can reach over barriers lower than ``shallow`` (nm)."""
+    """Return for each label the deepest one within reach over barriers lower than ``shallow`` (nm)."""
     to = np.arange(lowest.size)
     for k in np.argsort(heights):
         a, b = (_root(to, label) for label in pairs[k])
@@ -251,7 +251,7 @@ def _root(to: np.ndarray, label: int) -> int:
 
 
 def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> xr.Dataset:
-    """Return all places of rest with their lowest passes."""
+    """Return all resting positions with their lowest saddles."""
     count = len(settled.places)
     area = np.bincount(settled.labels.ravel(), minlength=count + 1)[1:]
     x, y = settled.places.T[:2]
@@ -281,7 +281,7 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> x
 
 
 def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -> xr.Dataset:
-    """Return rests moved to the nearest on the vertices of asperities."""
+    """Move resting positions to the nearest ones on the vertices of asperities."""
     summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):

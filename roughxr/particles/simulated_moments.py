@@ -26,10 +26,10 @@ from ..vocabulary import schema
 #: States of the retraction from rest to detachment whose moments are compared, and the most cells to a pixel.
 _STATES, _MOST_CELLS = 12, 2
 
-#: Displacements (nm) of places that the simulation did not pull off.
+#: Displacements (nm) of places without a simulated pull-off.
 _NOT_PULLED = -1.0, 0.1
 
-#: Cells to a pixel between rigid bodies: their supports are told apart by fractions of a nanometre.
+#: Cells along a side of a pixel between rigid bodies, whose supports differ in height by fractions of a nanometre.
 _RIGID_CELLS = 4
 
 

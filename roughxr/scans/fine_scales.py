@@ -129,14 +129,14 @@ def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
     """Return the power-weighted mean of exp(2iθ) over the fit band; 0 if it is not significant."""
     known = [spectrum for spectrum in spectra if spectrum is not None]
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
-    across = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
-    inside = (np.abs(across) * shown <= 1) & (np.abs(across) * _FIT_BAND * shown >= 1)
-    across, power = across[inside], np.mean(known, axis=0).ravel()[inside]
-    ring = np.rint(np.log(np.abs(across)) / np.log(1.1)).astype(int)
+    wavevector = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
+    in_fit = (np.abs(wavevector) * shown <= 1) & (np.abs(wavevector) * _FIT_BAND * shown >= 1)
+    wavevector, power = wavevector[in_fit], np.mean(known, axis=0).ravel()[in_fit]
+    ring = np.rint(np.log(np.abs(wavevector)) / np.log(1.1)).astype(int)
     ring -= ring.min()
-    alike = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
-    lay = np.mean(power / alike * (across / np.abs(across)) ** 2)
-    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (across.size * len(known))) else 0.0
+    ring_power = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
+    lay = np.mean(power / ring_power * (wavevector / np.abs(wavevector)) ** 2)
+    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (wavevector.size * len(known))) else 0.0
 
 
 def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -64,8 +64,8 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     effective = float(n)
     for _ in range(5):  # subtracting the mean removes 1/effective of the correlation
         correlation = lags.correlation + (1 - lags.correlation) / effective
-        alike = np.cumprod(correlation > 0).astype(bool)
-        effective = n**2 / (n + 2 * (lags.pairs * correlation)[alike].sum())
+        initial_positive = np.cumprod(correlation > 0).astype(bool)
+        effective = n**2 / (n + 2 * (lags.pairs * correlation)[initial_positive].sum())
     return float(np.clip(effective, 1.0, n))
 
 

@@ -74,8 +74,8 @@ def _remove(values, part, other):
 def solve(near, touching, tau, right, part, known, room, x, image):
     """Solve the system to ``part`` of the right side; write the solution into ``x`` and A x into ``image``.
 
-    The first ``known`` directions of ``room`` are those of the last system, of which A is known: only what they leave
-    unsolved costs products.
+    Start from the first ``known`` directions of ``room``, whose images under A are stored from the last system. Only
+    the remaining residual needs new products with A.
 
     Returns
     -------

@@ -31,10 +31,10 @@ def extrapolated(depth, step, pressure, displacement, ahead, cap, row, column):
     Pressure and displacement are (1 or 2, …), the later solution last, on a window in which the box begins at ``row``
     and ``column``; ``step`` is the change of displacement from it, and ``ahead`` this change over that between the two.
 
-    As δ grows the contact only grows, and the displacement of a cell outside grows ever faster (the inverse of A has
-    positive entries on its diagonal only): in the linear extrapolation a cell that will touch penetrates already, and
-    one that penetrates by little seldom touches. With one solution only, the displacement is taken as constant for what
-    may touch, and as growing by half the step for what touches; a cell whose displacement is unknown may touch.
+    With increasing δ the contact grows, and displacements outside it grow faster than linearly (the inverse of A has
+    positive entries on its diagonal only). Linear extrapolation therefore overestimates the contact: a cell that will
+    touch penetrates, a slight penetration seldom leads to contact. From a single solution, possible contact assumes a
+    constant displacement, and contact a growth by half the step. A cell of unknown displacement may touch.
     """
     (rows, columns), last = depth.shape, pressure.shape[0] - 1
     out, touching, possible = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
