@@ -69,7 +69,7 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     """Return an error (%) with its own, the sign of its change, and of a known bias what was subtracted."""
     if not np.isfinite(value):
         return "not computed"
-    sign = "" if is_bias or not abs(change) > 0 else "−" if change < 0 else "+"
+    sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
     own = f" ± {number(round(error, 2), digits=2)}" if np.isfinite(error) else ""
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
     return f"{sign}{number(round(value, 2), digits=2)}{own}{bias}"

@@ -45,6 +45,14 @@ _COLUMNS = (
 )
 
 
+#: Methods by the ends of names in the table of places.
+_METHODS = {
+    "_superposed": "superposed asperities",
+    "_rigid": "rigid bodies",
+    "_extrapolated": "with roughness extrapolated",
+}
+
+
 def headline(run: Run) -> str:
     """Return the mean pull-off with its errors, the best estimate, the largest error, and what to do next, as text.
 
@@ -152,7 +160,7 @@ def by_place(run: Run) -> xr.Dataset:
     for group, variable, name in _COLUMNS:
         if group not in run or variable not in run[group]:
             continue
-        column = at_first_preload(run[group][variable])
+        column = _named(at_first_preload(run[group][variable]), name.removeprefix(variable))
         column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
         if column.dims == ("subregion",):
             column = column.drop_vars([axis for axis in column.coords if axis not in ("subregion", *_POSITION)])
@@ -161,9 +169,17 @@ def by_place(run: Run) -> xr.Dataset:
             columns[name] = numbered if "subregion" in column.coords else column
     if "solutions/extrapolated" in run and "solutions/adhesive" in run:
         mean = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
-        columns["pull_off_force_extrapolated"] = _at_all_places(run["solutions/adhesive"], mean)
+        columns["pull_off_force_extrapolated"] = _named(
+            _at_all_places(run["solutions/adhesive"], mean), "_extrapolated"
+        )
     known = {name: column for name, column in columns.items() if bool(column.notnull().any())}
     return xr.Dataset(known)
+
+
+def _named(column: xr.DataArray, suffix: str) -> xr.DataArray:
+    """Return a column whose meaning states the method that the end of its name stands for."""
+    meaning = column.attrs.get("long_name", column.name)
+    return column.assign_attrs(long_name=f"{meaning}, {_METHODS[suffix]}") if suffix in _METHODS else column
 
 
 def recorded(run: Run, **options) -> dict[str, xr.Dataset]:

@@ -76,7 +76,7 @@ function drawScan() {
   });
   const words = [`Heights from ${digits(data.scan.low)} (dark) to ${digits(data.scan.high)} nm (light). Click a place, or use the arrow keys.`];
   if (data.pulls.length) words.push("A darker circle has a larger pull-off force, a hollow circle none.");
-  if (data.places.some(place => place.debris)) words.push("Pink rim: debris, by the rule.");
+  if (data.places.some(place => place.debris)) words.push("Pink rim: debris.");
   at("scan-words").textContent = words.join(" ");
 }
 
@@ -94,7 +94,7 @@ function drawForce() {
   const low = Math.min(0, ...points.map(point => point[1])), most = Math.max(0, ...points.map(point => point[1]));
   const high = low < 0 && most > -4 * low && !state.whole ? -2 * low : most, [unit, size] = forceUnit(Math.max(-low, high));
   const active = points.filter(point => point[1] <= high && Math.abs(point[1]) > 1e-3 * Math.max(-low, high)), range = (active.length > 1 ? active : points).map(point => point[0]);
-  const first = Math.min(...range), last = Math.max(...range), margin = 0.05 * (last - first) || 1, width = clear(svg, 340), left = 60, height = 290;
+  const first = Math.min(...range), last = Math.max(...range), margin = Math.max(0.05 * (last - first), 1 - (last - first) / 2), width = clear(svg, 340), left = 60, height = 290;
   const { sx, sy } = axes(svg, { left, top: 8, width: width - left - 10, height, x: { low: first - margin, high: last + margin, size: 1, words: "displacement δ [nm]" }, y: { low: 1.05 * low - 0.02 * high, high: 1.05 * high - 0.02 * low || 1, size, words: `force [${unit}]` } });
   draw(draw(svg, "clipPath", { id: "within" }), "rect", { x: left, y: 0, width: width - left - 10, height: height + 8 });
   const inner = draw(svg, "g", { "clip-path": "url(#within)" });
@@ -138,7 +138,7 @@ function drawMap() {
 
 function drawFacts() {
   const place = data.places[state.place], rows = [["x", place.x, "nm"], ["y", place.y, "nm"], ...data.facts.map(fact => [fact.label, fact.values[state.place], fact.unit])];
-  at("facts").replaceChildren(...rows.map(([words, value, unit]) => html("tr", {}, html("th", { scope: "row" }, words), html("td", {}, `${digits(value)} ${missing(value) ? "" : unit}`))));
+  at("facts").replaceChildren(...rows.map(([words, value, unit]) => html("tr", {}, html("th", { scope: "row" }, words), html("td", {}, unit === "nN" ? force(value) : `${digits(value)} ${missing(value) ? "" : unit}`))));
 }
 
 function drawAll() {
