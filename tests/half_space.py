@@ -11,8 +11,6 @@ from roughxr.kernels.halfspace.displacement_control import (
     FORCE,
     STATUS,
     Hardness,
-    WarmStart,
-    coefficients_for,
     sweep_arrays,
 )
 from roughxr.kernels.halfspace.load_control import loaded_arrays
@@ -25,8 +23,6 @@ __all__ = [
     "STATUS",
     "Hardness",
     "Solution",
-    "WarmStart",
-    "coefficients_for",
     "loaded",
     "solve",
     "sweep",
@@ -60,12 +56,12 @@ def solve(separation, delta, dx, contact_modulus, **limits):
 
 
 def sweep(separation, deltas, dx, contact_modulus, **limits):
-    """Return the contact at each of ascending displacements, each started from those before."""
+    """Return the contact at each of ascending displacements."""
     return solutions(*sweep_arrays(separation, deltas, dx, contact_modulus, keep=len(deltas), **limits))
 
 
 def loaded(separation, loads, dx, contact_modulus, **limits):
-    """Return (delta, `Solution`) for each of ascending loads (nN > 0), each started from the one before."""
+    """Return (delta, `Solution`) for each of ascending loads (nN > 0)."""
     deltas, *arrays = loaded_arrays(separation, loads, dx, contact_modulus, keep=len(loads), **limits)
     return list(zip(deltas.tolist(), solutions(*arrays)))
 

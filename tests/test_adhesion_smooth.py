@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 from roughxr.kernels.adhesion import traction_laws as laws
 from roughxr.kernels.adhesion.path import follow_smooth
 from roughxr.kernels.halfspace.love import love_coefficients
-from roughxr.kernels.halfspace.products import DENSE_LIMIT, coefficients_for, surface_displacement
+from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 
 from . import half_space as kalker
 
@@ -31,7 +31,7 @@ def rough(seed, n=96):
 
 
 def follow(separation, deltas, law, step=0.25, **options):
-    return follow_smooth(separation, deltas, step, coefficients_for(separation.shape), law, **options)
+    return follow_smooth(separation, deltas, step, law, **options)
 
 
 def pull_off(path):

@@ -8,6 +8,7 @@ from roughxr.contact import elastic
 from roughxr.kernels.adhesion import equilibrium as smooth_equilibrium
 from roughxr.kernels.adhesion import states as smooth_states
 from roughxr.kernels.adhesion.traction_laws import law_of
+from roughxr.kernels.halfspace import displacement_control, working_set
 
 from . import half_space
 from .surfaces import rough, scan, sphere_gap
@@ -161,11 +162,12 @@ def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeyp
 def test_numbers_that_are_none_do_not_pass_for_a_solution():
     """Every comparison with NaN is False: no violation would be found."""
     gap = sphere_gap(32, PIXEL)
-    begin = half_space.WarmStart(np.full(gap.shape, np.nan), gap < 1, gap < 1, 0, 0)
-    lost = half_space.solve(gap, 1.0, PIXEL, MODULUS, start=begin)
-    assert not lost.converged and np.isnan(lost.residual)
+    begin, row = working_set.Guess(np.full(gap.shape, np.nan), gap < 1, gap < 1), np.zeros(8)
+    lost = working_set.solve_in_box(1.0 - gap, begin, 1e-6, 100, np.inf)
+    displacement_control.describe(row, lost, 1.0 - gap, np.inf, np.inf)
+    assert row[half_space.STATUS] != half_space.CONVERGED and np.isnan(row[displacement_control.RESIDUAL])
     law = law_of(exponential=(WORK * PIXEL / MODULUS, RANGE))
-    solver = smooth_states.Solver(gap, half_space.coefficients_for(gap.shape), law, np.inf, np.inf, False)
+    solver = smooth_states.Solver(gap, law, np.inf, np.inf, False)
     nothing = solver.nothing(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
     assert solver.seek(1.0, nothing).fine and not solver.seek(1.0, spoiled).fine

@@ -6,14 +6,11 @@ from scipy.integrate import dblquad
 
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import (
-    coefficients_for,
     multiply,
-    no_transfers,
     operator,
     surface_displacement,
 )
 from roughxr.kernels.halfspace.separation import PARABOLA, SPHERE, map_separation, sphere_separation
-from roughxr.kernels.jit import kernel
 
 
 @pytest.mark.parametrize("offset", [(1, 0), (2, 1), (5, 3)])
@@ -48,11 +45,6 @@ def test_coefficients_equal_the_printed_logarithms():
     np.testing.assert_allclose(love_coefficients(32, 32), printed_coefficients(32), rtol=1e-11)
 
 
-@kernel
-def product(rows, columns, coefficients, dense, pressure, out):
-    multiply(operator(rows, columns, coefficients, no_transfers(), dense), pressure, out)
-
-
 @pytest.mark.parametrize("dense", [False, True], ids=["transforms", "matrix"])
 @pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 3), (40, 25)])
 def test_engines_agree_with_the_plain_sum(shape, dense):
@@ -63,7 +55,7 @@ def test_engines_agree_with_the_plain_sum(shape, dense):
     table = printed_coefficients(max(shape))
     expected = table[abs(rows[:, None] - rows), abs(columns[:, None] - columns)] @ pressure[:-1]
     out = np.zeros(cells.size + 1)
-    product(rows, columns, coefficients_for(shape), dense, pressure, out)
+    multiply(operator(rows, columns, dense=dense), pressure, out)
     np.testing.assert_allclose(out[:-1], expected, atol=(1e-13 if dense else 1e-6) * np.abs(pressure).sum())
     assert out[-1] == 0
 

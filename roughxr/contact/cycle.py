@@ -16,7 +16,6 @@ from ..bodies.liquid import Menisci
 from ..kernels.adhesion import path as path
 from ..kernels.adhesion import traction_laws
 from ..kernels.halfspace import displacement_control
-from ..kernels.halfspace.products import coefficients_for
 from .problem import Place, Problem, Surface, surface_at
 
 #: Laws with an edge, which are extrapolated.
@@ -336,7 +335,6 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         surface.separation,
         deltas_of(surface, problem, adhesion),
         adhesion.step,
-        coefficients_for(surface.separation.shape),
         law,
         preloads=preloads / (problem.contact_modulus * problem.dx),
         max_cells=MOST_CELLS,

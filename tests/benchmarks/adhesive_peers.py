@@ -57,11 +57,10 @@ def _lowest(separation):
 def ours(separation, dx, deltas=(DEPTH,)):
     """Return our pull-off force (nN), at the displacements alone if there are several, and processor time (s)."""
     from roughxr.kernels.adhesion import path, traction_laws
-    from roughxr.kernels.halfspace.products import coefficients_for
 
     began, per_unit = time.process_time(), dx / MODULUS
     law = traction_laws.law_of(exponential=(WORK * per_unit, RANGE))
-    (followed,) = path.follow_smooth(separation, np.array(deltas), STEP, coefficients_for(separation.shape), law)
+    (followed,) = path.follow_smooth(separation, np.array(deltas), STEP, law)
     back = followed.states[followed.turn :]
     back = back[back["asked"] > 0] if len(deltas) > 1 else back
     return -back["force"].min() * MODULUS * dx, time.process_time() - began

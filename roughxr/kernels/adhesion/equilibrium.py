@@ -20,9 +20,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.active_set import PATIENCE, gather_cells
+from ..halfspace.active_set import PATIENCE
 from ..halfspace.active_set import solve as solve_contact
-from ..halfspace.products import displace
+from ..halfspace.products import displaced
 from ..halfspace.transforms import Convolution, convolve
 from ..jit import kernel
 from .newton_system import near_cells, solve, workspace
@@ -72,12 +72,11 @@ class BoxProblem(NamedTuple):
     """The input of a solve on a box, and its work space."""
 
     separation: np.ndarray  # (nx, ny) S, nm, inf where there is nothing to touch
-    coefficients: np.ndarray
     law: SmoothLaw
     tolerance: float
-    exact: Convolution  # with A, in double precision
     quick: Convolution  # with A, in single precision
     inverse: Convolution  # with the periodic inverse of A
+    sinks: np.ndarray  # the last displacement in double precision, nm
 
 
 class ContactState(NamedTuple):
@@ -143,93 +142,75 @@ def _newton(body, delta, state, near):
 def _relax(body, delta, state, steps):
     """Take some tangent steps; return the number of products."""
     fixed = np.zeros(state.gap.shape)
-    _fix_attraction(body, state, fixed)
-    _quick_gaps(body, delta, state)
+    _fix_attraction(body.law, state, fixed)
+    _quick_gaps(body.quick, body.separation, delta, state)
     return sum(_press(body, delta, state, fixed) for _ in range(steps))
 
 
-@kernel
 def _exact_residual(body, delta, state):
     """Compute gaps in double precision, and which cells touch; return the largest residual, and the potential."""
-    displace(state.pressure, body.exact, state.gap)
-    _less_approach(body, delta, state)
-    return _classify(body, delta, state)
+    body.sinks[:] = displaced(state.pressure)
+    np.add(body.sinks, body.separation - delta, out=state.gap)
+    return _classify(body.separation, body.law, delta, state)
 
 
-@kernel
 def _quick_residual(body, delta, state):
     """Do the same in single precision."""
-    _quick_gaps(body, delta, state)
-    return _classify(body, delta, state)
+    _quick_gaps(body.quick, body.separation, delta, state)
+    return _classify(body.separation, body.law, delta, state)
 
 
 @kernel
-def _fix_attraction(body, state, fixed):
+def _fix_attraction(law, state, fixed):
     """Set the pressure of each cell to the attraction at its gap, minus what presses where it touches."""
     for i in range(fixed.shape[0]):
         for j in range(fixed.shape[1]):
-            t = traction(max(state.gap[i, j], 0.0), body.law)[0]
+            t = traction(max(state.gap[i, j], 0.0), law)[0]
             before = fixed[i, j] if fixed[i, j] > 0.0 else t
             presses = max(state.pressure[i, j] + before, 0.0) if state.touching[i, j] else 0.0
             fixed[i, j], state.pressure[i, j] = t, presses - t
 
 
-@kernel
 def _press(body, delta, state, fixed):
-    """Find which cells touch, and their pressures, with the attraction fixed fixed; return the number of products."""
-    _fix_attraction(body, state, fixed)
-    _quick_gaps(body, delta, state)
-    rows, columns = _places(body, state)
-    count = rows.size
-    if count == 0:
+    """Find which cells touch, and their pressures, with the attraction fixed; return the number of products."""
+    _fix_attraction(body.law, state, fixed)
+    _quick_gaps(body.quick, body.separation, delta, state)
+    at = rows, columns = _places(body.law, state)
+    if rows.size == 0:
         return 1
-    cells = gather_cells(near_cells(rows, columns, body.coefficients, body.quick, body.inverse), count, np.inf)
-    pressure, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, np.bool_)
-    deepest = 0.0
-    for k in range(count):
-        i, j = rows[k], columns[k]
-        pressure[k], gap[k] = state.pressure[i, j] + fixed[i, j], state.gap[i, j]
-        deepest = max(deepest, -gap[k])
-        contact[k] = state.touching[i, j] and pressure[k] > 0.0
-    goal = _OVERLAP_TOLERANCE * max(body.law.strength, 0.1 * deepest)
-    out = solve_contact(cells, pressure, gap, contact, goal, _OVERLAP_PRODUCTS, None, np.int64(PATIENCE))
-    for k in range(count):
-        i, j = rows[k], columns[k]
-        state.pressure[i, j], state.gap[i, j] = pressure[k] - fixed[i, j], gap[k]
-        state.touching[i, j] = contact[k]
-    return 1 + out.iterations
+    near = near_cells(rows, columns, body.quick, body.inverse)
+    pressure, gap, contact = (np.append(values[at], values.dtype.type(0)) for values in state)
+    pressure[:-1] += fixed[at]
+    contact &= pressure > 0.0
+    goal = _OVERLAP_TOLERANCE * max(body.law.strength, -0.1 * gap.min())
+    limits = goal, _OVERLAP_PRODUCTS, 0.0, np.inf, PATIENCE
+    out = solve_contact(near, np.zeros(rows.size), pressure, gap, contact, *limits)
+    state.pressure[at], state.gap[at], state.touching[at] = pressure[:-1] - fixed[at], gap[:-1], contact[:-1]
+    return 1 + out[1]
 
 
 @kernel
-def _quick_gaps(body, delta, state):
+def _quick_gaps(convolution, separation, delta, state):
     """Compute the gaps from the pressures, in single precision."""
-    pressure, box = state.pressure, body.quick.box
+    pressure, box = state.pressure, convolution.box
     for i in range(box.shape[0]):
         for j in range(box.shape[1]):
             box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
-    convolve(body.quick)
+    convolve(convolution)
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
-            state.gap[i, j] = box[i, j]
-    _less_approach(body, delta, state)
+            state.gap[i, j] = box[i, j] + (separation[i, j] - delta)
 
 
 @kernel
-def _less_approach(body, delta, state):
-    for i in range(state.gap.shape[0]):
-        for j in range(state.gap.shape[1]):
-            state.gap[i, j] += body.separation[i, j] - delta
-
-
-@kernel
-def _classify(body, delta, state):
+def _classify(separation, law, delta, state):
     """Decide which cells touch, update the tractions of distant cells; return the largest residual, and the potential.
 
     The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. The
     potential (nm²) is the energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do
     not count.
     """
-    law, worst, most, potential = body.law, 0.0, 0.0, 0.0
+    worst, most, potential = 0.0, 0.0, 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
             gap, pressure = state.gap[i, j], state.pressure[i, j]
@@ -237,7 +218,7 @@ def _classify(body, delta, state):
             t, tau = traction(max(gap, 0.0), law)
             touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
             state.touching[i, j] = touching
-            potential += _stored(pressure, gap, body.separation[i, j], delta, law)
+            potential += _stored(pressure, gap, separation[i, j], delta, law)
             if touching:
                 potential -= (pressure + t) * gap
                 worst = max(worst, abs(gap))
@@ -248,60 +229,49 @@ def _classify(body, delta, state):
     return worst / max(law.strength, _PRESSURE_SCALE * most), potential
 
 
-@kernel
 def _improve(body, state, worst):
     """Take one step; return the number of products."""
-    rows, columns = _places(body, state)
+    rows, columns = _places(body.law, state)
     if rows.size == 0:
         return 0
-    near = near_cells(rows, columns, body.coefficients, body.quick, body.inverse)
-    touching, fall, right = _system(body, state, rows, columns)
+    near = near_cells(rows, columns, body.quick, body.inverse)
+    touching, fall, right = _system(body.law, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
-    tau = np.empty(rows.size)
-    _scale(part, fall, tau)
-    size = solve(near, touching, tau, right, _SYSTEM_TOLERANCE, 0, room, x, image)
-    while part > 0.0 and not _is_downhill(body, state, rows, columns, touching, x, image):
+    size = solve(near, touching, part * fall, right, _SYSTEM_TOLERANCE, 0, room, x, image)
+    while part > 0.0 and not _is_downhill(body.law, state, rows, columns, touching, x, image):
         part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
-        _scale(part, fall, tau)
-        size = solve(near, touching, tau, right, _LARGEST_UNSOLVED, size, room, x, image)
-    _go(body, state, rows, columns, touching, x, image)
+        size = solve(near, touching, part * fall, right, _LARGEST_UNSOLVED, size, room, x, image)
+    _go(body.law, state, rows, columns, touching, x, image)
     return size
 
 
 @kernel
-def _scale(factor, values, out):
-    """Write a multiple of an array into another: in a loop it compiles sooner."""
-    for k in range(values.size):
-        out[k] = factor * values[k]
-
-
-@kernel
-def _go(body, state, rows, columns, touching, x, image):
+def _go(law, state, rows, columns, touching, x, image):
     """Apply a step: solved pressures where cells touch, tractions at the new gaps where they attract."""
-    most = traction(0.0, body.law)[0]
+    most = traction(0.0, law)[0]
     for k in range(rows.size):
         i, j = rows[k], columns[k]
         if touching[k]:
             state.pressure[i, j] = max(state.pressure[i, j] + x[k], -most)
         else:
-            state.pressure[i, j] = -traction(max(state.gap[i, j] + image[k], 0.0), body.law)[0]
+            state.pressure[i, j] = -traction(max(state.gap[i, j] + image[k], 0.0), law)[0]
 
 
 @kernel
-def _places(body, state):
+def _places(law, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
     rows, columns, count = np.empty(state.gap.size, np.int64), np.empty(state.gap.size, np.int64), 0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
             gap = state.gap[i, j]
-            if state.touching[i, j] or gap < 0.0 or traction(gap, body.law)[1] >= _SMALLEST_SLOPE:
+            if state.touching[i, j] or gap < 0.0 or traction(gap, law)[1] >= _SMALLEST_SLOPE:
                 rows[count], columns[count], count = i, j, count + 1
     return rows[:count], columns[:count]
 
 
 @kernel
-def _system(body, state, rows, columns):
+def _system(law, state, rows, columns):
     """Return which cells touch, the slopes of the others' tractions, and the right side."""
     count = rows.size
     touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
@@ -311,15 +281,15 @@ def _system(body, state, rows, columns):
         if touching[k]:
             right[k] = -state.gap[i, j]
         else:
-            t, tau[k] = traction(max(state.gap[i, j], 0.0), body.law)
+            t, tau[k] = traction(max(state.gap[i, j], 0.0), law)
             right[k] = -t - state.pressure[i, j]
     return touching, tau, right
 
 
 @kernel
-def _is_downhill(body, state, rows, columns, touching, x, image):
+def _is_downhill(law, state, rows, columns, touching, x, image):
     """Return whether a step x of the pressures, A x of the gaps, lowers the potential and is not too long."""
-    rise, longest = 0.0, _LARGEST_OPENING * body.law.length
+    rise, longest = 0.0, _LARGEST_OPENING * law.length
     for k in range(rows.size):
         rise += 0.5 * x[k] * image[k]
         if touching[k]:
@@ -327,7 +297,7 @@ def _is_downhill(body, state, rows, columns, touching, x, image):
         if abs(image[k]) > longest:
             return False
         gap, pressure = state.gap[rows[k], columns[k]], state.pressure[rows[k], columns[k]]
-        rise += pressure * image[k] - _work_from(gap + image[k], body.law) + _work_from(gap, body.law)
+        rise += pressure * image[k] - _work_from(gap + image[k], law) + _work_from(gap, law)
     return rise <= 0.0
 
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.products import DENSE_LIMIT, Operator, divide, multiply
+from ..halfspace.products import DENSE_LIMIT, Operator, coefficients_for, convolve_cells, matrix_between, multiply
 from ..jit import kernel
 
 
@@ -27,21 +27,17 @@ class Workspace(NamedTuple):
     images: np.ndarray  # (products, count) A times the preconditioned
 
 
-@kernel
-def near_cells(rows, columns, coefficients, product, inverse):
+def near_cells(rows, columns, product, inverse):
     """Return A on cells at (rows, columns) of the box of two convolutions: with A, and with its periodic inverse."""
-    count = rows.size if rows.size <= DENSE_LIMIT else 0
-    matrix = np.empty((count, count))
-    for k in range(count):
-        for m in range(count):
-            matrix[k, m] = coefficients[abs(rows[k] - rows[m]), abs(columns[k] - columns[m])]
-    return Operator(rows, columns, matrix, [product, inverse])
+    matrix = np.empty((0, 0))
+    if rows.size <= DENSE_LIMIT:
+        matrix = matrix_between(rows, columns, coefficients_for(product.box.shape))
+    return Operator(rows, columns, matrix, product, inverse)
 
 
-@kernel
 def workspace(products, count):
     """Return work arrays for this many products on this many cells."""
-    return Workspace(np.empty((products, count)), np.empty((products, count)), np.empty((products, count)))
+    return Workspace(*(np.empty((products, count)) for _ in Workspace._fields))
 
 
 @kernel
@@ -50,7 +46,7 @@ def _precondition(near, touching, values, out):
     for k in range(values.size):
         out[k] = values[k] if touching[k] else 0.0
     if near.matrix.size == 0:
-        divide(near, out, out)
+        convolve_cells(near.rows, near.columns, near.inverse, out, out)
     for k in range(values.size):
         if not touching[k]:
             out[k] = values[k]

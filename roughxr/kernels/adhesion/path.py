@@ -80,7 +80,6 @@ def follow_smooth(
     separation,
     deltas,
     step,
-    coefficients,
     law,
     *,
     preloads=(),
@@ -102,8 +101,6 @@ def follow_smooth(
         Prescribed displacements, nm, ascending. Loading ends at the last.
     step : float
         Longest step between two states, nm.
-    coefficients : array
-        Love's, for all boxes within the window (``halfspace.coefficients_for``).
     law : laws.SmoothLaw
     preloads : array, optional
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
@@ -136,7 +133,7 @@ def follow_smooth(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
-    solver = Solver(separation, coefficients, law, cap, limit, from_contact, capture)
+    solver = Solver(separation, law, cap, limit, from_contact, capture)
     left = np.zeros(separation.shape) if left is None else left
     loading = _Loading(solver, step, deltas, left, fields=fields)
     return [_path(loading, loading.load(goal)) for goal in goals]

@@ -16,8 +16,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..halfspace import displacement_control, yielding
-from ..halfspace.products import surface_displacement
-from ..halfspace.transforms import convolution, even_length, transfer_of
+from ..halfspace.products import displaced, inverse_in, product_in
 from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
 from .patches import contacts_and_resolution
 from .traction_laws import traction
@@ -34,7 +33,7 @@ TOLERANCE, ON_THE_WAY = 1e-5, 1e-3
 
 #: On loading a state may exceed the hardness by this part. Else it gives way, at most so many times, each time by an
 #: amount found to this part of the deepest overlap.
-_EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-5
+_EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-6
 
 #: How far the edge of a contact opens within a law without range, in cells times the steepness of the law: π E* b²/16w
 #: by Griffith's edge. Overlaps of more than the second part of the range are contacts. Distances go from cell to cell.
@@ -68,11 +67,10 @@ class SolvedState(NamedTuple):
 class Solver:
     """Finds the states of one body."""
 
-    def __init__(self, separation, coefficients, law, cap, limit, from_contact, capture=0.0):
-        self.separation, self.coefficients, self.law = separation, coefficients, law
+    def __init__(self, separation, law, cap, limit, from_contact, capture=0.0):
+        self.separation, self.law = separation, law
         self.cap, self.limit = cap, limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
-        self.transfers = {}
         self.around = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
         self.closes_at = capture if capture > 0.0 else -_CONTACT_OVERLAP * law.range
 
@@ -102,20 +100,10 @@ class Solver:
         """Return the residual height once the surface has given way under too large pressures, at fixed attraction."""
         at, state, most = (solved.rows, solved.columns), solved.state, traction(0.0, self.law)[0]
         attraction = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
-        separation = self.separation[at] - solved.left[at] - surface_displacement(attraction, 1.0, 1.0)
-        bears = np.where(state.touching, np.clip(state.pressure + attraction, 0.0, self.cap + most), 0.0)
-        touching = (bears > 0.0) & (bears < self.cap + most)
+        separation = self.separation[at] - solved.left[at] - displaced(attraction)
         hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([solved.delta])
-        _, pressure, displacement = displacement_control.sweep_arrays(
-            separation,
-            deltas,
-            1.0,
-            1.0,
-            tolerance=_DENT_TOLERANCE,
-            start=displacement_control.WarmStart(bears, touching, bears > 0.0),
-            hardness=hardness,
-            keep=1,
-        )
+        limits = {"tolerance": _DENT_TOLERANCE, "hardness": hardness, "keep": 1}
+        _, pressure, displacement = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
         left = solved.left.copy()
         left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
         return left
@@ -164,8 +152,7 @@ class Solver:
         stored = energy(separation, self.law, delta, state)
         nearby = None, False
         if self.around:
-            sinks = body.exact.box[:, : separation.shape[1]]
-            sinks = sinks if out.fine else surface_displacement(state.pressure, 1.0, 1.0)
+            sinks = body.sinks if out.fine else displaced(state.pressure)
             nearby = self._where_it_pulls(rows, columns, delta, sinks, state, last)
         fine = out.fine and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
         return SolvedState(delta, force, stored, rows, columns, state, out.rounds, fine, out.residual, left, *nearby)
@@ -213,28 +200,8 @@ class Solver:
         return state
 
     def _body(self, separation, tolerance):
-        high, wide = separation.shape
-        padded = even_length(2 * high - 1), even_length(2 * wide - 1)
-        transfer = self._transfer(*padded)
-        exact = convolution(high, padded[1], transfer.double, np.complex128(0))
-        quick = convolution(high, padded[1], transfer.single, np.complex64(0))
-        even = even_length(high), even_length(wide)
-        inverse = convolution(high, even[1], self._inverse(*even), np.complex64(0))
-        return BoxProblem(separation, self.coefficients, self.law, tolerance, exact, quick, inverse)
-
-    def _transfer(self, rows, columns):
-        if (rows, columns) not in self.transfers:
-            self.transfers[rows, columns] = transfer_of(rows, columns, self.coefficients)
-        return self.transfers[rows, columns]
-
-    def _inverse(self, rows, columns):
-        """Return the inverse of transformed coefficients, like these divided by the number of cells."""
-        key = "inverse", rows, columns
-        if key not in self.transfers:
-            self.transfers[key] = (1.0 / ((rows * columns) ** 2 * self._transfer(rows, columns).double)).astype(
-                np.float32
-            )
-        return self.transfers[key]
+        product, inverse = product_in(*separation.shape), inverse_in(*separation.shape)
+        return BoxProblem(separation, self.law, tolerance, product, inverse, np.empty(separation.shape))
 
 
 def _rounded(places, size, margin):

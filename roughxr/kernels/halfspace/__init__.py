@@ -4,8 +4,7 @@ love                   displacement of a uniformly loaded square
 transforms, products   u = A p, by fast transforms or by a matrix
 separation             the undeformed gap between indenter and surface
 active_set             which of a list of cells touch, and their pressures
-working_set            which cells of a window the active set must include
-warm_start             a first guess of a contact
+working_set            which cells of a box the active set must include, and a first guess by coarser cells
 displacement_control   contact at a displacement, or through a sweep
 load_control           contact under a load
 yielding               the residual heights of a contact that yields

@@ -16,7 +16,7 @@ a few rounds; where rounds stop making progress the cells are exchanged one at a
 A is nearly the inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within the
 contact, are a good preconditioner: half the iterations, at the cost of a few additions per cell.
 
-Pressures (p dx/E*), gaps and overlaps are in nm. Vectors are compact, see ``products``; their last entry stays zero and
+Pressures (p dx/E*), gaps and depths are in nm. Vectors are compact, see ``products``; their last entry stays zero and
 stands for a missing neighbour.
 """
 
@@ -24,9 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table
 from ..jit import kernel
-from .products import Operator, divide, largest, multiply
+from .products import convolve_cells, multiply
 
 #: Outcomes of a solve.
 CONVERGED, ITERATION_LIMIT = 0, 1
@@ -53,15 +52,6 @@ class Outcome(NamedTuple):
     shift: float  #: what was added to the depths to carry the load; 0 where none is prescribed
 
 
-class Cells(NamedTuple):
-    """The cells of a problem: their overlaps and neighbours, and A."""
-
-    depth: np.ndarray  # h, (count,)
-    neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` for a missing one
-    operator: Operator
-    cap: float  # H dx/E*, the largest pressure; inf where nothing yields
-
-
 class Work(NamedTuple):
     """Vectors of the conjugate gradients."""
 
@@ -69,104 +59,63 @@ class Work(NamedTuple):
     image: np.ndarray  # A times the direction; before that the residual
     preconditioned: np.ndarray
     flat: np.ndarray  # nearly the pressures of a flat punch on the contact
+    change: np.ndarray  # of the pressures, by an exchange of cells
+    neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` for a missing one
 
 
 @kernel
-def gather_cells(operator, count, cap):
-    """Return the ``count`` `Cells` of an operator, with their depths still to be filled in."""
-    return Cells(line(count, 0.0), _neighbours(operator.rows, operator.columns), operator, cap)
-
-
-@kernel
-def solve(cells, pressure, gap, contact, goal, max_iterations, load, patience):
+def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, cap, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative or above the cap. With a ``load`` > 0 the pressures keep adding up to it, and all
+    pressures are never negative or above the ``cap``. With a ``load`` > 0 the pressures keep adding up to it, and all
     depths are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further
-    product. Without one it is None, by which numba leaves out what a load needs: an eighth of the first call. Returns
-    the `Outcome`.
+    product. Returns the `Outcome`.
     """
-    size, cap = pressure.size, cells.cap
-    work = Work(line(size, 0.0), line(size, 0.0), line(size, 0.0), line(size, 0.0))
-    change = line(size, 0.0)
+    z = np.zeros((5, pressure.size))
+    work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
-    changed, yields = False, _is_capped(pressure, cap)
+    changed = np.bool_(False)  # not the literal, for which Numba compiles a function again
     while True:
-        if load is not None and slope == 0.0:
-            changed, shift = _carry(cells, pressure, gap, contact, work, change, changed, load, shift, yields)
+        if load > 0.0 and slope == 0.0:
+            changed, shift = _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap)
         elif changed:
-            _displace(cells, gap, change, work.image)
+            _displace(operator, gap, work)
         iterations += changed
-        worst, inside = _violation(pressure, gap, contact, cap)
+        violating, inside, worst = _violations(pressure, gap, contact, cap, goal)
         target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         if inside > target:
             most = max_iterations - iterations
-            products, slope, shift = _close(cells, pressure, gap, contact, work, slope, shift, target, load, most)
+            products, slope, shift = _close(operator, pressure, gap, contact, work, slope, shift, target, load, most)
             iterations += products
-        violating, worst = _count(pressure, gap, contact, cap, goal)
+            violating, inside, worst = _violations(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
             return Outcome(CONVERGED, iterations, worst, shift)
         changed = False
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
             fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            changed = _exchange(pressure, gap, contact, cap, change, goal, left <= 0)
-            yields = yields or _is_capped(pressure, cap)
+            changed = _exchange(pressure, gap, contact, cap, work.change, goal, left <= 0)
         if iterations >= max_iterations:
-            return Outcome(ITERATION_LIMIT, iterations, _give_up(pressure, gap, contact, cap), shift)
-
-
-@kernel
-def _close(cells, pressure, gap, contact, work, slope, shift, target, load, most):
-    """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
-    products, closed = 0, False
-    while not closed and products < most:
-        _residual(gap, contact, work.image)
-        _precondition(cells, work.image, work.preconditioned)
-        if load is not None:
-            shift += _project(gap, contact, work.preconditioned, work.flat)
-            _residual(gap, contact, work.image)
-        slope = _search(work.image, contact, work.preconditioned, work.direction, slope)
-        multiply(cells.operator, work.direction, work.image)
-        products += 1
-        closed = _advance(pressure, gap, contact, work.direction, work.image, slope, target)
-    return products, slope, shift
-
-
-@kernel
-def _carry(cells, pressure, gap, contact, work, change, changed, load, shift, yields):
-    """Let another contact carry the load; return whether pressures have changed, and the shift of the depths."""
-    missing = _missing(pressure, gap, contact, cells.cap, load) if yields else 0.0
-    _ones_in(contact, work.image)
-    _precondition(cells, work.image, work.flat)
-    _keep_in(contact, work.flat)
-    if abs(missing) > _ROUNDING * load:
-        _top_up(pressure, work.flat, change, missing)
-        changed = True
-    if changed:
-        _displace(cells, gap, change, work.image)
-    if not yields:
-        _scale(pressure, gap, cells.depth, shift, load)
-    return changed, shift + _level(gap, contact)
-
-
-@kernel
-def _displace(cells, gap, change, image):
-    """Add the displacement by a change of the pressures to the gaps."""
-    multiply(cells.operator, change, image)
-    for k in range(gap.size):
-        gap[k] += image[k]
+            for k in range(depth.size):
+                pressure[k] = min(max(pressure[k], 0.0), cap)
+            worst = _violations(pressure, gap, contact, cap, goal)[2]
+            return Outcome(ITERATION_LIMIT, iterations, worst, shift)
 
 
 @kernel
 def _neighbours(rows, columns):
     """Return for each cell the compact index of the four cells beside it and the four at its corners."""
-    count = rows.size
-    number = table(largest(rows) + 3, largest(columns) + 3, np.int32(count))
+    count, high, wide = rows.size, 0, 0
+    for k in range(count):
+        high, wide = max(high, rows[k] + 3), max(wide, columns[k] + 3)
+    number = np.empty((high, wide), np.int32)
+    for i in range(high):
+        for j in range(wide):
+            number[i, j] = count
     for k in range(count):
         number[rows[k] + 1, columns[k] + 1] = k
-    neighbours = table(count, 8, np.int32(count))
+    neighbours = np.empty((count, 8), np.int32)
     for k in range(count):
         i, j = rows[k] + 1, columns[k] + 1
         neighbours[k, 0], neighbours[k, 1] = number[i - 1, j], number[i + 1, j]
@@ -177,129 +126,49 @@ def _neighbours(rows, columns):
 
 
 @kernel
-def _wrong_by(pressure, gap, cap):
-    """Return by how much the gap of a cell out of contact has the wrong sign, be it open or yielding."""
-    return gap if pressure >= cap else -gap
+def _close(operator, pressure, gap, contact, work, slope, shift, target, load, most):
+    """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
+    products, closed = 0, False
+    while not closed and products < most:
+        for k in range(gap.size):  # without branches, like the loops below, in half of their time
+            work.image[k] = -gap[k] if contact[k] else 0.0
+        _precondition(operator, work.neighbours, work.image, work.preconditioned)
+        if load > 0.0:
+            shift += _project(gap, contact, work)
+        slope = _search(work.image, contact, work.preconditioned, work.direction, slope)
+        multiply(operator, work.direction, work.image)
+        products += 1
+        closed = _advance(pressure, gap, contact, work.direction, work.image, slope, target)
+    return products, slope, shift
 
 
 @kernel
-def _violation(pressure, gap, contact, cap):
-    """Return the largest |g| in contact or of the wrong sign outside, and the largest |g| in contact."""
-    inside, outside = 0.0, 0.0
-    for k in range(gap.size - 1):
-        if contact[k]:
-            inside = max(inside, abs(gap[k]))
-        else:
-            outside = max(outside, _wrong_by(pressure[k], gap[k], cap))
-    return max(inside, outside), inside
+def _precondition(operator, neighbours, r, preconditioned):
+    """Write nearly the pressures that would close the residual, which is zero outside the contact."""
+    if operator.inverse.box.size:
+        convolve_cells(operator.rows, operator.columns, operator.inverse, r, preconditioned)
+        return
+    for k in range(neighbours.shape[0]):
+        n = neighbours[k]
+        side_sum = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
+        corner = r[n[4]] + r[n[5]] + r[n[6]] + r[n[7]]
+        preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * side_sum + STENCIL[2] * corner
 
 
 @kernel
-def _scale(pressure, gap, depth, shift, load):
-    """Scale the pressures to the load, their gaps along with them."""
-    total = 0.0
-    for k in range(depth.size):
-        total += pressure[k]
-    if total > 0.0:
-        for k in range(depth.size):
-            pressure[k] *= load / total
-            gap[k] = (gap[k] + depth[k] + shift) * (load / total) - depth[k] - shift
-
-
-@kernel
-def _is_capped(pressure, cap):
-    """Return whether there is a cap, and a pressure at it."""
-    if cap == np.inf:
-        return False
-    reaches = False
-    for p in pressure:  # a tenth of what NumPy's own ``max`` takes to compile
-        reaches |= p >= cap
-    return reaches
-
-
-@kernel
-def _missing(pressure, gap, contact, cap, load):
-    """Return what the pressures leave of the load for the contact to carry; where none is free, one more cell joins."""
-    missing, carrying = load, False
-    for k in range(pressure.size - 1):
-        missing -= pressure[k]
-        carrying |= contact[k]
-    if not carrying:
-        contact[_next_to_carry(pressure, gap, cap, missing)] = True
-    return missing
-
-
-@kernel
-def _top_up(pressure, flat, change, missing):
-    """Spread what is missing of the load as by a flat punch, and add it to the ``change``."""
-    whole = 0.0
-    for k in range(flat.size):
-        whole += flat[k]
-    share = missing / whole
-    for k in range(pressure.size - 1):
-        pressure[k] += share * flat[k]
-        change[k] += share * flat[k]
-
-
-@kernel
-def _next_to_carry(pressure, gap, cap, missing):
-    """Return the open cell of the least gap if load is missing, else the yielding one that has given way least."""
-    best, least = 0, np.inf
-    for k in range(pressure.size - 1):
-        yielding = pressure[k] >= cap
-        if yielding == (missing < 0.0) and abs(gap[k]) < least:
-            best, least = k, abs(gap[k])
-    return best
-
-
-@kernel
-def _level(gap, contact):
-    """Shift the gaps so that those in contact have zero mean; return the shift of the depths."""
-    count, mean = 0, 0.0
-    for k in range(gap.size - 1):
-        count += contact[k]
-        mean += gap[k] if contact[k] else 0.0
-    mean /= count
-    for k in range(gap.size - 1):
-        gap[k] -= mean
-    return mean
-
-
-@kernel
-def _ones_in(contact, values):
-    """Write ones in contact, and zeros outside."""
-    for k in range(values.size - 1):
-        values[k] = 1.0 if contact[k] else 0.0
-
-
-@kernel
-def _keep_in(contact, values):
-    """Write zeros outside the contact."""
-    for k in range(values.size - 1):
-        if not contact[k]:
-            values[k] = 0.0
-
-
-@kernel
-def _project(gap, contact, preconditioned, unit):
+def _project(gap, contact, work):
     """Remove the load from the preconditioned residual, and the shift that it stands for from the gaps."""
     total, whole = 0.0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
-            total += preconditioned[k]
-            whole += unit[k]
+            total += work.preconditioned[k]
+            whole += work.flat[k]
     excess = total / whole
     for k in range(gap.size - 1):
         gap[k] += excess
-        preconditioned[k] -= excess * unit[k]
+        work.preconditioned[k] -= excess * work.flat[k]
+        work.image[k] = -gap[k] if contact[k] else 0.0
     return -excess
-
-
-@kernel
-def _residual(gap, contact, residual):
-    """Write the gaps to be closed; without branches, like the loops below, in half of their time."""
-    for k in range(gap.size):
-        residual[k] = -gap[k] if contact[k] else 0.0
 
 
 @kernel(reorder=True)
@@ -312,24 +181,6 @@ def _search(residual, contact, preconditioned, direction, slope):
     for k in range(residual.size):
         direction[k] = preconditioned[k] + ratio * direction[k] if contact[k] else 0.0
     return new
-
-
-@kernel
-def _precondition(cells, residual, preconditioned):
-    """Write nearly the pressures that would close the residual, which is zero outside the contact."""
-    if len(cells.operator.convolutions) > 1:
-        divide(cells.operator, residual, preconditioned)
-    else:
-        _precondition_by_neighbours(cells.neighbours, residual, preconditioned)
-
-
-@kernel
-def _precondition_by_neighbours(neighbours, r, preconditioned):
-    for k in range(neighbours.shape[0]):
-        n = neighbours[k]
-        side_sum = r[n[0]] + r[n[1]] + r[n[2]] + r[n[3]]
-        corner = r[n[4]] + r[n[5]] + r[n[6]] + r[n[7]]
-        preconditioned[k] = STENCIL[0] * r[k] + STENCIL[1] * side_sum + STENCIL[2] * corner
 
 
 @kernel(reorder=True)
@@ -347,18 +198,27 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
 
 
 @kernel
-def _count(pressure, gap, contact, cap, goal):
-    """Return how many cells pull, press above the cap or have the wrong gap outside, and the largest violation."""
-    violating, worst = 0, 0.0
+def _violations(pressure, gap, contact, cap, goal):
+    """Return the number of violations, the largest |g| in contact, and that or the largest wrong gap outside.
+
+    Cells violate a condition that pull, press above the cap or have the wrong gap outside; see `_wrong_by`.
+    """
+    violating, inside, worst = 0, 0.0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
             violating += (pressure[k] < 0.0) | (pressure[k] > cap)
-            worst = max(worst, abs(gap[k]))
+            inside = max(inside, abs(gap[k]))
         else:
             wrong = _wrong_by(pressure[k], gap[k], cap)
             violating += wrong > goal
             worst = max(worst, wrong)
-    return violating, worst
+    return violating, inside, max(inside, worst)
+
+
+@kernel
+def _wrong_by(pressure, gap, cap):
+    """Return by how much the gap of a cell out of contact has the wrong sign, be it open or yielding."""
+    return gap if pressure >= cap else -gap
 
 
 @kernel
@@ -384,8 +244,56 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
 
 
 @kernel
-def _give_up(pressure, gap, contact, cap):
-    """Cut off pressures below zero or above the cap; return the largest violation."""
-    for k in range(gap.size - 1):
-        pressure[k] = min(max(pressure[k], 0.0), cap)
-    return _violation(pressure, gap, contact, cap)[0]
+def _displace(operator, gap, work):
+    """Add the displacement by a change of the pressures to the gaps."""
+    multiply(operator, work.change, work.image)
+    for k in range(gap.size):
+        gap[k] += work.image[k]
+
+
+@kernel
+def _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap):
+    """Let another contact carry the load; return whether pressures have changed, and the shift of the depths.
+
+    Where nothing yields the pressures are scaled to the load; else the rest is added as under a flat punch.
+    """
+    total, yields, carrying, flat = 0.0, False, 0, 0.0
+    for k in range(depth.size):
+        total += pressure[k]
+        yields |= pressure[k] >= cap
+        carrying += contact[k]
+    if carrying == 0:
+        contact[_next_to_carry(pressure, gap, cap, load - total)] = True
+    for k in range(depth.size):
+        work.image[k] = 1.0 if contact[k] else 0.0
+    _precondition(operator, work.neighbours, work.image, work.flat)
+    for k in range(depth.size):
+        work.flat[k] = work.flat[k] if contact[k] else 0.0
+        flat += work.flat[k]
+    if yields and abs(load - total) > _ROUNDING * load:
+        for k in range(depth.size):
+            pressure[k] += (load - total) / flat * work.flat[k]
+            work.change[k] += (load - total) / flat * work.flat[k]
+        changed = True
+    if changed:
+        _displace(operator, gap, work)
+    part, mean, carrying = 1.0 if yields or total == 0.0 else load / total, 0.0, 0
+    for k in range(depth.size):
+        pressure[k] *= part
+        gap[k] = (gap[k] + depth[k] + shift) * part - depth[k] - shift
+        carrying += contact[k]
+        mean += gap[k] if contact[k] else 0.0
+    for k in range(depth.size):
+        gap[k] -= mean / carrying
+    return changed, shift + mean / carrying
+
+
+@kernel
+def _next_to_carry(pressure, gap, cap, missing):
+    """Return the open cell of the least gap if load is missing, else the yielding one that has given way least."""
+    best, least = 0, np.inf
+    for k in range(pressure.size - 1):
+        yielding = pressure[k] >= cap
+        if yielding == (missing < 0.0) and abs(gap[k]) < least:
+            best, least = k, abs(gap[k])
+    return best

@@ -3,210 +3,158 @@
 Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
 (``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
 precision. The product over the whole box, in double precision, then shows which other cells violate a condition; they
-join the working set, and the active set continues. Source: own.
+join the working set, and the active set continues. The first choice comes from the same problem on cells twice as
+large, solved likewise (nested iteration); it affects the time of a solve, but not its result. Source: own.
 
-Unit cells and unit modulus, as in ``active_set``; depths are δ − S, negative for cells that do not overlap.
+Unit cells and unit modulus, as in ``active_set``; depths are negative for cells that do not overlap.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ..arrays import line, table, unset
-from ..jit import kernel
-from .active_set import CONVERGED, PATIENCE, Outcome, gather_cells, solve
-from .products import DENSE_LIMIT, displace, multiply, operator, whole_box
+from .active_set import CONVERGED, PATIENCE, Outcome, solve
+from .products import DENSE_LIMIT, displaced, multiply, operator
+
+#: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
+_MARGIN = 0.05
+
+#: Tolerance and iterations of the solve on cells twice as large, which is only a guess.
+COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, 1000
 
 
-class WarmStart(NamedTuple):
-    """A guess of a contact, on a window or a box."""
+class Guess(NamedTuple):
+    """A guess of a contact in a box."""
 
     pressure: np.ndarray
     touching: np.ndarray  # cells to start from
     possible: np.ndarray  # cells that may touch; the others are left out until they are found to penetrate
-    row: int = 0  # position of the box's first cell in these arrays
-    column: int = 0
 
 
-class Overlap(NamedTuple):
-    """The cells with S < δ: their bounding box, their number, and the depth of the deepest (nm)."""
+class Contact(NamedTuple):
+    """The contact in a box; displacements are NaN where they are not known."""
 
-    row: int  # the box's first
-    column: int
-    rows: int
-    columns: int
-    count: int
-    largest: float
+    pressure: np.ndarray
+    displacement: np.ndarray
+    outcome: Outcome
 
 
-@kernel
-def overlapping(separation, delta):
-    """Return the `Overlap` of a window."""
-    rows, columns = separation.shape
-    first_row, last_row, first_column, last_column, count, least = rows, -1, columns, -1, 0, np.inf
-    for i in range(rows):
-        for j in range(columns):
-            if separation[i, j] < delta:
-                first_row, last_row = min(first_row, i), i
-                first_column, last_column = min(first_column, j), max(last_column, j)
-                least = min(least, separation[i, j])
-                count += 1
-    high, wide = last_row - first_row + 1, last_column - first_column + 1
-    return Overlap(first_row, first_column, high, wide, count, delta - least)
+def box_below(separation, delta):
+    """Return the rows and columns of the bounding box of the cells with S < δ, and their number."""
+    within = separation < delta
+    rows, columns = (np.flatnonzero(within.any(axis)) for axis in (1, 0))
+    if rows.size == 0:
+        return (slice(0, 0), slice(0, 0)), 0
+    return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)), np.count_nonzero(within)
 
 
-@kernel
-def depth_in(separation, delta, box):
-    """Return δ − S in the box of an `Overlap`."""
-    depth = unset((box.rows, box.columns), 0.0)
-    for i in range(box.rows):
-        for j in range(box.columns):
-            depth[i, j] = delta - separation[box.row + i, box.column + j]
-    return depth
+def contact_in(depth, tolerance, max_iterations, cap, guess=None):
+    """Return the `Contact` in a box, from a guess or by nested iteration."""
+    if guess is not None:
+        return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap)
+    levels = [depth]
+    while np.count_nonzero(levels[-1] > 0.0) > DENSE_LIMIT and min(levels[-1].shape) >= 4:
+        levels.append(halved(levels[-1]))
+    guess = half_deep(levels[-1])
+    for n in range(len(levels) - 1, 0, -1):
+        coarse_cap = cap * 2**n  # with the cells' side E*/dx halves
+        coarse = solve_in_box(levels[n], guess, 0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap)
+        guess = refined(coarse, levels[n - 1], 0.5 * coarse_cap)
+    return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap)
 
 
-@kernel
-def put(part, windows, k, box):
-    """Copy a field in a box into the k-th window."""
-    for i in range(part.shape[0]):
-        for j in range(part.shape[1]):
-            windows[k, box.row + i, box.column + j] = part[i, j]
+def half_deep(depth):
+    """Return a guess for few cells: those that overlap by more than half the deepest, as under a paraboloid, touch."""
+    return Guess(np.zeros(depth.shape), depth > 0.5 * depth.max(), np.ones(depth.shape, bool))
 
 
-@kernel
-def overlap_of(depth, slack):
-    """Return how many cells of a box overlap, or miss it by less than ``slack``, and the depth of the deepest."""
-    count, largest = 0, -np.inf
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            if depth[i, j] > -slack:
-                count, largest = count + 1, max(largest, depth[i, j])
-    return count, largest
+def halved(depth):
+    """Return the means of 2 × 2 cells; odd rims are repeated."""
+    odd = [(0, size % 2) for size in depth.shape]
+    even = np.pad(depth, odd, mode="edge") if any(depth.shape[axis] % 2 for axis in (0, 1)) else depth
+    rows = even[::2] + even[1::2]
+    return 0.25 * (rows[:, ::2] + rows[:, 1::2])
 
 
-@kernel
-def solve_in_box(depth, start, part, max_iterations, load, slack, cap, coefficients, known):
-    """Return pressures, displacements (NaN where not known) and `Outcome` in a box.
+def refined(coarse, depth, cap):
+    """Return the guess in a box of depths from a solution on cells twice as large, its pressures below the cap."""
+    rows, columns = (np.arange(size) // 2 for size in depth.shape)
+    pressure = np.minimum(0.5 * coarse.pressure[rows[:, None], columns], cap)  # E*/dx is twice as large
+    displacement = _between(_between(coarse.displacement).T).T[: depth.shape[0], : depth.shape[1]]
+    gap, margin = displacement - depth, _MARGIN * depth.max()
+    with np.errstate(invalid="ignore"):
+        touching = ((gap < 0.0) | ((pressure > 0.0) & (pressure > gap))) & (pressure < cap)
+        return Guess(pressure, touching, touching | ~(gap >= margin))
 
-    All conditions are met to ``part`` of the deepest overlap. With a ``load`` (else None) the depths shift, and cells
-    within ``slack`` of overlapping are included. No pressure exceeds the ``cap``.
+
+def _between(field):
+    """Return a coarse field at the centres of cells half as long along the first axis, linear between centres."""
+    out = np.repeat(0.75 * field, 2, axis=0)
+    out[2::2] += 0.25 * field[:-1]
+    out[1:-1:2] += 0.25 * field[1:]
+    out[0] += 0.25 * field[0]
+    out[-1] += 0.25 * field[-1]
+    return out
+
+
+def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0):
+    """Return the `Contact` in a box, all conditions met to ``part`` of the deepest overlap.
+
+    With a ``load`` the depths shift, and cells within ``slack`` of overlapping are included. No pressure exceeds the
+    ``cap``.
     """
-    count, largest = overlap_of(depth, slack)
-    few, goal = count <= DENSE_LIMIT, part * largest  # few cells are all chosen, and none is left to check
-    pressure, touching, chosen = _begin(depth, start, slack, load, cap, few)
-    rows, columns = depth.shape
-    displacement, whole = table(rows, columns, np.nan), whole_box((0, 0) if few else depth.shape, coefficients, known)
-    products, shift = 0, 0.0
+    inside, deepest = depth > -slack, depth.max()
+    few, goal = np.count_nonzero(inside) <= DENSE_LIMIT, part * deepest
+    touching = inside & guess.touching
+    loaded = touching | (inside & (guess.pressure >= cap)) if cap < np.inf else touching
+    pressure = np.where(loaded, guess.pressure, 0.0)
+    chosen = inside if few else (inside & guess.possible) | loaded  # of few cells all are chosen
+    if load > 0.0 and not pressure.any():
+        touching = touching if touching.any() else depth == deepest
+        pressure[touching] = load / np.count_nonzero(touching)
+        chosen = chosen | touching
+    if not chosen.any():
+        chosen = depth == deepest
+    displacement, products, shift = np.full(depth.shape, np.nan), 0, 0.0
+    if np.count_nonzero(chosen) > DENSE_LIMIT:
+        displacement, products = displaced(pressure), 1
     while True:
-        if products == 0 and _count(chosen) > DENSE_LIMIT:
-            displace(pressure, whole, displacement)
-            products = 1
         left = max_iterations - products
-        outcome = _solve_cells(
-            chosen, depth, pressure, touching, displacement, goal, left, load, cap, coefficients, known
-        )
-        products, shift = products + outcome.iterations, shift + outcome.shift
+        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap)
+        products, shift, depth = products + outcome.iterations, shift + outcome.shift, depth + outcome.shift
         if few:
-            return pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift)
-        displace(pressure, whole, displacement)
+            return Contact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
+        displacement = displaced(pressure)
         products += 1
-        worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
-        if outcome.status != CONVERGED or worst <= goal:
-            return pressure, displacement, Outcome(outcome.status, products, worst, shift)
+        worst, touching, chosen = _violation(pressure, displacement, depth, cap, goal, chosen)
+        if outcome.status != CONVERGED or not worst > goal:  # of numbers that are none too
+            return Contact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
 
 
-@kernel
-def _begin(depth, start, slack, load, cap, all_chosen):
-    """Return the initial pressures, the cells in contact, and the cells to work on."""
-    rows, columns = depth.shape
-    pressure, touching, chosen = table(rows, columns, 0.0), table(rows, columns, False), table(rows, columns, False)
-    carrying, loaded = 0, False
-    for i in range(rows):
-        for j in range(columns):
-            inside, k, m = depth[i, j] > -slack, start.row + i, start.column + j
-            touching[i, j] = inside and start.touching[k, m]
-            yielding = inside and not touching[i, j] and start.pressure[k, m] >= cap
-            chosen[i, j] = inside and (all_chosen or start.possible[k, m] or touching[i, j] or yielding)
-            pressure[i, j] = start.pressure[k, m] if touching[i, j] or yielding else 0.0
-            carrying, loaded = carrying + touching[i, j], loaded or pressure[i, j] > 0.0
-    if load is not None and not loaded:
-        _spread(load / max(carrying, 1), carrying == 0, depth, pressure, touching, chosen)
-    return pressure, touching, chosen
-
-
-@kernel
-def _spread(share, on_deepest, depth, pressure, touching, chosen):
-    """Distribute a load evenly over the touching cells, or else over the deepest."""
-    _, largest = overlap_of(depth, np.inf)
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            if touching[i, j] or (on_deepest and depth[i, j] == largest):
-                pressure[i, j], touching[i, j], chosen[i, j] = share, True, True
-
-
-@kernel
-def _count(chosen):
-    count = 0
-    for i in range(chosen.shape[0]):
-        for j in range(chosen.shape[1]):
-            count += chosen[i, j]
-    return count
-
-
-@kernel
-def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, coefficients, known):
+def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap):
     """Solve on the chosen cells in the box, from a displacement that belongs to the pressure, or is NaN."""
-    rows, columns = _places(chosen)
+    rows, columns = np.nonzero(chosen)
     count, products = rows.size, 0
-    cells = gather_cells(operator(rows, columns, coefficients, known, count <= DENSE_LIMIT), count, cap)
-    compact, gap, contact = line(count + 1, 0.0), line(count + 1, 0.0), line(count + 1, False)
-    for k in range(count):
-        i, j = rows[k], columns[k]
-        cells.depth[k], contact[k] = depth[i, j], touching[i, j]
-        compact[k], gap[k] = pressure[i, j], displacement[i, j]
+    cells = operator(rows, columns, dense=count <= DENSE_LIMIT)
+    compact, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, bool)
+    deep = depth[chosen]
+    compact[:-1], gap[:-1], contact[:-1] = pressure[chosen], displacement[chosen], touching[chosen]
     if np.isnan(gap[0]):
-        multiply(cells.operator, compact, gap)
+        multiply(cells, compact, gap)
         products = 1
-    for k in range(count):
-        gap[k] -= cells.depth[k]
-    outcome = solve(cells, compact, gap, contact, goal, max_iterations - products, load, np.int64(PATIENCE))
-    _shift(depth, outcome.shift)
-    for k in range(count):
-        i, j = rows[k], columns[k]
-        pressure[i, j], displacement[i, j] = compact[k], gap[k] + depth[i, j]
-    return Outcome(outcome.status, outcome.iterations + products, outcome.violation, outcome.shift)
+    gap[:-1] -= deep
+    status, iterations, violation, shift = solve(
+        cells, deep, compact, gap, contact, goal, max_iterations - products, load, cap, PATIENCE
+    )
+    pressure[chosen], displacement[chosen] = compact[:-1], gap[:-1] + (deep + shift)
+    return Outcome(status, iterations + products, violation, shift)
 
 
-@kernel
-def _shift(depth, shift):
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            depth[i, j] += shift
-
-
-@kernel
-def _places(chosen):
-    """Return the rows and columns of the chosen cells."""
-    count = _count(chosen)
-    rows, columns, k = unset((count,), 0), unset((count,), 0), 0
-    for i in range(chosen.shape[0]):
-        for j in range(chosen.shape[1]):
-            if chosen[i, j]:
-                rows[k], columns[k], k = i, j, k + 1
-    return rows, columns
-
-
-@kernel
-def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
-    """Choose the cells that penetrate; return the largest |g| in contact or of the wrong sign outside."""
-    worst = 0.0
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            gap, yielding = displacement[i, j] - depth[i, j], pressure[i, j] >= cap
-            loaded = pressure[i, j] > 0.0 and not yielding
-            wrong = gap if yielding else abs(gap) if loaded else -gap
-            touching[i, j] = loaded or (depth[i, j] > 0.0 and wrong > goal)
-            chosen[i, j] |= touching[i, j] or yielding
-            if loaded or depth[i, j] > 0.0:
-                worst = max(worst, wrong)
-    return worst
+def _violation(pressure, displacement, depth, cap, goal, chosen):
+    """Return the largest |g| in contact or of the wrong sign outside, what touches, and the cells to choose."""
+    gap, yielding = displacement - depth, pressure >= cap
+    loaded = (pressure > 0.0) & ~yielding
+    wrong = np.where(yielding, gap, np.where(loaded, np.abs(gap), -gap))
+    deep = depth > 0.0
+    touching = loaded | (deep & (wrong > goal))
+    return wrong[loaded | deep].max(initial=0.0), touching, chosen | touching | yielding
