@@ -1,12 +1,14 @@
 """Best estimates from coarse pictures of measured surfaces, against the surfaces themselves.
 
     python tests/benchmarks/real_below_the_pixel.py [--surfaces NAME …] [--pictures N] [--cache FILE]
+    python tests/benchmarks/real_below_the_pixel.py --spectra
 
 A measured map of ``../shared/scans`` is scaled down in x, y and z alike to pixels of 2 nm, unless they are finer, so
 that real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round
 tip, every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.extrapolated` gives its estimate from it,
 down to two pixels of the truth, at six places. Each surface counts once in the last lines, by its mean over pictures.
-``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved.
+``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved. ``--spectra`` prints by how much
+ln(energy) of the maps falls from an octave of wavelengths to shorter ones, on which the added roughness rests.
 """
 
 import argparse
@@ -24,7 +26,7 @@ import xarray as xr
 import roughxr
 from roughxr.contact.adhesion import settling
 from roughxr.contact.subpixel import Below
-from roughxr.scans.fine_scales import Spectrum
+from roughxr.scans.fine_scales import Spectrum, spectrum_by_wavevector
 from roughxr.studies.extrapolation import Question, Surface
 
 SCANS = Path(__file__).parents[3] / "shared" / "scans"
@@ -88,12 +90,30 @@ def case(name, pair, how):
     return sides | found | {"taken for": own, "assumed": out.attrs["assumed"]}
 
 
+def spectra():
+    """Print the falls of ln(energy) to the octave of 4 to 8 pixels, from the next longer one and from two octaves."""
+    print("surface    one octave  two octaves", flush=True)
+    falls = []
+    for name in SURFACES:
+        heights, pixel = (truth := surface(name)).height.values, float(truth.x[1] - truth.x[0])
+        q, psd = spectrum_by_wavevector(heights, (pixel, pixel))
+        octave, energy = np.floor(np.log2(2 * np.pi / q / pixel) + 1e-9), q * psd * np.gradient(q)
+        logs = [np.log(energy[octave == k].sum()) for k in (4, 3, 2)]
+        falls.append((logs[1] - logs[2], logs[0] - logs[2]))
+        print(f"{name:9s} {falls[-1][0]:11.2f} {falls[-1][1]:12.2f}")
+    for words, fall in zip(("one octave", "two octaves"), np.transpose(falls)):
+        print(f"{words}: {fall.mean():.2f} ± {fall.std(ddof=1):.2f}, {fall.size} surfaces")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--surfaces", nargs="+", choices=SURFACES, default=list(SURFACES))
     parser.add_argument("--pictures", type=int, default=4, help=f"of each surface and pair, at most {len(PICTURES)}")
     parser.add_argument("--cache", type=Path)
+    parser.add_argument("--spectra", action="store_true", help="print the falls of energy by octave alone")
     given = parser.parse_args()
+    if given.spectra:
+        return spectra()
     warnings.simplefilter("ignore")
     known = json.loads(given.cache.read_text()) if given.cache and given.cache.exists() else {}
     print("surface   pair   pixel mean  tip noise | truth  picture  estimate (95 % interval), nN", flush=True)
