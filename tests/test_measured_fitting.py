@@ -34,7 +34,7 @@ def fits():
     found = []
     for seed in range(8):
         ds = surface(seed)
-        found.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), subregions=(5, 5), **QUICK)))
+        found.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), **QUICK)))
     return found
 
 
