@@ -52,8 +52,8 @@ _RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
 _TRUE_PIXELS = 4.0
 
 #: Hurst exponent of roughness that is added to real surfaces: the mean fall of ln(energy) from one octave of their
-#: wavelengths to the next shorter one is 1.21 ± 0.72, 2 H ln 2; nine maps at hand give 1.34 ± 0.74 (``--spectra`` of the
-#: benchmark).
+#: wavelengths to the next shorter one is 1.21 ± 0.72, 2 H ln 2; nine maps give 1.34 ± 0.74 (the benchmark's
+#: ``--spectra``).
 REAL_HURST = 0.88
 
 #: Standard deviations of ln(energy) of the octave below two pixels, and of the Hurst exponent over two octaves.
