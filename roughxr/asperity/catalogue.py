@@ -21,11 +21,11 @@ from ..vocabulary.units import Quantity, is_whole, positive
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
-#: Largest patch, as a part of the shortest wave. A narrower one gives the curvature at the very vertex, which a contact
-#: outgrows: sums over asperities fall short of the adhesive simulation, while patches over whole waves exceed it.
+#: Largest patch, as a part of the shortest wavelength. A narrower one gives the curvature at the very vertex, which a
+#: contact outgrows: sums over asperities fall short of the adhesive simulation; wider patches exceed it.
 _PATCH_PER_WAVE = 0.75
 
-#: Least number of pixels in the shortest wave for which a scan resolves it; with fewer, no spline can interpolate.
+#: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
 #: Least number of pixels along a side of a patch; the number from which on pixels are not refined; and the largest.

@@ -83,7 +83,7 @@ def superpose(
 
     Notes
     -----
-    By "maugis" the pull across a gap, before an asperity touches and after it lets go, is left out: on a surface of
+    By "maugis" the pull across a gap, before an asperity touches and after it detaches, is left out: on a surface of
     1.5 nm rms less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it at λ = 0.02.
 
     References

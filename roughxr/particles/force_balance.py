@@ -219,7 +219,7 @@ def resistance_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, she
     moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
     angles = ds["direction"].values
     if isinstance(direction, str) and direction == "weakest":
-        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing nothing is told of the place
+        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing the place is unknown anyway
     else:
         towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
     tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used

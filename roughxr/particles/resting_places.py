@@ -188,9 +188,9 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     for i, j in ((1, 0), (0, 1), (1, 1), (1, -1)):
         cells = slice(0, nx - i), slice(max(-j, 0), ny - max(j, 0))
         others = slice(i, nx), slice(max(j, 0), ny - max(-j, 0))
-        a, b, apart = labels[cells], labels[others], labels[cells] != labels[others]
+        a, b, border = labels[cells], labels[others], labels[cells] != labels[others]
         higher = np.where(z[cells] >= z[others], flat[cells], flat[others])
-        parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), higher], axis=-1)[apart])
+        parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), higher], axis=-1)[border])
     pairs = np.concatenate(parts)
     pairs = _lowest_ones(pairs, z.ravel()[pairs[:, 2]], _EQUAL_HEIGHTS * float(np.ptp(z)))
     return pairs[:, :2], pairs[:, 2]

@@ -20,15 +20,6 @@ class Law(NamedTuple):
     distribution: str  # in scipy.stats
     positive: bool  # begins at zero, with a shape and a scale; else a location and a scale
 
-    def parameters(self, values: np.ndarray) -> tuple[float, ...]:
-        """Return SciPy's parameters of the most likely law of this kind."""
-        fixed = {"floc": 0.0} if self.positive else {}
-        return tuple(map(float, self.scipy.fit(values, **fixed)))
-
-    def frozen(self, parameters: Sequence[float]):
-        """Return the law with these parameters, as a frozen distribution of SciPy."""
-        return self.scipy(*parameters)
-
     @property
     def scipy(self):
         """The law as SciPy has it."""
@@ -100,7 +91,13 @@ def fit(
     values = counted_equally(samples(ds, name), "fit").values
     if values.size < 3 or np.ptp(values) == 0:
         raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
-    judged = _judged(values, name) if simulations else values
+    judged = values  # whose fit is judged by simulation
+    if simulations and values.size > _MOST_SIMULATED:
+        warn(
+            f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, "
+            "all else from all"
+        )
+        judged = np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
     rows = np.array([_fitted(LAWS[law], values, judged, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
     out["aic_difference"] = out["aic"] - out["aic"].min()
@@ -113,22 +110,11 @@ def fit(
     return schema.record(out, "fit", ds, name=name, simulations=simulations)
 
 
-def _judged(values: np.ndarray, name: str) -> np.ndarray:
-    """Return the samples for the simulated goodness of fit: all, or 2000 of them with a warning."""
-    if values.size <= _MOST_SIMULATED:
-        return values
-    warn(
-        f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, all "
-        "else from all"
-    )
-    return np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
-
-
 def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     """Return the probability density of a fitted law."""
     fitted = fits.sel(law=law)
     names = ("shape", "location", "scale") if LAWS[law].positive else ("location", "scale")
-    return LAWS[law].frozen([float(fitted[name]) for name in names]).pdf(points)
+    return LAWS[law].scipy(*(float(fitted[name]) for name in names)).pdf(points)
 
 
 def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) -> list[float]:
@@ -137,9 +123,9 @@ def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) 
 
     if law.positive and values.min() <= 0:
         return [np.nan] * len(_RESULTS)
-    parameters = law.parameters(values)
-    likelihood = float(law.frozen(parameters).logpdf(values).sum())
-    distance = stats.ks_1samp(values, law.frozen(parameters).cdf).statistic
+    parameters = tuple(map(float, law.scipy.fit(values, **({"floc": 0.0} if law.positive else {}))))
+    frozen = law.scipy(*parameters)
+    likelihood, distance = float(frozen.logpdf(values).sum()), stats.ks_1samp(values, frozen.cdf).statistic
     shape, chance = parameters[0] if law.positive else np.nan, np.nan
     if simulations:
         how: dict[str, Any] = {"known_params": {"loc": 0.0}} if law.positive else {}

@@ -123,8 +123,8 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     ]  # padding to other scans' samples does not count as missing
     intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
     estimate = np.stack([interval["estimate"].values for interval in intervals])
-    worth = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
-    widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(worth) - 1)
+    count = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
+    widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(count) - 1)
     below = estimate - np.stack([interval["low"].values for interval in intervals])
     above = np.stack([interval["high"].values for interval in intervals]) - estimate
     error = (below + np.where(np.isnan(above), below, above)) / widths[:, None]

@@ -18,14 +18,6 @@ from ..vocabulary import schema
 TIP_RADIUS = 10.0
 
 
-def _levelled(ds: xr.Dataset, method: str) -> tuple[str, xr.Dataset]:
-    return method, level(ds, method=method)
-
-
-def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
-    return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
-
-
 def _scaled(name: str) -> Callable:
     """Return the change that multiplies a coordinate of the pair."""
 
@@ -45,10 +37,6 @@ def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
         hardness=hardness * factor
     )
-
-
-def _more_humid(ds: xr.Dataset, more: float) -> tuple[str, xr.Dataset]:
-    return f"{more:+.3g}", ds.assign_coords(at_humidity(ds, float(ds["humidity"]) + more))
 
 
 def _wets_less(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
@@ -72,15 +60,23 @@ class Factor(NamedTuple):
 FACTORS: dict[str, Factor] = {
     "mesh": Factor((2,), "cells {} times as fine, and steps shorter by the same factor"),
     "preload": Factor((0.1,), "preload {}"),
-    "levelling": Factor(("quadratic",), "another levelling: {}", _levelled),
+    "levelling": Factor(("quadratic",), "another levelling: {}", lambda ds, method: (method, level(ds, method=method))),
     "interpolation": Factor(("splines",), "heights between the pixels by {}"),
-    "tip radius": Factor((TIP_RADIUS,), "the distortion by a tip of {} removed from the scan", _without_tip),
+    "tip radius": Factor(
+        (TIP_RADIUS,),
+        "the distortion by a tip of {} removed from the scan",
+        lambda ds, radius: (f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)),
+    ),
     "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scaled("adhesion_range"), True),
     "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scaled("work_of_adhesion"), True),
     "modulus": Factor((1.1,), "contact modulus {}", _scaled("contact_modulus"), True),
     "sphere radius": Factor((1.05,), "radius {}", _scaled("sphere_radius"), True),
     "hardness": Factor((0.75, 1.25), "hardness {}", _harder, True),
-    "humidity": Factor((-0.05, 0.05), "humidity {}", _more_humid),
+    "humidity": Factor(
+        (-0.05, 0.05),
+        "humidity {}",
+        lambda ds, more: (f"{more:+.3g}", ds.assign_coords(at_humidity(ds, float(ds["humidity"]) + more))),
+    ),
     "contact angle": Factor((-5.0, 5.0), "contact angles {}", _wets_less),
 }
 

@@ -1,7 +1,7 @@
 """The change of the simulated pull-off when one factor is changed, at some places.
 
 Each change is that of the mean over the places known in both cases, against the base on cells of the same size. A law
-with a range can only be solved on small cells: a case that needs smaller ones gets them, and the base beside it too.
+with a range can only be solved on small cells: a case that needs smaller ones gets them, and so does its base.
 All cases are solved in one batch.
 """
 

@@ -183,7 +183,7 @@ def budget_of(
 
 
 def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], mean: float, count: int) -> xr.Dataset:
-    """Return the entries and their total as a Dataset, with what a reader should see beside them."""
+    """Return the entries and their total as a Dataset, with the resolution of contacts and tip."""
     columns = {
         "relative_error": [entry.value for entry in entries.values()],
         "standard_error": [entry.change.error for entry in entries.values()],

@@ -1,7 +1,7 @@
 """The vocabulary: names, units and signs of everything that a Dataset holds.
 
 variables   the table of names
-schema      validation at the door, labels on results, what a scan is asked first
+schema      validation of input, labels of results, pixels and heights of a scan
 provenance  the steps that made a Dataset
 text        what stands in others' files, as it may be shown; warnings
 units       conversion of input, by pint

@@ -1,4 +1,4 @@
-"""Where a Dataset comes from: the steps that made it, and what tells one scan from any other."""
+"""Where a Dataset comes from: the steps that made it, and the hash of a scan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a roughxr Dataset must hold: validation at the door, labels on results, and what a scan is asked first."""
+"""The contents of a roughxr Dataset: validation of input, labels of results, pixels and heights of a scan."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
 #: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
-#: The same, with what may be assigned beside it.
+#: The same, with the optional coordinates of a pair.
 TRAVELLING = (
     *(*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "hardness_estimate"),
     *("humidity", "kelvin_radius", "surface_tension", "contact_angle_1", "contact_angle_2"),

@@ -6,26 +6,13 @@ import re
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from numbers import Real
-from typing import Any, Protocol, SupportsFloat, TypeAlias
+from typing import Any, SupportsFloat, TypeAlias
 
 import numpy as np
 import xarray as xr
 
-
-class HasUnits(Protocol):
-    """A quantity of a library of units, such as pint's."""
-
-    @property
-    def magnitude(self) -> Any:
-        """The number, or an array of them."""
-
-    @property
-    def units(self) -> Any:
-        """Their units, which as text are written as pint writes them."""
-
-
-#: What an option with units takes: a number in the documented units, text such as "3 um", or a quantity.
-Quantity: TypeAlias = SupportsFloat | str | HasUnits
+#: What an option with units takes: a number in the documented units, text such as "3 um", or a quantity as of pint.
+Quantity: TypeAlias = SupportsFloat | str
 
 #: One or several of them.
 Quantities: TypeAlias = Quantity | Sequence[Quantity] | np.ndarray | xr.DataArray
