@@ -2,6 +2,7 @@
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import spence
 
 from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.asperity import maugis
@@ -15,9 +16,46 @@ def potential(law, work, length, retardation=np.inf):
     return built
 
 
+def energy_beyond(g, law):
+    """Return V(g) = ∫U from g on, nN/nm."""
+    g = np.asarray(g, dtype=float)
+    if law.filled == -np.inf:
+        return _solids_beyond(g, law)
+    depth = np.maximum(law.filled - g, 0.0)
+    under = (
+        _solids_beyond(law.filled - depth, law)
+        - _solids_beyond(law.filled, law)
+        - potentials._energy(law.filled, law) * depth
+    )
+    under = law.share * under + potentials._energy(law.filled, law) * depth + 0.5 * law.pull * depth**2
+    return under + _solids_beyond(np.maximum(g, law.filled), law)
+
+
+def _solids_beyond(g, law):
+    """Return V₀, that of the solids alone."""
+    x = law.length / np.maximum(g, 1e-300)
+    if law.code == potentials.EXPONENTIAL:
+        return law.work * law.length * np.exp(-g / law.length)
+    if law.code == potentials.DUGDALE:
+        return 0.5 * law.work / law.length * np.clip(law.length - g, 0.0, None) ** 2
+    if law.code == potentials.LENNARD_JONES:
+        return law.work * law.length * (4.0 * x - x**7 / 7.0) / 3.0
+    if law.code == potentials.HAMAKER:
+        return law.work * law.length * x
+    y = law.wavelength / (potentials._GREGORY * g)
+    return law.work * law.length**2 * potentials._GREGORY / law.wavelength * (y + spence(1.0 + y))
+
+
+def sphere_pull(z, radius, law):
+    """Return the pull (nN) of a rigid sphere whose lowest point lies z above a plane."""
+    far = z + 2.0 * radius
+    beyond = energy_beyond(z, law) - energy_beyond(far, law)
+    return 2.0 * np.pi * (radius * (potentials.energy(z, law) + potentials.energy(far, law)) - beyond)
+
+
 def rigid_sphere(distance, *, radius, work_of_adhesion, length, law="hamaker"):
     """Return the force between a rigid sphere and a flat half space, integrated over the true sphere (Hamaker 1937)."""
-    return -potentials.sphere_pull(np.asarray(distance, float), radius, potential(law, work_of_adhesion, length))
+    return -sphere_pull(np.asarray(distance, float), radius, potential(law, work_of_adhesion, length))
 
 
 def maugis_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range):

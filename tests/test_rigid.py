@@ -12,7 +12,7 @@ from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.scans.synthetic import self_affine
 
-from .closed_forms import rigid_sphere
+from .closed_forms import rigid_sphere, sphere_pull
 from .surfaces import scan
 
 RADIUS = 3000.0
@@ -82,7 +82,7 @@ def test_what_lies_beyond_nothing_is_all_of_the_sphere(law, length):
         x, y = (fine(low, high) for low, high in (rectangle[:2], rectangle[2:]))
         rise = _rise(x[0][:, None] ** 2 + y[0] ** 2, 700.0)
         inside = [float(x[1] @ tractions(gap + rise, found) @ y[1]) for gap in gaps]
-        assert beyond + inside == pytest.approx(potentials.sphere_pull(gaps, 700.0, found), rel=2e-6)
+        assert beyond + inside == pytest.approx(sphere_pull(gaps, 700.0, found), rel=2e-6)
 
 
 def fine(low, high, n=400):

@@ -33,7 +33,7 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
         The scan with ``height`` (nm) less the sphere: its roughness, of zero mean, for `placements`; and as scalars
         ``fitted_radius`` (nm), ``fit_rms`` (nm), ``apex_x`` and ``apex_y`` (nm), and ``apex_tilt`` (rad), the
         inclination of the sphere in the middle of the scan. A tilt of the scan only moves the apex of a sphere, so that
-        the two cannot be told apart.
+        both cannot be distinguished.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
 
     Notes
     -----
-    Waves on the probe that are longer than half the scan count as curvature; the scanning tip rounds what is
+    Wavelengths on the probe above half the scan count as curvature; the scanning tip rounds features
     sharper than itself (use `erode` first, on this scan as on the surface's).
 
     Examples

@@ -29,7 +29,7 @@ from .substances import CUT_OFF, MEDIA, combined
 #: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
 _GAS, _ROOM = 8.314462618, 298.15
 
-#: Relative vapour pressure from which the liquid condenses everywhere for all that this law can tell.
+#: Relative vapour pressure above which this law fills every gap.
 _SATURATION = 0.99
 
 #: Share of an indenter's radius that Kelvin's radius must stay below for thin menisci.

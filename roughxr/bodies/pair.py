@@ -92,48 +92,6 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     return 1 / compliance
 
 
-def gilman_surface_energy(
-    young_modulus: Quantities,
-    *,
-    poisson_ratio: float | None = None,
-    plane_spacing: Quantity = 0.2,
-    atomic_radius: Quantity = 0.13,
-) -> float:
-    """Return Gilman's estimate of the surface energy from the stiffness, γ = (E/y₀)(a₀/π)².
-
-    Parameters
-    ----------
-    young_modulus : number or quantity
-        E, GPa.
-    poisson_ratio : float, optional
-        If given, E/(1 − ν²) takes the place of E. The published pull-off of the smooth sphere, 19.1 µN, uses this
-        reading; the equation as printed uses E.
-    plane_spacing : number or quantity
-        y₀ between cleavage planes, nm.
-    atomic_radius : number or quantity
-        a₀ of the atoms in these planes, nm.
-
-    Returns
-    -------
-    float
-        γ, J/m².
-
-    References
-    ----------
-    Gilman (1960); Cheng, Dunn & Brach eq. 43.
-
-    Examples
-    --------
-    >>> round(gilman_surface_energy(75), 4), round(gilman_surface_energy(75, poisson_ratio=0.22), 4)
-    (0.6421, 0.6748)
-    """
-    modulus = positive(young_modulus, "GPa", "young_modulus")
-    if poisson_ratio is not None:
-        modulus /= 1 - _ratio(poisson_ratio) ** 2
-    spacing = positive(plane_spacing, "nm", "plane_spacing")
-    return modulus / spacing * (positive(atomic_radius, "nm", "atomic_radius") / np.pi) ** 2
-
-
 def assign_pair(
     ds: xr.Dataset,
     *,
@@ -357,7 +315,7 @@ def range_of(ds: xr.Dataset, law: str = "") -> float:
 
 
 def elastic(ds: xr.Dataset) -> xr.Dataset:
-    """Return a pair that does not yield: results still tell what share of them lies above its hardness."""
+    """Return a pair that does not yield; results still report the share of them above its hardness."""
     if "hardness" not in ds.coords:
         return ds
     return schema.label(ds.assign_coords(hardness_estimate=float(ds["hardness"])).drop_vars("hardness"))

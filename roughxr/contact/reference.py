@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies import liquid
-from ..bodies.pair import contact_modulus, gilman_surface_energy, hamaker_constant
+from ..bodies.pair import contact_modulus, hamaker_constant
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
 from ..vocabulary import schema
@@ -24,7 +24,6 @@ __all__ = [
     "contact_modulus",
     "elastic_pull_off",
     "gaussian_work",
-    "gilman_surface_energy",
     "hamaker_constant",
     "hertz",
     "jkr_pull_off",
@@ -309,13 +308,11 @@ def rumpf(
 
     Parameters
     ----------
-    radius : number or quantity
-        Of the sphere, nm.
+    radius, hamaker_constant, closest_approach : number or quantity
+        Of the sphere, nm; A, nN nm; z₀ between sphere and asperity, nm.
     asperity_radius, rms : number or quantity
-        Radius of the asperity, whose centre lies in the plane, or the roughness that hemispheres of radius 1.48 rms
-        give a surface; nm, one of them.
-    hamaker_constant, closest_approach : number or quantity
-        A, nN nm, and z₀ between sphere and asperity, nm.
+        Radius of the asperity, whose centre lies in the plane, or rms height of hemispheres, of radius 1.48 rms; nm,
+        one of them.
 
     Returns
     -------
@@ -359,14 +356,10 @@ def rabinovich(
 
     Parameters
     ----------
-    radius : number or quantity
-        Of the sphere, nm.
+    radius, hamaker_constant, closest_approach : number or quantity
+        Of the sphere, nm; A, nN nm; z₀, nm.
     rms, wavelength : number or quantity
         Root mean square roughness and peak-to-peak distance, nm, of the only scale or the shorter of two.
-    hamaker_constant : number or quantity
-        nN nm.
-    closest_approach : number or quantity
-        z₀, nm.
     long_rms, long_wavelength : number or quantity, optional
         Roughness and distance of the longer scale, nm; both or none.
 

@@ -162,38 +162,3 @@ def gaussian_mean(law, sigma, cut=4.0):
     best = nearest[np.argmax([mean(g) for g in nearest])]
     bounds = 0.97 * best, 1.03 * best
     return float(-minimize_scalar(lambda g: -mean(g), bounds=bounds, method="bounded", options={"xatol": 1e-9}).fun)
-
-
-def energy_beyond(g, law):
-    """Return V(g) = ∫U from g on, nN/nm."""
-    g = np.asarray(g, dtype=float)
-    if law.filled == -np.inf:
-        return _beyond(g, law)
-    depth = np.maximum(law.filled - g, 0.0)
-    under = _beyond(law.filled - depth, law) - _beyond(law.filled, law) - _energy(law.filled, law) * depth
-    under = law.share * under + _energy(law.filled, law) * depth + 0.5 * law.pull * depth**2
-    return under + _beyond(np.maximum(g, law.filled), law)
-
-
-def _beyond(g, law):
-    """Return V₀, that of the solids alone."""
-    x = law.length / np.maximum(g, 1e-300)
-    if law.code == EXPONENTIAL:
-        return law.work * law.length * np.exp(-g / law.length)
-    if law.code == DUGDALE:
-        return 0.5 * law.work / law.length * np.clip(law.length - g, 0.0, None) ** 2
-    if law.code == LENNARD_JONES:
-        return law.work * law.length * (4.0 * x - x**7 / 7.0) / 3.0
-    if law.code == HAMAKER:
-        return law.work * law.length * x
-    from scipy.special import spence
-
-    y = law.wavelength / (_GREGORY * g)
-    return law.work * law.length**2 * _GREGORY / law.wavelength * (y + spence(1.0 + y))
-
-
-def sphere_pull(z, radius, law):
-    """Return the pull F (nN) of a rigid sphere whose lowest point lies z above a plane."""
-    far = z + 2.0 * radius
-    beyond = energy_beyond(z, law) - energy_beyond(far, law)
-    return 2.0 * np.pi * (radius * (energy(z, law) + energy(far, law)) - beyond)
