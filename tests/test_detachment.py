@@ -154,11 +154,23 @@ def test_the_weakest_direction_is_where_it_rolls_first():
 
 
 def test_places_without_contact_and_places_that_nothing_moves():
-    moment = np.array([[np.nan], [1e30], [-10.0]])  # the last by more than its weight's moment
-    found = held(moment).contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
-    assert np.isnan(found[0]) and np.isfinite(found[1]) and found[2] == 0  # the second is lifted
-    modes = held(moment, hinge=0.0).contact.critical_load(flow=Flow(lift="none"))["mode"].values.tolist()
-    assert modes == ["no contact", "none", "roll"]
+    moment = np.array([[np.nan], [1e30], [-10.0]])  # the last by more than its weight's moment: it rolls off by itself
+    with pytest.warns(UserWarning, match="1 of 3 places are no resting positions: .* critical_acceleration is NaN"):
+        found = held(moment).contact.critical_load("centrifuge", particle_density=4000)
+    assert np.isfinite(found.critical_acceleration).values.tolist() == [False, True, False]  # the second is lifted
+    assert found["mode"].values.tolist() == ["no contact", "lift", "no rest"]
+    with pytest.warns(UserWarning, match="critical_friction_velocity is NaN"):
+        modes = held(moment, hinge=0.0).contact.critical_load(flow=Flow(lift="none"))["mode"].values.tolist()
+    assert modes == ["no contact", "none", "no rest"]
+
+
+def test_a_sphere_that_does_not_rest_is_left_out_of_the_fraction_that_remains():
+    ground = held(np.array([[np.nan], [1e4], [-10.0]]))
+    found = ground.contact.resuspension(friction_velocity=[0.0, 100.0], model="static")
+    assert found.attrs["places"] == 1 and found.remaining.values.ravel().tolist() == [1.0, 0.0]
+    assert np.isfinite(found.remaining_here.isel(friction_velocity=0, time=0)).values.tolist() == [False, True, False]
+    with pytest.raises(ValueError, match=r"where the sphere rests, found none of 1 \(1 in contact\)"):
+        held(np.array([[-10.0]])).contact.resuspension(friction_velocity=[1.0])
 
 
 def test_rock_n_roll_with_biasis_adhesion():
@@ -284,7 +296,7 @@ def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
         (lambda: held(1.0).contact.critical_load(friction_coefficient=1, shear_strength=1), "found both"),
         (lambda: held(1.0).drop_vars("resisting_moment").contact.critical_load(), "rolling"),
         (lambda: held(1.0).contact.resuspension(friction_velocity=[-1.0]), "friction_velocity: .* not negative"),
-        (lambda: held(np.nan).contact.resuspension(friction_velocity=[1.0]), "at least one place in contact"),
+        (lambda: held(np.nan).contact.resuspension(friction_velocity=[1.0]), "one place where the sphere rests"),
     ],
 )
 def test_bad_input_is_refused(call, words):

@@ -240,6 +240,52 @@ def test_what_must_not_matter_does_not(step, verb, data):
     holds(verb, 3, [step], data.draw)
 
 
+def scaled(ds, s, c=1.0):
+    """Return a Dataset with all lengths multiplied by s and all moduli by c; forces then are by s² c."""
+    new = {}
+    for name in ds.variables:
+        units = ds[name].attrs.get("units") or getattr(roughxr.schema.VARIABLES.get(name), "units", "")
+        power, stiffness = POWERS.get(units, (0, 0))
+        numbers = ds[name].dtype.kind == "f" and (power or stiffness)
+        new[name] = (
+            ds[name].dims,
+            ds[name].data * s**power * c**stiffness if numbers else ds[name].data,
+            ds[name].attrs,
+        )
+    names = [str(name) for name in ds.data_vars]
+    return xr.Dataset({name: new.pop(name) for name in names}, new, ds.attrs)
+
+
+#: Powers of s and c with which a quantity grows, by its units.
+POWERS = {"nm": (1, 0), "nN": (2, 1), "nm^2": (2, 0), "nN nm": (3, 1), "1/nm": (-1, 0), "J/m^2": (1, 1), "nm^4": (4, 0)}
+POWERS["GPa"] = (0, 1)
+
+
+@pytest.mark.parametrize(("seed", "s", "c"), [(49, 40.0, 1.0), (59, 0.1, 1.0), (7, 1 / 3, 100.0), (14, 1 + 1e-11, 1.0)])
+@pytest.mark.parametrize("step", [1.0, None])
+def test_an_adhesive_cycle_scales_with_lengths_and_moduli(seed, s, c, step):
+    """A given step, and the usual one: no length, force or modulus of its own decides, nor does rounding."""
+    first, at = surface(seed), places(seed)
+    here = (roughxr.Mesh(1, step=size and size * k) for size, k in ((step, 1.0), (step, s)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        expected, other = (
+            roughxr.adhesive(ds, subregions=where, mesh=mesh, law="griffith")
+            for ds, where, mesh in zip((first, scaled(first, s, c)), (at, tuple(s * a for a in at)), here)
+        )
+    numbers = scaled(other, 1 / s, 1 / c)
+    for name in set(expected.data_vars) - {"residual", "iterations"}:
+        if expected[name].dtype.kind in "fb":
+            largest = float(abs(expected[name]).max()) or 1.0
+            np.testing.assert_allclose(numbers[name], expected[name], 1e-3, 1e-3 * largest, err_msg=str(name))
+
+
+@pytest.mark.parametrize("seed", [4, 7])
+def test_cells_equally_near_to_two_contacts_belong_to_both(seed):
+    """Given to one of them by the order of the pixels, they changed the stated error by half on a transposed scan."""
+    holds("adhesive", seed, [transposed], None)
+
+
 @pytest.mark.soak
 @settings(max_examples=300, **HOW)
 @given(verb=st.sampled_from(sorted(VERBS)), seed=st.integers(0, 9), steps=chains(), data=st.data())

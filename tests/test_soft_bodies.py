@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from scipy import special
 
 import roughxr
 from roughxr.contact import adhesion
@@ -40,10 +41,44 @@ def test_the_stated_error_includes_what_a_preload_changes(monkeypatch):
 
 def test_the_gap_of_snapping_in_grows_with_the_range_and_vanishes_with_it():
     """As ρ^{4/7} at a fixed pair, where µ ~ 1/ρ; bodies that do not jump have no such gap."""
-    lengths = np.array([1e-4, 1e-3, 1e-2, 0.1])
+    lengths = np.array([1e-9, 1e-8, 1e-7, 1e-6])
     gaps = [snap_in_gap(length, 3.0 / length) for length in lengths]
-    np.testing.assert_allclose(np.diff(np.log10(gaps)), 4 / 7)
-    assert snap_in_gap(0.3, float("nan")) == snap_in_gap(0.3, 0.1) == 0.0
+    np.testing.assert_allclose(np.diff(np.log10(gaps)), 4 / 7, rtol=1e-3)
+    assert snap_in_gap(0.3, float("nan")) == snap_in_gap(0.3, 0.6) == 0.0
+
+
+@pytest.mark.parametrize("tabor", [1.0, 2.0, 5.0, 20.0])
+def test_a_sphere_snaps_in_where_its_equations_turn_back(tabor):
+    """Rings of a half space under van der Waals attraction, by Newton's method: the least gap on the way to contact.
+
+    Lengths in z₀, radii in √(R z₀): z = 1 + D + r²/2 − µ^{3/2} G t(z), where z is z₀ more than the gap.
+    """
+    edges = np.linspace(0.0, 14.0, 161)
+    r = 0.5 * (edges[1:] + edges[:-1])
+    response = tabor**1.5 * np.diff(np.array([_sunk_under_disc(r, a) for a in edges]).T, axis=1)
+    z, gap, least, size = 20 + 0.5 * r**2, 19.0, np.inf, r.size
+    for middle in np.geomspace(20, 1.1, 300):
+        for _ in range(30):
+            residual = np.append(z - 1 - gap - 0.5 * r**2 + response @ (8 / 3 * (z**-3 - z**-9)), z[0] - middle)
+            slopes = np.zeros((size + 1, size + 1))
+            slopes[:size, :size] = np.eye(size) + response * (8 / 3 * (9 * z**-10 - 3 * z**-4))
+            slopes[:size, size], slopes[size, 0] = -1.0, 1.0
+            change = np.linalg.solve(slopes, -residual)
+            z, gap = z + change[:size], gap + change[size]
+            if np.abs(change).max() < 1e-9:
+                break
+        if gap > least:
+            break
+        least = gap
+    assert snap_in_gap(0.3, tabor) == pytest.approx(0.3 * least, rel=0.01)
+
+
+def _sunk_under_disc(r, a):
+    """Return the displacement at radii r under unit pressure on a disc of radius a, at unit E*."""
+    inside = np.clip(r / max(a, 1e-300), 0.0, 1.0) ** 2
+    outside = np.clip(a / r, 0.0, 1.0) ** 2
+    beyond = r * (special.ellipe(outside) - (1 - outside) * special.ellipk(outside * (1 - 1e-15)))
+    return 4 / np.pi * np.where(r <= a, a * special.ellipe(inside), beyond)
 
 
 def smooth(pixels=61, pixel=20.0):

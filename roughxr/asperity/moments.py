@@ -39,7 +39,7 @@ MISSING = {
     "rigid": "NaN where no state is in contact",
 }
 
-#: Largest gap of cells in contact: of `adhesive`, nm, due to rounding; of `rigid`, in lengths of its law.
+#: Largest gap of cells in contact: of `adhesive`, in sides of a cell, by rounding; of `rigid`, in lengths of its law.
 _CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
 
 #: Moments that differ by less than this share of the largest are equal: what is left is rounding.
@@ -230,9 +230,9 @@ def states_layout(angles: np.ndarray) -> Layout:
     return Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
 
 
-def closed(gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
-    """Return which cells of the simulation with adhesion are in contact."""
-    return (gap <= _CLOSED_GAP) | (pressure > 0)
+def closed(gap: np.ndarray, pressure: np.ndarray, side: float) -> np.ndarray:
+    """Return which cells, of a side in nm, of the simulation with adhesion are in contact."""
+    return (gap <= _CLOSED_GAP * side) | (pressure > 0)
 
 
 def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
@@ -257,7 +257,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
         touching = gap <= _RIGID_GAP * length
     else:
-        touching = closed(gap, pressure)
+        touching = closed(gap, pressure, float(ds["x"][1] - ds["x"][0]))
     x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     cell = float(x[1] - x[0]) * float(y[1] - y[0])
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell

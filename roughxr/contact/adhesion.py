@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import Menisci, menisci_of
+from ..bodies.liquid import Menisci, menisci_of, work_of
 from ..bodies.pair import range_of
 from ..jobs import spread
 from ..jobs.records import BRANCHES, Layout
@@ -23,7 +23,6 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, whole_number
 from .cycle import (
-    FIRST_CELL,
     LEAST_RADIUS,
     MOST_CELLS,
     Adhesion,
@@ -84,15 +83,20 @@ _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 #: By these words a warning is known that a run gives on its page.
 SMALL_CONTACTS = "contacts with a radius below"
 
+#: Tabor's parameter above which a sphere jumps into contact.
+_LEAST_JUMP = 0.7
+
 #: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
 #: many standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
 
-#: Steps are those of the mesh up to this displacement δ_c (nm) of JKR's pull-off, and longer in proportion above it.
-_STIFF_DISPLACEMENT = 10.0
+#: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. A run takes steps
+#: longer by the last factor, and compares them with half of them.
+_STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
 
-#: Cells in JKR's radius a_c on the coarsest mesh of soft bodies.
-_CELLS_OF_RADIUS = 10.0
+#: Side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
+#: larger of both.
+_CELL_OF_RANGE, _CELL_OF_RADIUS = 50 / 3, 0.1
 
 #: Cells so many times larger than "exponential" bears (`largest_cell`) are refused: pull-offs are many times too large
 #: there, and Newton's method hardly converges.
@@ -153,10 +157,10 @@ def adhesive(
     -------
     Dataset
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
-        ``pull_off_force``, ``pull_off_delta``, ``detachment_delta``, ``work_of_separation``, ``hysteresis``,
-        ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the indenter's map) and
-        ``complete``. NaN where nothing is touched, the cycle could not be completed or the preload was not reached.
-        With a preload also ``preload_delta``, the displacement at which the indenter turned back, and
+        ``pull_off_force``, ``pull_off_delta``, ``detachment_delta`` (to half a step), ``work_of_separation``,
+        ``hysteresis``, ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the
+        indenter's map) and ``complete``. NaN where nothing is touched, the cycle could not be completed or the preload
+        was not reached. With a preload also ``preload_delta``, the displacement at which the indenter turned back, and
         ``contact_area`` there.
 
         ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off. With mesh="auto" it
@@ -186,7 +190,8 @@ def adhesive(
     Warns
     -----
     UserWarning
-        If contacts at pull-off are poorly resolved, or places did not reach the accuracy (for input in memory only).
+        If contacts at pull-off are poorly resolved, places did not reach the accuracy, or contact or liquid reaches the
+        scan's edge (for input in memory only).
 
     Notes
     -----
@@ -266,15 +271,12 @@ def adhesive(
 
 def _adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
     """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
-    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
-    work = law["work"] + (law["liquid"].work if law.get("liquid") else 0.0)
-    softness = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3) / _STIFF_DISPLACEMENT
-    first_cell = max(FIRST_CELL, (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3) / _CELLS_OF_RADIUS)
+    step, first_cell = _usual_step_and_cell(specimen)
     settings = Adhesion(
         preloads=preloads,
         refine=0 if isinstance(mesh.refine, str) else mesh.refine,
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
-        step=mesh.step * max(softness, 1.0),
+        step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
         capture=_capture(specimen) if law["law"] == "griffith" and law["work"] > 0 else 0.0,
         cycles=whole_number(cycles, "cycles", least=1),
@@ -285,6 +287,26 @@ def _adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Ad
             f"cycles: several need a preload, found {cycles} with displacements (delta); leave delta or cycles out"
         )
     return settings
+
+
+def step_of(specimen: Specimen, mesh: Mesh) -> float:
+    """Return the longest step (nm) of a mesh: as stated, or the usual one."""
+    return usual_step(specimen) if mesh.step is None else mesh.step
+
+
+def usual_step(specimen: Specimen) -> float:
+    """Return the longest step (nm) of a mesh that states none."""
+    return _usual_step_and_cell(specimen)[0]
+
+
+def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
+    """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
+    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
+    work = work_of(specimen.bodies)
+    displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
+    contact_radius, length = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3), range_of(specimen.bodies)
+    step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
+    return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
 
 
 def settling(
@@ -335,12 +357,13 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
-    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere, 2.64 µ^{3/7} z₀.
+    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere.
 
-    By Tabor's parameter µ; below 1 a sphere does not jump (Ciavarella, Greenwood & Barber, J. Mech. Phys. Solids 107
-    (2017) 284). The gap is that before the attraction bends the sphere.
+    The undeformed gap (2.641 µ^{3/7} − 1) z₀ by Tabor's parameter µ (Wu, J. Adhesion 86 (2010) 1071). The balance of
+    attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to 0.2 % at µ of
+    1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
     """
-    return 2.64 * parameter ** (3 / 7) * length if parameter > 1 else 0.0
+    return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0
 
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
@@ -613,6 +636,13 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
         warn(
             f"{int(rough.sum())} of {rough.size} {what} have not converged (converged is False); results that depend "
             "on them are NaN: compare with a smaller step or a finer mesh"
+        )
+    short = out["truncated"].values & out["complete"].values
+    if short.any():
+        warn(
+            f"{int(short.sum())} of {short.size} subregions have contact or liquid at the edge of the scan or of the "
+            "indenter's map (truncated is True): their forces leave out what lies beyond; take a larger scan, a "
+            "smaller sphere or places farther inside"
         )
     lost = int((~out["complete"].values).sum())
     if lost:

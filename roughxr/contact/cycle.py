@@ -50,9 +50,8 @@ REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
 
 #: The largest cell on which a law with a range can be solved. The cell must resist more than the traction falls off:
 #: w/ρ² < E*/dx times this. On larger cells the edge of a contact jumps from cell to cell, which overestimates the
-#: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5). Laws without range
-#: start with cells of 5 nm or less, of soft bodies of a tenth of JKR's radius a_c.
-_SOFTENING, FIRST_CELL = 1.0, 5.0
+#: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5).
+_SOFTENING = 1.0
 
 #: Contacts of fewer cells in radius than this at pull-off are not taken as resolved.
 LEAST_RADIUS = 2.0
@@ -84,7 +83,7 @@ class Adhesion(NamedTuple):
     step: float  # nm
     cycles: int = 1  # at each place, each on the shape that the one before has left
     liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
-    first_cell: float = FIRST_CELL  # nm, of the coarsest mesh that "auto" takes without range
+    first_cell: float = np.inf  # nm, of the coarsest mesh that "auto" takes without range
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; of "griffith" only
 
     @property
@@ -238,7 +237,7 @@ def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
 def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
     """Return the largest cells (nm) on which adhesion can be solved between bodies of a modulus (GPa)."""
     cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
-    cell = adhesion.first_cell if adhesion.law == "griffith" else cell
+    cell = min(cell, adhesion.first_cell) if np.isinf(cell) else cell
     if liquid is None:
         return cell
     return min(cell, 0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
@@ -247,7 +246,7 @@ def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
     """Return the largest cells (nm) on which a law of this length (nm) can be solved; modulus in GPa, work in J/m²."""
     if law == "griffith" or work == 0:
-        return FIRST_CELL
+        return np.inf
     bears = modulus * length**2 / work
     if law == "dugdale":  # so that the wider edge, too, leaves some of the step
         return 0.75 * _EDGE_SLOPE * bears

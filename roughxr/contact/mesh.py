@@ -23,10 +23,10 @@ class Mesh:
     accuracy : float or None
         Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
         solved, without an estimate of its error, in a fifth of the time or less.
-    step : number or quantity
-        Longest step of the displacement, nm; bodies whose JKR displacement δ_c exceeds 10 nm take steps δ_c/10 nm
-        times as long. Retraction takes shorter ones where a branch of solutions ends, and where
-        a larger pull may lie between two states. Halving the step changes the pull-off of hardly any place.
+    step : number, quantity or None
+        Longest step of the displacement, nm. None: 0.83 of the pair's range of adhesion (0.25 nm for the usual 0.3),
+        or a fortieth of JKR's displacement δ_c of the sphere, whichever is longer. Retraction takes half of it, and
+        shorter steps where a branch of solutions ends, and where a larger pull may lie between two states.
 
     Examples
     --------
@@ -36,14 +36,15 @@ class Mesh:
 
     refine: int | str = "auto"
     accuracy: float | None = 0.05
-    step: Any = 0.25
+    step: Any = None
 
     def __post_init__(self):
         if self.refine != "auto":
             object.__setattr__(self, "refine", whole_number(self.refine, "mesh", least=1, most=MOST_REFINED))
         if self.accuracy is not None:
             object.__setattr__(self, "accuracy", fraction(self.accuracy, "accuracy"))
-        object.__setattr__(self, "step", positive(self.step, "nm", "step"))
+        if self.step is not None:
+            object.__setattr__(self, "step", positive(self.step, "nm", "step"))
 
 
 def mesh_of(given: Mesh | int | str | None, usual: Mesh) -> Mesh:

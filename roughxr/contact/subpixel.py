@@ -19,8 +19,9 @@ from .problem import Surface
 #: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
 PER_WAVE, _COARSE_PER_WAVE = 8.0, 3.0
 
-#: Cells need not be smaller than this (nm), as long as the shortest wave has four: such short waves are low.
-_LEAST_CELL = 0.5
+#: Cells need not be smaller than so many ranges of adhesion, as long as the shortest wave has four: such short waves
+#: are low.
+_LEAST_CELL = 5 / 3
 
 #: Factor from the shortest wave of one such mesh to the next.
 _WAVE_FACTOR = 3.0
@@ -37,8 +38,9 @@ _ELASTIC_LIFT = 0.3
 #: A preload that is not reached is looked for this factor deeper, at most so many times.
 _DEPTH_FACTOR, _MOST_DEPTHS = 2.0, 6
 
-#: Cells (nm) on which the surface that the scan shows is looked at first, and at most so many of them along a side.
-_FIRST_CELL, _MOST_FIRST_CELLS = 4.0, 400
+#: Cells (ranges of adhesion) on which the surface that the scan shows is looked at first, and at most so many of them
+#: along a side.
+_FIRST_CELL, _MOST_FIRST_CELLS = 40 / 3, 400
 
 
 class Below(NamedTuple):
@@ -81,7 +83,8 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     pixels = [first + patch.pixel * np.arange(size) for first, size in zip(patch.first, patch.height.shape)]
     shown = RectBivariateSpline(*pixels, patch.height)
     softest = bearing_cell(adhesion, problem.contact_modulus)
-    last = min(max(below.shortest / PER_WAVE, min(_LEAST_CELL, 2 * below.shortest / PER_WAVE)), softest)
+    least = min(_LEAST_CELL * adhesion.length, 2 * below.shortest / PER_WAVE)
+    last = min(max(below.shortest / PER_WAVE, least), softest)
     within = depth + _REACH_OF_LAW * adhesion.length
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
@@ -94,7 +97,9 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
         heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
         return [problem.indenter.separation(height, 0.0, *offset) for height, offset in zip(heights, offsets)]
 
-    cell = max(min(_FIRST_CELL, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS)
+    cell = max(
+        min(_FIRST_CELL * adhesion.length, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS
+    )
     boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
     wave, finest = below.longest, False
     while not finest:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from ..particles.force_balance import MODES, NEITHER, NO_CONTACT
+from ..particles.force_balance import MODES, NEITHER, NO_CONTACT, NO_REST
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
@@ -16,7 +16,7 @@ from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, BLUE, GREEN, ORANGE, SMALL, Axes, axes, label_axes, styled
 
 #: Colours of the modes of detachment; light where there is none.
-_MODES = dict(zip((*MODES, NEITHER, NO_CONTACT), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8")))
+_MODES = dict(zip((*MODES, NEITHER, NO_CONTACT, NO_REST), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8", "#969696")))
 
 #: Largest number of tiles that carry their mode's first letter, for print in grey.
 _MOST_LETTERS = 150

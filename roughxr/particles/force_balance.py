@@ -23,13 +23,14 @@ import xarray as xr
 from ..asperity.moments import least
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
 from .loads import LOADS, Body, Flow, Load, Push, in_numbers
 
 MODES = ("roll", "slide", "lift")
 
 #: Values of ``mode`` where there is no mode.
-NEITHER, NO_CONTACT = "none", "no contact"
+NEITHER, NO_CONTACT, NO_REST = "none", "no contact", "no rest"
 
 #: Strengths tried to bracket the critical one, and bisections after that.
 _STRENGTHS, _HALVINGS = 240, 60
@@ -85,9 +86,15 @@ def critical_load(
     -------
     Dataset
         Along subregion, and whatever `vary` varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration``
-        (m/s²) or ``critical_angle`` (rad), 0 where the sphere rolls by itself and NaN where no strength suffices or
-        nothing is in contact; ``mode``, which comes first: roll, slide, lift, "none" or "no contact"; ``in_range``,
-        whether all formulas of the load are valid there: in wall shear up to r⁺ = 1, with lift="hall" nowhere.
+        (m/s²) or ``critical_angle`` (rad); ``mode``, which comes first: roll, slide or lift. NaN where no strength
+        suffices (``mode`` "none"), nothing is in contact ("no contact") or the sphere does not rest ("no rest"): it
+        rolls off, or lifts, without a load. ``in_range``, whether all formulas of the load are valid there: in wall
+        shear up to r⁺ = 1, with lift="hall" nowhere.
+
+    Warns
+    -----
+    UserWarning
+        If the sphere does not rest at some places.
 
     Examples
     --------
@@ -111,9 +118,15 @@ def critical_load(
     strength, mode = first_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
+    if restless := int((mode == NO_REST).sum()):
+        warn(
+            f"{restless} of {mode.size} places are no resting positions: without a load the sphere rolls off, and "
+            f"{kind.critical} is NaN; take places of `resting`"
+        )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"load": load if isinstance(load, str) else kind.words, "missing": "NaN where nothing gives way"}
+    out.attrs = {"load": load if isinstance(load, str) else kind.words}
+    out.attrs["missing"] = "NaN where nothing gives way, nothing is in contact or the sphere does not rest; see mode"
     out.attrs["comment"] = scope_of(ds)
     given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density}
     given |= recorded(body)
@@ -277,6 +290,11 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
     return np.where(limit.known, np.array([roll, slide, raised]), np.nan)
 
 
+def rolls_off(kind: Load, body: Body, limit: Resistance) -> np.ndarray:
+    """Return the places at which the sphere does not rest: it gives way without a load."""
+    return (drive_ratios(kind.push(np.zeros(1), body), body, limit) >= 1).any(axis=0)
+
+
 def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:
     """Return the critical strength of each place, and its mode."""
     low, high = kind.span
@@ -289,7 +307,8 @@ def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarra
         middle = 0.5 * (below + above)
         gone = (drive_ratios(kind.push(middle, body), body, limit) >= 1).any(axis=0)
         above, below = np.where(gone, middle, above), np.where(gone, below, middle)
-    strength = np.where(any_at_all, np.where(first == 0, 0.0, above), np.nan)
+    rests = ~rolls_off(kind, body, limit)
+    strength = np.where(any_at_all & rests, above, np.nan)
     ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, limit)
-    mode = np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)]
-    return strength, np.where(limit.known, np.where(any_at_all, mode, NEITHER), NO_CONTACT)
+    mode = np.where(any_at_all, np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)], NEITHER)
+    return strength, np.where(limit.known, np.where(rests, mode, NO_REST), NO_CONTACT)

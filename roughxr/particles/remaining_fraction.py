@@ -9,7 +9,16 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from .force_balance import body_of, drive_ratios, for_each, recorded, resistance_of, scope_of, varied_dimension
+from .force_balance import (
+    body_of,
+    drive_ratios,
+    for_each,
+    recorded,
+    resistance_of,
+    rolls_off,
+    scope_of,
+    varied_dimension,
+)
 from .kinetics import MODELS, not_negative, survival
 from .loads import LOADS, Flow
 
@@ -53,8 +62,8 @@ def resuspension(
     Dataset
         ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with its 95 % band over places,
         ``remaining_low`` and ``remaining_high``; ``remaining_here`` along (subregion, friction_velocity, time), the
-        probability at each place, NaN without contact; ``in_range`` along friction_velocity, as in `critical_load`. The
-        attribute ``places`` is the number of places in contact.
+        probability at each place, NaN without contact and where the sphere does not rest; ``in_range`` along
+        friction_velocity, as in `critical_load`. The attribute ``places`` is the number of places with a probability.
 
     References
     ----------
@@ -79,9 +88,14 @@ def resuspension(
     seconds = not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
     limit = resistance_of(ds, direction, friction_coefficient, shear_strength)
-    if not limit.known.any():
-        raise ValueError(f"expected at least one place in contact, found none of {limit.known.size}")
     push = LOADS["wall_shear"].push
+    rests = limit.known & ~rolls_off(LOADS["wall_shear"], body, limit)
+    if not rests.any():
+        raise ValueError(
+            f"expected at least one place where the sphere rests, found none of {rests.size} "
+            f"({int(limit.known.sum())} in contact); take places of `resting`"
+        )
+    limit = limit._replace(known=rests)
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
     left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow).transpose(1, 0, 2)
     left = np.where(limit.known[:, None, None], left, np.nan)
@@ -91,7 +105,7 @@ def resuspension(
     out["in_range"] = ("friction_velocity", push(speed, body).in_range)
     out = _with_band(out, int(limit.known.sum()))
     out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(limit.known.sum())}
-    out.attrs |= {"missing": "NaN where nothing is in contact", "comment": scope_of(ds)}
+    out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_of(ds)}
     given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
     given |= {"particle_density": particle_density, **recorded(body)}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import MISSING, States, closed, moments_of_states, rolling, states_layout
-from ..contact.adhesion import reach_of, settling
+from ..bodies.pair import range_of
+from ..contact.adhesion import LONG_STEP, reach_of, settling, usual_step
 from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, cell_axes, surface_at
@@ -26,8 +27,8 @@ from ..vocabulary import schema
 #: States of the retraction from rest to detachment whose moments are compared, and the most cells to a pixel.
 _STATES, _MOST_CELLS = 12, 2
 
-#: Displacements (nm) of places without a simulated pull-off.
-_NOT_PULLED = -1.0, 0.1
+#: Displacements of places without a simulated pull-off, in ranges of adhesion.
+_NOT_PULLED = -10 / 3, 1 / 3
 
 #: Cells along a side of a pixel between rigid bodies, whose supports differ in height by fractions of a nanometre.
 _RIGID_CELLS = 4
@@ -39,14 +40,15 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload: the
     levers are those of the patches in contact there. A law without range keeps the steeper edge's results.
     """
-    law = solved.attrs["law"]
-    problem, adhesion = settling(specimen, law=law, mesh=Mesh(int(solved["refinement"].max()), step=0.4))
+    law, length = solved.attrs["law"], range_of(specimen.bodies)
+    mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
+    problem, adhesion = settling(specimen, law=law, mesh=mesh)
     adhesion = adhesion._replace(preloads=np.zeros(0))
     arguments = []
     for k in range(solved.sizes["subregion"]):
         place = solved.isel(subregion=[k])
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
-        low, high = (low, high) if low < high else _NOT_PULLED
+        low, high = (low, high) if low < high else (_NOT_PULLED[0] * length, _NOT_PULLED[1] * length)
         cells = int(place["refinement"].max())
         refine = cells if law == "lennard_jones" else min(cells, _MOST_CELLS)
         own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
@@ -76,7 +78,7 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     contact = States(
         *cell_axes(place, problem),
         pressure=pressure,
-        touching=closed(gap, pressure),
+        touching=closed(gap, pressure, problem.dx),
         force=states["force"],
         area=states["contact_area"],
         refine=problem.refine,

@@ -9,6 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ..particles import resuspension, with_pull_off
+from ..particles.force_balance import NO_REST
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
@@ -120,11 +121,12 @@ def detachment_notes(run: Run) -> list[str]:
             "or more. Light particles may stick before they reach the bottom."
         )
     elif few := int(_unstable(moments).sum()):
-        alone = int((run["statistics/detachment"]["critical_friction_velocity"] == 0).sum())
+        alone = int((run["statistics/detachment"]["mode"] == NO_REST).sum())
         notes.append(
             f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
             f"particle would roll on until three support it{f', at {alone} without any flow' if alone else ''}. These "
-            "places are the first to detach here; a run of particles analyses their resting positions."
+            "places are the first to detach here, or have no critical velocity; a run of particles analyses their "
+            "resting positions."
         )
     return notes
 

@@ -12,6 +12,7 @@ import xarray as xr
 from .. import figures, report
 from ..bodies.pair import assign_pair, elastic
 from ..bodies.substances import MATERIALS
+from ..contact.mesh import Mesh
 from ..runs.analysis import Plan, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
@@ -31,6 +32,7 @@ PLAN = Plan(
     patch="paper",
     vertex="pixel",
     superposed=("published", "self_similar", "energy"),
+    mesh=Mesh(step=0.4),
 )
 
 _MICRO = 1e-3  # µN per nN

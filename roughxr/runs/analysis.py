@@ -33,7 +33,7 @@ from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
 from ..bodies.pair import elastic
-from ..contact.adhesion import SMALL_CONTACTS, adhesive
+from ..contact.adhesion import LONG_STEP, SMALL_CONTACTS, adhesive, step_of, usual_step
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas
@@ -52,7 +52,7 @@ from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import answered, headline
 from ..studies.extrapolation import extrapolated, not_extrapolated
-from ..studies.roughness_scale import scale_dependence
+from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
 from ..vocabulary import schema
@@ -71,9 +71,6 @@ _FORMULA_PLACES = 16
 #: Why a run extrapolates nothing in humid air, where so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
 
-#: The mesh of a run's simulation with adhesion.
-_MESH = Mesh(step=0.4)
-
 
 class Plan(NamedTuple):
     """The options of a run."""
@@ -87,7 +84,7 @@ class Plan(NamedTuple):
     superposed: tuple[str, ...] = ("energy",)  # formulations
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
-    mesh: Mesh = _MESH
+    mesh: Mesh = Mesh()
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     extrapolated: int = 16  # places at which the roughness is extrapolated below the scan; 0: none
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
@@ -172,7 +169,7 @@ def run(
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
     words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
-    adhesion = {"preload": force, "law": law, "mesh": mesh_of(mesh, _MESH)}
+    adhesion = {"preload": force, "law": law, "mesh": mesh_of(mesh, _usual_mesh(specimen))}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
         subregions = resting(specimen.scan, landings=subregions)
@@ -232,7 +229,13 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
         deltas = schema.ascending(delta, "nm", "delta")
         deepest = max(deepest, deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
+    adhesion = {"mesh": _usual_mesh(specimen)} | adhesion
     return Plan(subregions, deltas, sweep, float(deltas[-1]), **adhesion)
+
+
+def _usual_mesh(specimen: Specimen) -> Mesh:
+    """Return the mesh of a run's simulation with adhesion."""
+    return Mesh(step=LONG_STEP * usual_step(specimen))
 
 
 class _Task(NamedTuple):
@@ -391,7 +394,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
         more["detachment_superposed"] = "energy"
     more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
     known = groups | out
-    out |= {f"statistics/{name}": critical_load(report.moments_of(known, way)) for name, way in more.items()}
+    out |= {f"statistics/{name}": quietly(critical_load, report.moments_of(known, way)) for name, way in more.items()}
     if is_rests(places):
         out["statistics/rests"] = places
     return out
@@ -468,7 +471,7 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
         took, before = say.passed() - before, say.passed()
         each = took / count
         say.expect(budget=17 * plan.budget * each)  # so many changes at a few places
-        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * mesh.step), **options)
+        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * step_of(specimen, mesh)), **options)
         change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
         _show_answer(finer, say, change)
         if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:

@@ -21,12 +21,13 @@ import xarray as xr
 from ..asperity.catalogue import asperities
 from ..bodies.liquid import work_of
 from ..bodies.pair import range_of
-from ..contact.adhesion import adhesive
+from ..contact.adhesion import adhesive, step_of
 from ..contact.cycle import EDGED
 from ..contact.mesh import Mesh, mesh_of
 from ..contact.rigid.bodies import rigid
 from ..scans import regions
 from ..scans.tip import tip_flags
+from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.sampling import at_first_preload, by_share, shares
 from ..vocabulary import schema
@@ -173,7 +174,7 @@ def budget_of(
     if law not in EDGED:
         cells = min(cells_for(bare, preload, law), int(solved["refinement"].max()))
     count = some.sizes["subregion"]
-    base = Base(bare, preload, law, np.full(count, cells), float(mesh.step))
+    base = Base(bare, preload, law, np.full(count, cells), step_of(specimen_of(ds), mesh))
     cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
     for name in dict.fromkeys([*own, *settings]):
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count))

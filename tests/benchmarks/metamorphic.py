@@ -12,7 +12,6 @@ import warnings
 import hypothesis
 import numpy as np
 import pytest
-import xarray as xr
 from hypothesis import strategies as st
 
 import roughxr
@@ -20,8 +19,6 @@ from roughxr import scans, statistics
 from tests import test_identities as identities
 from tests.verb_calls import numbers, surface
 
-#: Power of the scale with which a quantity grows, by its units, if all lengths are scaled and moduli are not.
-POWERS = {"nm": 1, "nN": 2, "nm^2": 2, "nN nm": 3, "1/nm": -1, "J/m^2": 1, "nm^4": 4, "GPa": 0}
 SCALES = [1.0, 1.0, 0.1, 3.0, 40.0]
 
 #: Not compared: see `test_identities`; heights about 0; what follows from gravity; the order of equal things.
@@ -67,10 +64,7 @@ MORE = {
 
 def scaled(now, s):
     """Return a setting with all lengths, and the work of adhesion, multiplied."""
-    ds = now.scan
-    new = {name: (ds[name].dims, ds[name].data * s ** POWERS[ds[name].units], ds[name].attrs) for name in ds.variables}
-    scan = xr.Dataset({"height": new.pop("height")}, new)
-    return now._replace(scan=scan, places=tuple(s * axis for axis in now.places))
+    return now._replace(scan=identities.scaled(now.scan, s), places=tuple(s * axis for axis in now.places))
 
 
 def computed(verb, now, s):
@@ -86,12 +80,8 @@ def computed(verb, now, s):
             patch.setitem(identities.VERBS, verb, own)
             found = identities.computed(verb, now)
     ordered = "subregion" in found.dims and verb != "resting"
-    power = {
-        name: POWERS.get(found[name].attrs.get("units") or getattr(roughxr.schema.VARIABLES.get(name), "units", ""), 0)
-        for name in found.variables
-    }
-    own = numbers(found, LEFT)
-    return {name: (each if ordered else np.sort(each.ravel())) / s ** power[name] for name, each in own.items()}
+    own = numbers(identities.scaled(found, 1 / s), LEFT)
+    return {name: each if ordered else np.sort(each.ravel()) for name, each in own.items()}
 
 
 @functools.cache

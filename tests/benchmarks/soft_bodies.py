@@ -21,6 +21,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
+from roughxr.contact.adhesion import usual_step
+from roughxr.specimen import specimen_of
 
 PIXEL, RANGE = 20.0, 0.3
 
@@ -64,7 +66,8 @@ def surface(row):
 def reference(row):
     """Return ranges (nm), the pull-offs (nN) of the exponential law there, and the reference with its uncertainty."""
     ranges = np.sqrt(row.work * PIXEL / row.refine / row.modulus) * np.array([1.5, 2.0])
-    mesh, place = roughxr.Mesh(row.refine, None, 0.5), ([row.place], [row.place])
+    place = [row.place], [row.place]
+    mesh = roughxr.Mesh(row.refine, None, 2 * usual_step(specimen_of(surface(row))))
     pulls = []
     for length in ranges:
         ds = surface(row).assign_coords(adhesion_range=length)

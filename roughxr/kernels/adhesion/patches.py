@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-#: Cells with more than this part of the largest attraction belong to the nearest contact.
+#: Cells with more than this part of the largest attraction belong to the contacts that they surround.
 _ATTRACTS = 0.02
 
 #: Contacts with a smaller part of the whole tension than this do not count for the resolution.
@@ -14,19 +14,25 @@ def contacts_and_resolution(state, closed, law):
     """Return the number of contacts, and the radius in cells of the smallest that bears a relevant part of the tension.
 
     Cells that touch and share a side are one contact. Its size counts each cell by its ``closed`` fraction, the work of
-    separation that is left there. NaN where nothing attracts.
+    separation that is left there. Contacts share the attracting cells around them by the roots of their numbers of
+    cells, so that no cell is equally near to two; what attracts around no contact counts as one. NaN where nothing
+    attracts.
     """
-    of, labels = ndimage.label(state.touching)
     members = state.touching | (state.pressure < -_ATTRACTS * law.strength)
     if not members.any():
         return 0, np.nan
-    if labels:
-        nearest = ndimage.distance_transform_edt(of == 0, return_distances=False, return_indices=True)
-        of, count = of[tuple(nearest)], labels
-    else:
-        of, count = ndimage.label(members)
-    of = of[members] - 1
-    tension = np.bincount(of, np.maximum(-state.pressure[members], 0.0), count)
-    size = np.bincount(of, closed[members], count)
+    (of, labels), (parts, count) = ndimage.label(state.touching), ndimage.label(members)
+    surrounded = np.zeros(labels + 1, int)  # by which connected part of the members each contact is
+    surrounded[of[state.touching]] = parts[state.touching]
+    edge = np.sqrt(np.bincount(of[members], minlength=labels + 1))
+    whole = np.bincount(surrounded[1:], edge[1:], count + 1)
+    alone, around = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
+
+    def of_contacts(values):
+        shared = np.bincount(parts[around], values[around], count + 1)
+        own = np.bincount(of[state.touching], values[state.touching], labels + 1)[1:]
+        return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[alone]])
+
+    tension, size = of_contacts(np.maximum(-state.pressure, 0.0)), of_contacts(closed)
     matters = tension >= min(_SHARE * tension.sum(), tension.max())
     return labels, float(np.sqrt(size[matters].min() / np.pi))

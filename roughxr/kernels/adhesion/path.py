@@ -55,6 +55,10 @@ _PULL_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
 #: The same where a smooth curve may have turned: the tangent is an upper bound.
 _PULL_ERROR_ON_CURVE = 0.05
 
+#: An end is located where a state before it lies nearer than the first, and steps below the second are not halved, in
+#: shortest steps: no binary fractions, as steps are, so that rounding decides nothing.
+_AT_END, _SHORT = 2.3, 1.3
+
 #: Retraction's steps over those of loading. Longer ones pass from one branch to another that shorter ones do not meet:
 #: places of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
 _RETRACTION_STEP = 0.5
@@ -325,10 +329,10 @@ class _Retraction(_Stepper):
                 if not known:
                     break
             target, prescribed = (known[0].row["delta"], bool(known[0].row["asked"])) if known else (-np.inf, False)
-            at_end = beyond is not None and self.last.delta - beyond < 2.0 * least
+            at_end = beyond is not None and self.last.delta - beyond < _AT_END * least
             delta = self._delta_after(least if at_end else step, target)
             moved, at_target = self.last.delta - delta, delta == target
-            near = not at_end and moved > least and not self.is_lost() and self._leads_to_more(moved)
+            near = not at_end and moved > _SHORT * least and not self.is_lost() and self._leads_to_more(moved)
             solved = self.solver.seek(delta, self.last, near=near, exact=at_target and prescribed)
             if near and (not solved.fine or self._passed_more(solved)):
                 step, beyond = max(0.5 * moved, least), delta

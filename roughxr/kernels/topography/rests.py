@@ -51,8 +51,9 @@ _PASS_DISTANCE = 4.0
 #: Most planes that are taken in along an axis, in the search for the best step.
 _MOST_CUTS = 50
 
-#: Heights (nm) that differ by less are one, in `_best_step`.
-_ROUNDING = 1e-10
+#: Heights that differ by less than this part of a step are one, in `_best_step`. Contacts lie below the centre by the
+#: second part of the radius, at least: slopes stay finite.
+_ROUNDING, _LEAST_SLANT = 1e-10, 1e-9
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
 
@@ -190,7 +191,7 @@ def _near_pass(ground, i, j):
 def _plane(row, x, y, ball):
     """Return the sphere's height on a patch, its slopes, and the place of contact."""
     height, u, v = touch(row, x, y, ball)
-    c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, 1e-12))
+    c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, (_LEAST_SLANT * ball.radius) ** 2))
     return height, (u - x) / c, (v - y) / c, u, v
 
 
@@ -288,7 +289,7 @@ def _best_step(planes, step):
     for _ in range(_MOST_CUTS):
         dx = (at_low - at_high + rise * high - fall * low) / (rise - fall)
         height, slope, dy = _best_across(planes, dx, step)
-        if height <= at_low + fall * (dx - low) + _ROUNDING:
+        if height <= at_low + fall * (dx - low) + _ROUNDING * step:
             break
         if slope < 0:
             low, at_low, fall = dx, height, slope
