@@ -10,7 +10,7 @@ from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of
 
 from .surfaces import scan
-from .verb_calls import unlabelled
+from .verb_calls import surface, unlabelled
 
 
 @pytest.fixture(scope="module")
@@ -125,6 +125,12 @@ def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
     assert float(force.sel(formula="rabinovich")) == pytest.approx(expected)
     assert given["short_rms"] ** 2 + given["long_rms"] ** 2 == pytest.approx(given["rms"] ** 2, rel=0.02)
     np.testing.assert_allclose(table.formula_ratio * float(force.sel(formula="sum")), force)
+
+
+def test_a_scan_too_small_for_two_scales_leaves_that_formula_out():
+    table = surface(21).contact.formulas(subregions=(1, 1), refine=2)
+    missing = table.pull_off_force.isnull()
+    assert table.formula[missing].values.tolist() == ["rabinovich_two_scales"] and "too small" in table.attrs["missing"]
 
 
 def test_finer_waves_weaken_the_pull_and_scatter(rough):

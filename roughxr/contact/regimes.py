@@ -191,7 +191,12 @@ def formulas(
 
     Notes
     -----
+<<<<<<< ours
     The longer of the two scales has wavelengths above four mean distances between summits. All rows but "sum"
+=======
+    The longer of the two scales consists of waves longer than four mean distances between summits;
+    "rabinovich_two_scales" is NaN on a scan too small for any. All rows but "sum"
+>>>>>>> theirs
     and "gaussian_heights" are formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
 
     References
@@ -213,6 +218,7 @@ def formulas(
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
+    out.attrs["missing"] = "NaN where the scan is too small for waves of four mean distances between summits"
     return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
 
 
@@ -229,7 +235,7 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
         "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
         "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),
-        "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere),
+        "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere) if long["long_rms"] > 0 else np.nan,
         "gaussian_heights": 2 * np.pi * radius * left,
     }
     return result, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
@@ -257,11 +263,12 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
     distance = _mean_distance(flat.derived(asperities))
+    given = {"rms": float(flat.heights.std()), "wavelength": distance}
+    given["asperity_radius"] = _asperity_radius(flat.derived(asperities))
+    if _LONG_WAVE * distance > 2 * flat.pixel * max(flat.heights.shape):  # no wave of the scan is that long
+        return given | {"short_rms": given["rms"], "long_rms": np.nan, "long_wavelength": np.nan}
     smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVE * distance))
-    return {
-        "rms": float(flat.heights.std()),
-        "wavelength": distance,
-        "asperity_radius": _asperity_radius(flat.derived(asperities)),
+    return given | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
         "long_wavelength": _mean_distance(smoothed.derived(asperities)),

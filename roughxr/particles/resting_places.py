@@ -184,15 +184,17 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
     Over a summit at the scan's edge pixels on both sides are equally low: all of them are returned.
     """
+    equal = _EQUAL_HEIGHTS * float(np.ptp(z))
     (nx, ny), flat, parts = z.shape, np.arange(z.size).reshape(z.shape), []
     for i, j in ((1, 0), (0, 1), (1, 1), (1, -1)):
         cells = slice(0, nx - i), slice(max(-j, 0), ny - max(j, 0))
         others = slice(i, nx), slice(max(j, 0), ny - max(-j, 0))
-        a, b, border = labels[cells], labels[others], labels[cells] != labels[others]
-        higher = np.where(z[cells] >= z[others], flat[cells], flat[others])
-        parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), higher], axis=-1)[border])
+        for first, second in ((cells, others), (others, cells)):
+            higher = (labels[first] != labels[second]) & (z[first] >= z[second] - equal)  # both where they are equal
+            a, b = labels[first][higher], labels[second][higher]
+            parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), flat[first][higher]], axis=-1))
     pairs = np.concatenate(parts)
-    pairs = _lowest_ones(pairs, z.ravel()[pairs[:, 2]], _EQUAL_HEIGHTS * float(np.ptp(z)))
+    pairs = _lowest_ones(pairs, z.ravel()[pairs[:, 2]], equal)
     return pairs[:, :2], pairs[:, 2]
 
 

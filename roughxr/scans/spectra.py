@@ -97,7 +97,7 @@ def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
     both = np.concatenate([-lags[1][:0:-1], lags[1]])
     radius = np.hypot(lags[0][:, None], both)
     radius[0, : lags[1].size - 1] = np.nan  # mirrored by the other half of the same row
-    radius[radius > min(lags[0][-1], lags[1][-1])] = np.nan
+    radius[radius > (1 + 1e-9) * min(lags[0][-1], lags[1][-1])] = np.nan
     lag, acf, _ = ring_means(_correlation(scan["height"].values), radius, max(steps))
     return label(xr.Dataset({"acf": ("lag", acf)}, {"lag": lag}, scan.attrs))
 

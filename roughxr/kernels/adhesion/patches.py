@@ -26,12 +26,12 @@ def contacts_and_resolution(state, closed, law):
     surrounded[of[state.touching]] = parts[state.touching]
     edge = np.sqrt(np.bincount(of[members], minlength=labels + 1))
     whole = np.bincount(surrounded[1:], edge[1:], count + 1)
-    alone, around = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
+    unattached, attracting = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
 
     def of_contacts(values):
-        shared = np.bincount(parts[around], values[around], count + 1)
+        shared = np.bincount(parts[attracting], values[attracting], count + 1)
         own = np.bincount(of[state.touching], values[state.touching], labels + 1)[1:]
-        return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[alone]])
+        return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[unattached]])
 
     tension, size = of_contacts(np.maximum(-state.pressure, 0.0)), of_contacts(closed)
     matters = tension >= min(_SHARE * tension.sum(), tension.max())

@@ -61,8 +61,9 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
         return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
-    q, modes = q[known], modes[known]
-    wanted = np.log(psd[known]) + 0.5 / modes  # the mean logarithm of a mean over m waves is 1/2m too low
+    unit, level = 1.0 / q[known][-1], np.log(psd[known][0])  # so that the units of lengths decide nothing
+    q, pixel, modes = q[known] * unit, pixel / unit, modes[known]
+    wanted = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m waves is 1/2m too low
     error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
     longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
     likely, unsure = np.array([0.0, np.log(longest), np.mean(bounds)]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀ and H
@@ -84,7 +85,7 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
     H = hurst if hurst is not None else max(fitted[3], bounds[0])
-    return np.array([np.exp(fitted[0]), np.exp(fitted[2]), H]), spread, 2.0 * solved.cost
+    return np.array([np.exp(fitted[0] + level), np.exp(fitted[2]) * unit, H]), spread, 2.0 * solved.cost
 
 
 def lay_factor(kx, ky, lay):

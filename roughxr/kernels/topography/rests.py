@@ -48,6 +48,10 @@ _LARGEST_DEVIATION = 2.5
 #: Distance (pixels) of a pass from the lowest pixel of a border, at most: pixels drain in eight directions alone.
 _PASS_DISTANCE = 4.0
 
+#: Distance (pixels) from a saddle, on both sides of it, from which the sphere rolls down: more than a first step; and
+#: the steps after which the basin is read.
+_BESIDE_SADDLE, _DRAINING_STEPS = 0.5, 12
+
 #: Most planes that are taken in along an axis, in the search for the best step.
 _MOST_CUTS = 50
 
@@ -366,16 +370,29 @@ def _crossing(a, b, x, y):
 
 
 @kernel
-def _borders_both(labels, x, y, ground, pair):
-    """Return whether pixels of both basins lie near a point."""
-    wide = _PASS_DISTANCE + 0.25  # no point lies half way between pixels
-    i, j = (x - ground.first[0]) / ground.pixel[0], (y - ground.first[1]) / ground.pixel[1]
-    first, second = False, False
-    for p in range(max(int(np.ceil(i - wide)), 0), min(int(i + wide) + 1, labels.shape[0])):
-        for q in range(max(int(np.ceil(j - wide)), 0), min(int(j + wide) + 1, labels.shape[1])):
-            first |= labels[p, q] == pair[0]
-            second |= labels[p, q] == pair[1]
-    return first and second
+def _drains_to(labels, x, y, ground):
+    """Return the basin into which a sphere rolls from a point: that of the pixel to which a few steps lead."""
+    largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), labels.shape
+    step = _FIRST_STEP * largest
+    for _ in range(_DRAINING_STEPS):
+        i, j = _pixel_at(ground, x, y)
+        if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
+            return OFF
+        x, y, _, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
+        if step < _LAST_STEP * largest:
+            break
+    i, j = _pixel_at(ground, x, y)
+    return labels[min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)]
+
+
+@kernel
+def _divides(labels, a, b, x, y, ground, pair):
+    """Return whether a sphere on two contacts rolls into one basin of a pair on one side, into the other beyond."""
+    along, across = b[3] - a[3], b[4] - a[4]
+    off = _BESIDE_SADDLE * max(ground.pixel[0], ground.pixel[1]) / np.hypot(along, across)
+    first = _drains_to(labels, x - off * across, y + off * along, ground)
+    second = _drains_to(labels, x + off * across, y - off * along, ground)
+    return min(first, second) == min(pair[0], pair[1]) and max(first, second) == max(pair[0], pair[1])
 
 
 @kernel
@@ -415,7 +432,7 @@ def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
             if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]):
                 continue
             on_surface = _height(rows, px, py, ball) <= height + 1e-8 * ball.radius
-            if on_surface and _borders_both(labels, px, py, ground, pair):
+            if on_surface and _divides(labels, planes[p], planes[q], px, py, ground, pair):
                 lowest = (px, py, height)
     return lowest
 
@@ -440,21 +457,49 @@ def passes(z, labels, pairs, pixels, rest_heights, ground):
 
 
 @kernel
+def _none_above(planes, reach):
+    """Return the planes that no other one exceeds all over a step: at rest any of several may be the highest."""
+    out, number = np.zeros((len(planes), planes.shape[1])), 0
+    for n in range(len(planes)):
+        within = True
+        for m in range(len(planes)):
+            rise = (abs(planes[n, 1] - planes[m, 1]) + abs(planes[n, 2] - planes[m, 2])) * reach
+            within &= planes[n, 0] + 1.1 * rise >= planes[m, 0]
+        if within:
+            out[number] = planes[n]
+            number += 1
+    return out[:number]
+
+
+@kernel
+def _groups(planes, pixel):
+    """Return contacts from the highest on, and of each the place of the highest that it is linked to by others."""
+    order = np.argsort(-planes[:, 0])
+    top = np.arange(len(planes))  # places in the order
+    for _ in range(len(planes)):
+        changed = False
+        for k in range(len(planes)):
+            for m in range(len(planes)):
+                if top[m] < top[k] and not _is_apart(planes[order[k]], planes[order[m]], pixel):
+                    top[k], changed = top[m], True
+        if not changed:
+            break
+    return order, top
+
+
+@kernel
 def carriers(places, ground, slack):
     """Return for each place how many summits carry a sphere, within ``slack`` pixels of motion, and where."""
     most = 8
     number, at = np.zeros(len(places), np.int64), np.full((len(places), most, 2), np.nan)
-    touching, reach = np.zeros((most, 5)), slack * max(ground.pixel[0], ground.pixel[1])
+    reach = slack * max(ground.pixel[0], ground.pixel[1])
     for n in range(len(places)):
         x, y = places[n, 0], places[n, 1]
         i, j = _pixel_at(ground, x, y)
-        planes = _planes(_near(ground, i, j), x, y, ground.ball, reach)
-        for k in np.argsort(-planes[:, 0]):
-            new = number[n] < most
-            for m in range(number[n]):
-                new &= _is_apart(planes[k], touching[m], ground.pixel)
-            if new:
-                touching[number[n]] = planes[k, :5]
-                at[n, number[n], 0], at[n, number[n], 1] = planes[k, 3], planes[k, 4]
+        planes = _none_above(_planes(_near(ground, i, j), x, y, ground.ball, reach), reach)
+        order, top = _groups(planes, ground.pixel)
+        for k in range(len(planes)):
+            if top[k] == k and number[n] < most:
+                at[n, number[n], 0], at[n, number[n], 1] = planes[order[k], 3], planes[order[k], 4]
                 number[n] += 1
     return number, at
