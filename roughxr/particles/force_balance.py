@@ -292,7 +292,7 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
 
 def rolls_off(kind: Load, body: Body, limit: Resistance) -> np.ndarray:
     """Return the places at which the sphere does not rest: it gives way without a load."""
-    return (drive_ratios(kind.push(np.zeros(1), body), body, limit) >= 1).any(axis=0)
+    return np.asarray((drive_ratios(kind.push(np.zeros(1), body), body, limit) >= 1).any(axis=0))
 
 
 def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:

@@ -4,7 +4,7 @@ Places of the glass twin, and of a stiff and a soft rough surface on which nothi
 ``mesh="auto"`` and ``accuracy``; true is what a mesh of eight cells to a pixel says in half the steps.
 Printed are the share of places whose stated error covers the difference and how large both are. Half an hour.
 
-    python tests/benchmarks/stated_error.py [--places 24] [--accuracy 0.05]
+    python tests/benchmarks/stated_error.py [--places 24] [--accuracy 0.05] [--only soft]
 """
 
 import argparse
@@ -43,9 +43,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--places", type=int, default=24)
     parser.add_argument("--accuracy", type=float, default=0.05)
+    parser.add_argument("--only", help="one surface, by its name; default: all")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     for name, scan in surfaces():
+        if options.only not in (None, name):
+            continue
         stated, true, refinement = covered(scan, options.places, options.accuracy)
         meshes = ", ".join(f"{int(np.sum(refinement == n))} at {n}" for n in np.unique(refinement))
         print(
