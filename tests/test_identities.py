@@ -261,8 +261,13 @@ POWERS = {"nm": (1, 0), "nN": (2, 1), "nm^2": (2, 0), "nN nm": (3, 1), "1/nm": (
 POWERS["GPa"] = (0, 1)
 
 
-@pytest.mark.parametrize(("seed", "s", "c"), [(49, 40.0, 1.0), (59, 0.1, 1.0), (7, 1 / 3, 100.0), (14, 1 + 1e-11, 1.0)])
-@pytest.mark.parametrize("step", [1.0, None])
+_SCALED = [(49, 40.0, 1.0), (59, 0.1, 1.0), (7, 1 / 3, 100.0)]
+
+
+@pytest.mark.parametrize(
+    ("seed", "s", "c", "step"),
+    [(*each, step) for each in _SCALED for step in (1.0, None)] + [(14, 1 + 1e-11, 1.0, 1.0)],
+)
 def test_an_adhesive_cycle_scales_with_lengths_and_moduli(seed, s, c, step):
     """A given step, and the usual one: no length, force or modulus of its own decides, nor does rounding."""
     first, at = surface(seed), places(seed)
