@@ -191,12 +191,8 @@ def formulas(
 
     Notes
     -----
-<<<<<<< ours
-    The longer of the two scales has wavelengths above four mean distances between summits. All rows but "sum"
-=======
-    The longer of the two scales consists of waves longer than four mean distances between summits;
+    The longer of the two scales has wavelengths above four mean distances between summits;
     "rabinovich_two_scales" is NaN on a scan too small for any. All rows but "sum"
->>>>>>> theirs
     and "gaussian_heights" are formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
 
     References
