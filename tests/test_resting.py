@@ -152,7 +152,7 @@ def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
     axis = np.arange(60) * 5.0
     x, y = axis[:, None] - 147.0, axis - 147.0
     height = {"tilted": 0.02 * x + 0.01 * y, "level": 0 * (x + y), "bump": 20 * np.exp(-(x**2 + y**2) / 60.0**2)}
-    with pytest.warns(UserWarning, match="no place of rest"):
+    with pytest.warns(UserWarning, match="no resting position"):
         found = resting(glass_pair(scan(height[name], 5.0)))
     assert found.sizes["subregion"] == 0 and found.attrs["share_off_scan"] == 1.0
     with pytest.raises(ValueError, match="found none"):
@@ -287,7 +287,7 @@ def test_resting_positions_do_not_depend_on_orientation_or_unit_of_length(seed, 
 def _rows(z, pixel, radius):
     """Return x, y, height, barrier (nm) and share of the resting positions."""
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message=".*no place of rest")
+        warnings.filterwarnings("ignore", message=".*no resting position")
         ds = resting(glass_pair(scan(z, pixel), radius))
     names = ("subregion_x", "subregion_y", "rest_height", "barrier", "landing_share")
     return np.column_stack([ds[name].values for name in names])

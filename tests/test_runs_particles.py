@@ -91,4 +91,4 @@ def test_a_particle_on_a_plane_is_refused_in_words(tmp_path, capsys):
     roughxr.scans.to_netcdf(tilted, tmp_path / "scan.nc")
     words = ["run", str(tmp_path / "scan.nc"), "--particle", "--level", "none", *PAIR, *QUICK]
     assert main([*words, "-o", str(tmp_path / "run")]) == 1
-    assert "no place of rest" in capsys.readouterr().err
+    assert "no resting position" in capsys.readouterr().err
