@@ -235,7 +235,8 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
 
 def _usual_mesh(specimen: Specimen) -> Mesh:
     """Return the mesh of a run's simulation with adhesion."""
-    return Mesh(step=LONG_STEP * usual_step(specimen))
+    adheres = "work_of_adhesion" in specimen.bodies.coords or schema.is_wet(specimen.bodies)
+    return Mesh(step=LONG_STEP * usual_step(specimen)) if adheres else Mesh()
 
 
 class _Task(NamedTuple):
