@@ -70,8 +70,6 @@ def save(
 
     Raises
     ------
-    ValueError
-        If a group holds something that NetCDF cannot store.
     OSError
         If it cannot be written, for example because the disk is full.
 
@@ -150,8 +148,6 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     ------
     ValueError
         If it is damaged. HDF5 keeps a checksum of every array, but not of attributes and single values.
-    OSError
-        If it does not exist or cannot be read.
 
     Examples
     --------

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import dask
-import dask.array as da
 import numpy as np
 import xarray as xr
 
@@ -49,9 +47,10 @@ class Indenter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Specimen:
-    """A valid scan with its pair of bodies; derived values are computed once."""
+    """A valid scan in memory with its pair of bodies; derived values are computed once."""
 
     scan: xr.Dataset
+    lazy: bool = False  # whether results are computed later, as the heights of the scan that was given
     _derived: dict[Callable, xr.Dataset] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
@@ -60,19 +59,9 @@ class Specimen:
         return self.scan.drop_vars("height")
 
     @cached_property
-    def lazy(self) -> bool:
-        """Whether results are computed later, as the scan's heights are."""
-        return is_lazy(self.scan)
-
-    @cached_property
-    def in_memory(self) -> Specimen:
-        """The same specimen with its heights loaded."""
-        return Specimen(self.scan.compute()) if self.lazy else self
-
-    @cached_property
-    def heights(self) -> Any:
-        """Heights (nx, ny), nm: a NumPy or dask array, which raises where pixels are missing."""
-        return schema.complete(self.scan)["height"].data
+    def heights(self) -> np.ndarray:
+        """Heights (nx, ny), nm; raises where pixels are missing."""
+        return schema.finite(self.scan["height"].values)
 
     @cached_property
     def pixel(self) -> float:
@@ -87,13 +76,9 @@ class Specimen:
         return Indenter(radius, PROFILES["sphere"], height_map)
 
     @cached_property
-    def shortest_wavelength(self) -> Any:
-        """Shortest wavelength (nm) that the scan resolves; lazy where its heights are."""
-        heights, steps = self.scan["height"].data, schema.pixel(self.bodies)
-        if not dask.is_dask_collection(heights):
-            return wavelength.waves(heights, steps).shortest
-        waves = dask.delayed(wavelength.waves, pure=False)(heights, steps)
-        return (), da.from_delayed(waves.shortest, (), dtype=float)
+    def shortest_wavelength(self) -> float:
+        """Shortest wavelength (nm) that the scan resolves."""
+        return wavelength.waves(self.scan["height"].values, schema.pixel(self.bodies)).shortest
 
     def derived(self, make: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:
         """Return ``make(scan)``, for example the asperities; computed at the first request."""
@@ -108,4 +93,7 @@ class Specimen:
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
     """Return the specimen of a scan; a specimen, which verbs pass to each other, as it is."""
-    return given if isinstance(given, Specimen) else Specimen(schema.validate(given, "scan"))
+    if isinstance(given, Specimen):
+        return given
+    scan = schema.validate(given, "scan")
+    return Specimen(scan.compute(), is_lazy(scan))

@@ -12,6 +12,7 @@ from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
 from roughxr.jobs.checkpoint import Checkpoint
+from roughxr.jobs.spread import on_scheduler
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -42,10 +43,11 @@ def one_by_one(ds):
     yield solutions(ds)
 
 
-def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, **options):
+def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **options):
     ds = surface(seed)
     compute = one_by_one if stages else solutions
-    return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
+    with on_scheduler(scheduler):
+        return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
 def in_a_process(output, limit=None, told=None, stops_after=None, ends_by=signal.SIGKILL, **options):

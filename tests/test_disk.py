@@ -82,7 +82,6 @@ WRITERS = {
     "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
     "surfacetopography.nc": lambda path: to_file(scan(rough(128)), path),
     "scan.gsf": lambda path: to_file(scan(rough(256)), path),
-    "scan.tif": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "figure.png": lambda path: drawn(picture(), path),

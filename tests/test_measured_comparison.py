@@ -50,7 +50,7 @@ def test_intervals_of_the_ratio_hold_at_their_rate(trials, statistic, widest):
 
 def test_two_fields_of_one_law_are_told_apart_no_more_often_than_stated():
     p_values = [
-        float(roughxr.compare(forces(field(2 * k), grid()), forces(field(2 * k + 1), grid()), resamples=20, shift=None,
+        float(roughxr.compare(forces(field(2 * k), grid()), forces(field(2 * k + 1), grid()), resamples=20,
               statistics=["mean"]).distribution_p_value)
         for k in range(60)
     ]  # fmt: skip
@@ -124,10 +124,6 @@ def test_a_map_is_compared_as_its_places():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"shift": "look"}, "shift: expected one of 'find'"),
-        ({"shift": (1.0, 2.0, 3.0)}, "two lengths"),
-        ({"shift": ("1 V", 2.0)}, "shift: "),
-        ({"shift": (1e6, 0.0)}, "at least 9 measured places within the predicted ones, found 0"),
         ({"confidence": 95}, "confidence"),
         ({"statistics": ["mode"]}, "statistics: expected mean"),
     ],

@@ -102,7 +102,7 @@ def power_law(x, scatter, slope=1.2, seed=0, n=9):
 
 
 def fitted(measured, predict, start=1.0, **options):
-    options = {"proportional": True, "reach": 100.0, "confidence": 0.95, "error": 0.0} | options
+    options = {"confidence": 0.95, "error": 0.0} | options
     return matching(Samples(measured, None, None, 0), predict, start, **options)
 
 

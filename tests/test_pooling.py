@@ -149,7 +149,7 @@ def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans)
     assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
     blunt = roughxr.scans.combined_spectrum(scans, shortest="100 nm")
     assert float(blunt.wavevector.max()) < 2 * np.pi / 100
-    with pytest.raises(ValueError, match="longest wavelength of a scan, found 10000 nm"):
+    with pytest.raises(ValueError, match="longest wavelength of some scan, found 10000 nm"):
         roughxr.scans.combined_spectrum(scans, shortest=1e4)
     with pytest.raises(ValueError, match="scans: expected at least one"):
         roughxr.scans.combined_spectrum([])

@@ -57,14 +57,12 @@ def cluster(tmp_path):
             process.wait()
 
 
-def solve(path, surface, **options):
-    return checkpointed(
-        lambda: {"solutions/direct": direct(surface, **OPTIONS), "map": pull_off_map(surface, subregions=(40, 40))},
-        path,
-        scan=surface,
-        arguments=OPTIONS,
-        **options,
-    )
+def solve(path, surface, scheduler):
+    def groups():
+        return {"solutions/direct": direct(surface, **OPTIONS), "map": pull_off_map(surface, subregions=(40, 40))}
+
+    with on_scheduler(scheduler):
+        return checkpointed(groups, path, scan=surface, arguments=OPTIONS)
 
 
 @pytest.mark.soak

@@ -10,7 +10,6 @@ import warnings
 from collections import Counter
 from contextlib import contextmanager
 
-import h5py
 import netCDF4
 import numpy as np
 import pytest
@@ -224,31 +223,23 @@ def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     assert reader_process._running[os.getpid(), vendor_reader.__file__] is not process
 
 
-def looped(path):
-    """Write a NetCDF file of 2160 bytes whose one group holds itself twice."""
-    with h5py.File(path, "w") as file:
-        group = file.create_group("a")
-        group["b"] = group["c"] = group
-    return path
-
-
 def hollow(path):
     """Write a small NetCDF file that declares 80 GB of heights."""
     with netCDF4.Dataset(path, "w") as file:
         for name in "xy":
             file.createDimension(name, 100_000)
+            file.createVariable(name, float, (name,)).units = "nm"
+            file[name][:] = np.arange(100_000.0)
         file.createVariable("height", float, ("x", "y"), zlib=True).units = "nm"
     return path
 
 
-@pytest.mark.parametrize(("write", "words"), [(looped, "damaged"), (hollow, "height: 100000 x 100000 values declared")])
-def test_a_netcdf_file_made_to_use_up_the_memory_is_refused(write, words, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(reader_process, "SECONDS", 30.0)
-    path = write(tmp_path / "harmful.nc")
-    with pytest.raises(UnreadableScan, match=f"harmful.nc: .*{words}"):
-        open_scan(path)
+def test_a_file_that_declares_more_than_the_memory_is_refused(tmp_path, capsys):
+    path = hollow(tmp_path / "hollow.nc")
+    with pytest.raises(UnreadableScan, match=r"hollow.nc: .*cannot be read: Unable to allocate"):
+        open_scan(path).load()
     assert cli.main(["info", str(path)]) == 1
-    assert words in capsys.readouterr().err
+    assert "Unable to allocate" in capsys.readouterr().err
 
 
 def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
@@ -261,7 +252,7 @@ def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems do not limit a process's address space")
 def test_a_reader_may_not_take_all_memory(tmp_path, monkeypatch):
     greedy = tmp_path / "greedy.py"
-    greedy.write_text("def read(path):\n    return {'bytes': len(bytearray(2**32))}\n")
+    greedy.write_text("def read(path):\n    return {'bytes': len(bytearray(2**34))}\n")
     with pytest.raises(reader_process.ReadingFailed, match="MemoryError"):
         reader_process.answer(greedy, str(greedy))
 

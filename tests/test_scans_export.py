@@ -84,17 +84,6 @@ def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
         open_scan(path).load()
 
 
-def test_a_tiff_lies_where_it_was_measured(holed, tmp_path):
-    tifffile = pytest.importorskip("tifffile", reason="TIFF needs the extra roughxr[afm]")
-    moved = holed.assign_coords(x=holed["x"] + 1000)
-    path = to_file(moved, tmp_path / "scan.tif")
-    with tifffile.TiffFile(path) as file:
-        page = file.pages[0]
-        (dx, dy, _), (column, row, _, left, top, _) = page.tags[33550].value, page.tags[33922].value
-        rows = page.asarray()
-    for (r, c), height in np.ndenumerate(rows):  # each pixel's own centre, by the tags alone
-        x, y = left + (c - column + 0.5) * dx, top - (r - row + 0.5) * dy
-        np.testing.assert_equal(float(moved["height"].sel(x=x, y=y, method="nearest", tolerance=1e-6)), height)
-    assert "nm" in page.description and page.resolution == pytest.approx((1e7 / dx, 1e7 / dy), rel=1e-6)
-    with pytest.raises(ValueError, match="expected a map"):
-        to_file(holed, tmp_path / "pull.tif", name="pull_off_force")
+def test_a_map_that_is_not_there_is_refused(holed, tmp_path):
+    with pytest.raises(ValueError, match="name: expected one of 'height', found 'pull_off_force'"):
+        to_file(holed, tmp_path / "pull.gsf", name="pull_off_force")

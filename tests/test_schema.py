@@ -53,21 +53,7 @@ def test_a_lazy_masked_array_means_what_one_in_memory_does():
     xr.testing.assert_allclose(level(later).compute(), level(here), atol=1e-9)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("lazy", [False, True])
-def test_a_complete_scan_is_asked_for_in_memory_at_once_and_of_a_lazy_one_by_every_chunk(value, lazy):
-    height = rough(N, seed=2)
-    height[40, 40] = value
-    surface = scan(height).chunk(x=16, y=16) if lazy else scan(height)
-    with pytest.raises(ValueError, match="1 missing pixels of"):
-        schema.complete(surface)["height"].values  # noqa: B018
-    if lazy:
-        np.testing.assert_array_equal(schema.complete(surface)["height"][:16, :16].values, height[:16, :16])
-        with pytest.raises(ValueError, match="missing pixels"):
-            schema.complete(surface)["height"].max().compute()
-
-
-def test_the_order_of_asperities_does_not_matter():
+def test_a_catalogue_that_holds_asperities_twice_is_refused():
     catalogue = asperities(glass_pair(scan(rough(N, seed=2))))
     once = superpose(catalogue, delta=[5.0])
     xr.testing.assert_equal(superpose(catalogue.isel(asperity=slice(None, None, -1)), delta=[5.0]).force, once.force)

@@ -42,7 +42,7 @@ def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
     density: xr.DataArray = roughxr.statistics.pdf(pull, "pull_off_force", method="kde")
     fitted: xr.Dataset = roughxr.statistics.fit(pull, "pull_off_force", laws=["weibull"])
     measured: xr.Dataset = roughxr.open_pull_off([path, path], units="V", sensitivity="12 nN/V")
-    beside: xr.Dataset = roughxr.compare(pull, measured, shift=("5 nm", 0.0))
+    beside: xr.Dataset = roughxr.compare(pull, measured, resamples=99)
     table: pd.DataFrame = roughxr.to_table(beside if density.size and fitted else pull)
     return table
 

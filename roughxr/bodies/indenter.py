@@ -154,10 +154,11 @@ def placements(
     >>> dict(found.indenter_height.sizes), round(float(found.indenter_x[0]))
     ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)
     """
-    scan = schema.complete(schema.validate(roughness, "scan"))
+    scan = schema.validate(roughness, "scan")
     pixel, radius = schema.square_pixel(scan), positive(sphere_radius, "nm", "sphere_radius")
     whole_number(count, "count", least=1)
-    height = scan["height"].values.astype(float)[:, ::-1]  # turned over about the x axis to face the surface
+    height = schema.finite(scan["height"].values).astype(float)
+    height = height[:, ::-1]  # turned over about the x axis to face the surface
     n = _part(height.shape, pixel, width)
     rng = np.random.default_rng(seed)
     first = np.stack([rng.integers(0, size - n + 1, count) for size in height.shape], axis=1)

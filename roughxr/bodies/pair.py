@@ -407,10 +407,11 @@ def check_plausible(name: str, value: float, ds: xr.Dataset) -> None:
 def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
     """Return the indenter's map on its own dimensions, in nm, the contact centre at x = y = 0."""
     if isinstance(indenter, xr.Dataset):
-        return _facing(schema.complete(schema.validate(indenter, "scan"))["height"].reset_coords(drop=True))
+        heights: xr.DataArray = schema.validate(indenter, "scan")["height"].reset_coords(drop=True)
+        return _facing(heights.copy(data=schema.finite(heights.values)))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
         raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
-    heights: xr.DataArray = schema.entered(indenter)
+    heights = schema.entered(indenter)
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(heights[axis])

@@ -344,13 +344,13 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
 def _capture(specimen: Specimen) -> float:
     """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
     length = range_of(specimen.bodies)
-    return snap_in_gap(length, median_tabor(specimen.in_memory, length))
+    return snap_in_gap(length, median_tabor(specimen, length))
 
 
 def _tabor_parameter(specimen: Specimen, length: float) -> float:
     """Return the median of Tabor's parameter over the asperities; where there are none, that of the sphere alone."""
     parameter = median_tabor(specimen, length)
-    if np.isfinite(parameter) or specimen.lazy or specimen.indenter.map:
+    if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
     modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True)
     return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
@@ -414,7 +414,7 @@ def _settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
-    return float(hertz + _ROUGH_DEPTH * specimen.in_memory.heights.std() + 12 * np.nan_to_num(adhesion.length))
+    return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _indenter_radius(specimen: Specimen) -> float:
@@ -432,10 +432,7 @@ def _contact_radius(specimen: Specimen) -> float:
     """Return the radius (nm) by which JKR's lengths scale steps and cells: the indenter's, or that of the heights.
 
     Across the half-width L of a scan whose heights differ by z, an indenter flatter than L²/2z is as good as a plane.
-    Heights that are not in memory are not read: 0, so that steps and cells are those of stiff bodies.
     """
-    if specimen.lazy:
-        return 0.0
     heights = specimen.heights
     half, rise = 0.5 * specimen.pixel * min(heights.shape), float(np.ptp(heights))
     radius = _indenter_radius(specimen)
@@ -461,7 +458,7 @@ def _need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "l
 
 def _need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, positions: xr.Dataset, reach) -> None:
     """Refuse one mesh for all places that is too fine for any of them; name the finest that is not."""
-    if not adhesion.refine or specimen.lazy:
+    if not adhesion.refine:
         return
     solved, shape = places(specimen, positions, reach)
     if shape[0] * shape[1] * adhesion.refine**2 <= MOST_CELLS:  # windows are wider than what they hold

@@ -169,8 +169,8 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
 
 
 def median_tabor(specimen: Specimen, length: float) -> float:
-    """Return the median Tabor parameter of the asperities at a range (nm); NaN for lazy heights or without a sphere."""
-    if specimen.indenter.map or specimen.lazy:
+    """Return the median Tabor parameter of the asperities at a range (nm); NaN without a sphere."""
+    if specimen.indenter.map:
         return np.nan
     parameter = tabor(specimen.derived(asperities).assign_coords(adhesion_range=length))["tabor_parameter"].values
     parameter = parameter[np.isfinite(parameter)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -79,7 +79,6 @@ def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
     """Return evenly spaced displacements (nm), the largest with contact at every centre and indentation at most."""
-    specimen = specimen.in_memory
     touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
     middle = float(np.median(touches))
     last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
@@ -88,7 +87,6 @@ def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.
 
 def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
     """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
-    specimen = specimen.in_memory
     placed, _ = places(specimen, positions, specimen.indenter.reach(float(np.ptp(specimen.heights))))
     bare = Problem(np.zeros(1), False, False, specimen.pixel, 1, np.nan, specimen.indenter)
     return np.array([surface_at(place, bare).separation.min() for place in placed])
@@ -109,14 +107,14 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
         radius, load = problem.indenter.radius, last
         last = (0.75 * load / (problem.contact_modulus * np.sqrt(radius))) ** (2 / 3)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
-    return float(np.ptp(specimen.in_memory.heights)) + last
+    return float(np.ptp(specimen.heights)) + last
 
 
 class Place(NamedTuple):
-    """The pixels around one contact centre; heights may still be a dask array."""
+    """The pixels around one contact centre."""
 
-    height: Any  # (nx, ny), nm
-    datum: Any  # nm, the highest point of the whole scan
+    height: np.ndarray  # (nx, ny), nm
+    datum: float  # nm, the highest point of the whole scan
     window: regions.Window
     ends: tuple[bool, bool, bool, bool]  # whether the scan ends at the window's first and last row and column
 
@@ -127,7 +125,7 @@ def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[lis
     widest = float(np.hypot(x_max - x_min, y_max - y_min))
     windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))
     height = specimen.heights
-    datum, (nx, ny) = height.max(), height.shape
+    datum, (nx, ny) = float(height.max()), height.shape
     return [
         Place(
             height[w.rows, w.columns],
@@ -150,7 +148,7 @@ class Surface(NamedTuple):
 
 def surface_at(place: Place, problem: Problem) -> Surface:
     """Return the surface at one place."""
-    height, datum = np.ascontiguousarray(place.height, dtype=float), float(place.datum)
+    height, datum = np.ascontiguousarray(place.height, dtype=float), place.datum
     between = splined if problem.splined else band_limited
     n, fine = problem.refine, between(height, problem.refine)
     separation = problem.indenter.separation(fine, datum, *cell_axes(place, problem))

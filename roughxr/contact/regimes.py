@@ -83,7 +83,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
     ('adhesive', True)
     """
-    specimen = in_memory(ds)
+    specimen = of_sphere(ds)
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
     w, attractions, humid = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
@@ -208,7 +208,7 @@ def formulas(
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
-    specimen = in_memory(ds)
+    specimen = of_sphere(ds)
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
     result, inputs = (_of_liquid if schema.is_wet(specimen.bodies) else _of_solids)(specimen, law, _inputs(specimen))
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
@@ -293,8 +293,9 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 
-def in_memory(ds: xr.Dataset | Specimen) -> Specimen:
-    """Return a complete scan in memory with a sphere and adhesion assigned; raise for any other."""
-    specimen = specimen_of(ds).in_memory
+def of_sphere(ds: xr.Dataset | Specimen) -> Specimen:
+    """Return the specimen of a scan with a sphere and adhesion assigned, whose results are computed at once."""
+    specimen = specimen_of(ds)
+    specimen = Specimen(specimen.scan) if specimen.lazy else specimen
     schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", humid=True)
     return specimen

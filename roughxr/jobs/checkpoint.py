@@ -12,9 +12,8 @@ import hashlib
 import json
 import os
 import shutil
+import textwrap
 import time
-import zipfile
-import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime
@@ -43,14 +42,8 @@ _SLAB = 256
 #: Bytes of the hash of an item.
 _HASH = 16
 
-#: Longer texts are cut in messages.
-_LONGEST_TEXT = 120
-
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
-
-#: Errors of NumPy on a damaged file.
-_DAMAGED = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError)
 
 
 def checkpointed(
@@ -60,13 +53,12 @@ def checkpointed(
     scan: xr.Dataset,
     arguments: Mapping[str, Any] | None = None,
     title: str = "",
-    scheduler: str | None = None,
     missing: Callable[[], str] | None = None,
     derived: Sequence[str] = (),
 ) -> dict[str, xr.Dataset]:
     """Compute the groups of an archive so that a crash costs only the batches in flight.
 
-    The results of every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) are kept in
+    The results of every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) are stored in
     ``OUTPUT.checkpoint`` as they finish. Called again after a crash, the run resumes from there; a finished run is
     read, not repeated. The values are bit by bit those that the same calls return without checkpoints.
 
@@ -83,9 +75,6 @@ def checkpointed(
         Further arguments that the groups depend on. The same output is refused for another scan or other arguments.
     title : str
         Stored as an attribute of the archive.
-    scheduler : str, optional
-        "threads", "processes", "synchronous", or the address of a ``dask scheduler`` such as
-        "tcp://node1:8786". By default the active ``distributed.Client``, else what dask is configured for.
     missing : callable, optional
         Where ``compute`` yields: returns in words what is missing so far.
     derived : sequence of str, optional
@@ -100,13 +89,13 @@ def checkpointed(
     Raises
     ------
     ValueError
-        If ``output`` is damaged, or contains another run; the message says in which arguments they differ.
+        If ``output`` is damaged, or contains another run; the message states the arguments in which they differ.
     BlockingIOError
         If another process is computing the same output.
     OSError
-        If the disk is full: call again when there is room; or if no scheduler answers.
+        If the disk is full: call again afterwards.
     RuntimeError
-        If subregions failed; the results of the others are kept.
+        If subregions failed; the results of the others are stored.
 
     Examples
     --------
@@ -122,17 +111,21 @@ def checkpointed(
     """
     output, identity = Path(output), _identity(schema.entered(scan), arguments or {})
     with Checkpoint(output) as checkpoint:
-        root = _root_of(output) if output.exists() else {archive.UNFINISHED: "nothing"}
+        root = {archive.UNFINISHED: "nothing"}
         if output.exists():
+            with output.open("rb") as file:
+                is_archive = file.read(4) == b"\x89HDF"
+            root = archive.root_of(output) if is_archive else {}
             _refuse_other(json.loads(root.get(_IDENTITY, "{}")), identity, output, derived)
         if archive.UNFINISHED in root:
             resumed = checkpoint.begin(identity, derived)
             attrs = {"title": title, _IDENTITY: json.dumps(identity)}
             try:
-                with spread.on_scheduler(scheduler), spread.computed_by(_WithCheckpoints(checkpoint)):
+                with spread.computed_by(checkpoint):
                     _write(compute(), checkpoint, output, attrs, missing or (lambda: "some of its groups are missing"))
             except Exception as error:
-                if not resumed and _is_failed_start(error, output, checkpoint):
+                refused = isinstance(error, ValueError) or not checkpoint.stored
+                if refused and not resumed and not _has_solutions(output):
                     output.unlink(missing_ok=True)
                     checkpoint.finished = True
                 raise
@@ -140,13 +133,11 @@ def checkpointed(
     return archive.load(output)
 
 
-def _is_failed_start(error: Exception, output: Path, checkpoint: Checkpoint) -> bool:
-    """Return whether a run was refused before any solution was complete, or failed before it stored a result."""
+def _has_solutions(output: Path) -> bool:
     if not output.exists():
-        return isinstance(error, ValueError) or not checkpoint.stored
+        return False
     with archive.raw(output) as file:
-        solved = any(name.startswith("solutions/") for name in archive.group_names(file))
-    return isinstance(error, ValueError) and not solved
+        return "solutions" in file.groups
 
 
 def _write(groups_or_parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]):
@@ -171,14 +162,11 @@ def _add(groups: Mapping[str, xr.Dataset], output: Path, attrs: dict[str, Any]) 
         archive.add({name: ds for name, ds in groups.items() if name not in present}, output, attrs)
 
 
-def _root_of(output: Path) -> dict[str, Any]:
-    """Return the attributes of an archive's root; nothing for a file that no run wrote."""
-    with output.open("rb") as file:
-        return archive.root_of(output) if file.read(4) == b"\x89HDF" else {}
-
-
 class Checkpoint:
-    """The folder of an unfinished run beside ``output``, locked within its ``with`` block."""
+    """The folder of an unfinished run beside ``output``, locked within its ``with`` block.
+
+    It computes the tasks of the run's solves except those whose results are stored, and stores each batch.
+    """
 
     def __init__(self, output: Path):
         self.output, self.path = output, output.with_name(output.name + ".checkpoint")
@@ -193,51 +181,39 @@ class Checkpoint:
                 self._lock.acquire()
             except filelock.Timeout:
                 raise BlockingIOError(
-                    f"{self.path}: another run writes to this output; wait for it, end it, or give the output "
-                    "another name"
+                    f"{self.path}: another run writes to this output; wait for it, end it, or choose another output"
                 ) from None
         archive.remove_leftovers(self.output.parent, self.output.name)
         archive.remove_leftovers(self.path)
         return self
 
     def __exit__(self, *_) -> None:
-        if self.finished or not (self.path / "identity.json").exists():
-            for file in self.path.iterdir():
-                if file.name != "lock":
-                    file.unlink(missing_ok=True)
-            self._lock.release()
+        ended = self.finished or not (self.path / "identity.json").exists()
+        for file in self.path.iterdir() if ended else ():
+            if file.name != "lock":
+                file.unlink(missing_ok=True)
+        self._lock.release()
+        if ended:
             shutil.rmtree(self.path, ignore_errors=True)
-        else:
-            self._lock.release()
 
     def begin(self, identity: Mapping[str, Any], derived: Sequence[str] = ()) -> bool:
-        """Read what is stored, and log that the run begins or resumes; return whether it resumes.
-
-        Raise if it is another run's.
-        """
-        known = self._known_identity()
-        if known is not None:
-            _refuse_other(known, identity, self.path, derived)
-        else:
-            with self._writing(), archive.whole(self.path / "identity.json") as temporary:
-                temporary.write_text(json.dumps(identity), encoding="utf-8")
-        self.say("begun" if known is None else "resumed")
-        for file in sorted(self.path.glob("*.npz")):
-            items, _ = self._read(file.name)
-            self._note(file.name, items)
-        return known is not None
-
-    def _known_identity(self) -> dict[str, Any] | None:
-        """Return the identity of the run that is stored, None for a new run; without identity no result is used."""
+        """Log that the run begins or resumes, and return whether it resumes; raise if another run's is stored."""
+        file, known = self.path / "identity.json", None
         try:
-            return json.loads((self.path / "identity.json").read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return None
+            known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
         except ValueError:
             say(f"{self.path}: its identity is damaged: all is computed anew")
-            for file in self.path.glob("*.npz"):
-                file.unlink()
-            return None
+            for batch in self.path.glob("*.npz"):
+                batch.unlink()
+        if known is None:
+            with self._writing(), archive.whole(file) as temporary:
+                temporary.write_text(json.dumps(identity), encoding="utf-8")
+        else:
+            _refuse_other(known, identity, self.path, derived)
+        self.say("begun" if known is None else "resumed")
+        for batch in sorted(self.path.glob("*.npz")):
+            self._note(batch.name, self._read(batch.name)[0])
+        return known is not None
 
     def put(self, items: Sequence[bytes], results: np.ndarray) -> None:
         """Store the results of a batch; once this returns, they are safe on disk."""
@@ -268,7 +244,7 @@ class Checkpoint:
             if name != f"{_hash(items).hex()}.npz" or len(keys) != len(results):
                 raise ValueError("another batch")
             return keys, results
-        except _DAMAGED:
+        except Exception:  # of NumPy, zipfile or zlib
             self.say(f"{name}: damaged or foreign, removed: its results are computed anew")
             (self.path / name).unlink(missing_ok=True)
             return [], None
@@ -278,21 +254,14 @@ class Checkpoint:
 
     def say(self, message: str) -> None:
         """Add a line to the run's log."""
-        line = json.dumps([datetime.now(UTC).isoformat(timespec="seconds"), message])
         with self._writing(), (self.path / "log").open("a", encoding="utf-8") as file:
-            file.write(f"{line}\n")
+            file.write(f"{datetime.now(UTC).isoformat(timespec='seconds')} {' '.join(message.split())}\n")
 
     def log(self) -> xr.Dataset:
-        """Return the log: ``time`` and ``message`` along ``entry``, without lines that were cut short."""
-        entries = []
-        for line in (self.path / "log").read_text(encoding="utf-8", errors="replace").splitlines():
-            try:
-                time, message = json.loads(line)
-            except ValueError:
-                continue
-            entries.append((time, message))
-        times, messages = (np.array(column, dtype=object) for column in zip(*entries))
-        return xr.Dataset({"time": ("entry", times), "message": ("entry", messages)})
+        """Return the log: ``time`` and ``message`` along ``entry``."""
+        lines = (self.path / "log").read_text(encoding="utf-8", errors="replace").splitlines()
+        columns = zip(*(line.partition(" ")[::2] for line in lines))
+        return xr.Dataset({key: ("entry", np.array(v, dtype=object)) for key, v in zip(("time", "message"), columns)})
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
@@ -306,25 +275,17 @@ class Checkpoint:
                 "make room on the disk, see that you may write there, and call again"
             ) from error
 
-
-class _WithCheckpoints:
-    """Computes the tasks of a run's solves except those whose results are stored; stores each batch as it finishes."""
-
-    def __init__(self, checkpoint: Checkpoint):
-        self.checkpoint = checkpoint
-
     def array(self, work: Work) -> Any:
         """Return the results, in memory or, if they are large, lazily from the checkpoint."""
-        work = spread.in_memory(work)
-        keys, stored = item_keys(work), self.checkpoint.stored
-        missing = [k for k, key in enumerate(keys) if key not in stored]
+        keys = item_keys(work)
+        missing = [k for k, key in enumerate(keys) if key not in self.stored]
         if missing:
             self._compute(work, keys, missing)
         else:
-            say(f"{work.name}: {work.each * len(work.arguments)} subregions, all kept")
+            say(f"{work.name}: {work.each * len(work.arguments)} subregions, all stored")
         if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
-            return self.checkpoint.get(keys, work.dtype)
-        read = dask.delayed(self.checkpoint.get, pure=False)
+            return self.get(keys, work.dtype)
+        read = dask.delayed(self.get, pure=False)
         batches = [[keys[k] for k in items] for items in work.batches(range(len(keys)))]
         return spread.stacked([(read(batch, work.dtype), len(batch)) for batch in batches], work.dtype)
 
@@ -334,19 +295,19 @@ class _WithCheckpoints:
         def receive(items: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
                 failures.append((work.each * len(items), f"{_subregions(work, items)}: {result.reason}"))
-                self.checkpoint.say(f"{work.name}: {_subregions(work, items)} failed: {result.reason}")
+                self.say(f"{work.name}: {_subregions(work, items)} failed: {result.reason}")
             else:
-                self.checkpoint.put([keys[k] for k in items], result)
+                self.put([keys[k] for k in items], result)
 
-        self.checkpoint.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
+        self.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
         spread.compute_each(work, missing, receive)
         failed = sum(count for count, _ in failures)
         took = time.monotonic() - begun
-        self.checkpoint.say(f"{work.name}: {total - failed}/{total} subregions, {failed} failed, {took:.3g} s")
+        self.say(f"{work.name}: {total - failed}/{total} subregions, {failed} failed, {took:.3g} s")
         if failures:
             raise RuntimeError(
                 f"{work.name}: {failed} of {total} subregions failed, first {failures[0][1]}; the "
-                "results of the others are kept: remove the cause and call again"
+                "results of the others are stored: remove the cause and call again"
             )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
@@ -422,5 +383,4 @@ def _refuse_other(
 
 
 def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
-    texts = (f"{key}={values.get(key)!r}" for key in keys)
-    return ", ".join(text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}…" for text in texts)
+    return ", ".join(textwrap.shorten(f"{key}={values.get(key)!r}", 120, placeholder="…") for key in keys)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import partial
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import dask
 import dask.array as da
@@ -62,21 +62,12 @@ class Failure(NamedTuple):
         return f"{type(self.error).__name__}: {self.error}"
 
 
-class Executor(Protocol):
-    """Computes the tasks of all solves, and decides where their results are stored."""
-
-    def array(self, work: Work) -> Any:
-        """Return the results, a NumPy or dask array along items."""
-
-    def finish(self, ds: xr.Dataset) -> xr.Dataset:
-        """Return a labelled result that is ready for use."""
-
-
-_EXECUTOR: ContextVar[Executor | None] = ContextVar("executor", default=None)
+#: What computes the tasks of a checkpointed run: it has methods ``array(work)`` and ``finish(ds)``.
+_EXECUTOR: ContextVar[Any] = ContextVar("executor", default=None)
 
 
 @contextmanager
-def computed_by(executor: Executor) -> Iterator[None]:
+def computed_by(executor: Any) -> Iterator[None]:
     """Let ``executor`` compute the tasks of all solves within the block, for example with checkpoints."""
     token = _EXECUTOR.set(executor)
     try:
@@ -133,18 +124,10 @@ def stacked(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
     return da.concatenate([da.from_delayed(batch, (count, *dtype.shape), dtype=dtype.base) for batch, count in batches])
 
 
-def in_memory(work: Work) -> Work:
-    """Return a work whose dask arrays are computed; where there are none, dask's search for them is skipped."""
-    if not any(dask.is_dask_collection(value) for values in (*work.arguments, work.shared) for value in values):
-        return work
-    arguments, shared = dask.compute(list(work.arguments), work.shared)
-    return work._replace(arguments=arguments, shared=shared)
-
-
 def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> None:
     """Compute items on the active scheduler; call ``receive(items, result)`` in this thread as each batch finishes."""
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
-    work, batches = in_memory(work), work.batches(items)
+    batches = work.batches(items)
     tasks = _delayed(work, batches, _attempt)
     delayed = {task.key: batch for task, batch in zip(tasks, batches)}
     with subregion_bar(total, done=total - left, label=work.name) as bar:
@@ -194,15 +177,9 @@ def _expect_workers(client: Any) -> None:
 def _delayed(work: Work, batches: Sequence[Sequence[int]], function: Callable) -> list[Delayed]:
     """Return each batch as a delayed value."""
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
-    delayed = []
-    for items in batches:
-        arguments = [work.arguments[k] for k in items]
-        if any(dask.is_dask_collection(value) for item in arguments for value in item):
-            delayed.append(dask.delayed(function, pure=False)(work.task, arguments, work.dtype, *shared))
-        else:  # else dask would search the arguments for collections
-            bound = partial(function, work.task, arguments, work.dtype)
-            delayed.append(dask.delayed(bound, pure=False, traverse=False)(*shared))
-    return delayed
+    arguments = ([work.arguments[k] for k in items] for items in batches)
+    functions = (partial(function, work.task, values, work.dtype) for values in arguments)  # not searched by dask
+    return [dask.delayed(bound, pure=False, traverse=False)(*shared) for bound in functions]
 
 
 def _batch_results(task: Callable[..., np.ndarray], arguments: list[tuple], dtype: np.dtype, *shared: Any):

@@ -5,7 +5,7 @@ tables, vendor_scales, forces      tables; images of adhesion and their scales; 
 curves, curve_files, curve_reader  force-distance curves as they were recorded
 force_curves, baselines            pull-off forces from curves
 comparison, registration           measured beside predicted, place by place where they can be aligned
-fitting, matching                  work of adhesion, its range, hardness or radius, fitted to measured pull-offs
+fitting, likelihood                work of adhesion, fitted to measured pull-offs
 """
 
 from .comparison import compare

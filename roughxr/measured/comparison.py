@@ -12,8 +12,8 @@ from ..statistics import bootstrap
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, counted_equally, samples
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, fraction, magnitude
-from .registration import Match, matched
+from ..vocabulary.units import fraction
+from .registration import matched
 
 _NAME = "pull_off_force"
 
@@ -33,7 +33,6 @@ def compare(
     statistics: Sequence[str] = STATISTICS,
     confidence: float = 0.95,
     resamples: int = 999,
-    shift: str | Sequence[Quantity] | None = "find",
 ) -> xr.Dataset:
     """Compare predicted pull-off forces with measured ones.
 
@@ -47,9 +46,6 @@ def compare(
         Statistics whose ratios are reported, see `bootstrap`.
     confidence, resamples
         As for `bootstrap`.
-    shift : "find", (length, length) or None
-        Offset that maps measured places to predicted ones, along x and y. "find": search it within a quarter of the
-        prediction's extent, if both places are known and the prediction lies on a grid. None: do not compare places.
 
     Returns
     -------
@@ -58,28 +54,25 @@ def compare(
         predicted, with its interval; NaN where one of them is not positive. Along ``probability``:
         ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, Kolmogorov's, and its
         ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
-        ``measured_places``. Where places can be compared, ``shift_x``, ``shift_y`` (nm), ``place_correlation`` (of
-        normal scores) and ``place_p_value``; where this is below 0.01, also ``predicted_force`` and ``measured_force``
-        along the measured ``subregion``, else the shift is NaN. The attribute ``places`` says which case applies.
-
-    Raises
-    ------
-    ValueError
-        If either has no pull-off forces along its places, or fewer than two of them.
+        ``measured_places``. Where both places are known, and the prediction's lie on a grid or are the measured ones,
+        ``shift_x``, ``shift_y`` (nm), to be added to the measured places, sought within a quarter of the grid's extent;
+        ``place_correlation`` (of normal scores) and ``place_p_value``; where this is below 0.01, also
+        ``predicted_force`` and ``measured_force`` along the measured ``subregion``, else the shift is NaN. The
+        attribute ``places`` states which case applies.
 
     Notes
     -----
-    Intervals are from a block bootstrap. The ratio adds the errors of both logarithms in squares, as independent ones
-    (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347). At the same places of one surface its interval is too wide.
-    The p-value counts the independent places of the mean. Tails have more of them: the test may miss differences, but
-    rarely reports a false one.
+    Intervals are those of a block bootstrap. For the ratio, the errors of both are taken as independent and their
+    logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
+    it is wider than necessary. The p-value is for the number of independent places of the mean; tails have more, so
+    that the test may miss differences but hardly reports false ones.
 
     Examples
     --------
     >>> rng = np.random.default_rng(0)
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", f * rng.gamma(9, 1.0, 400))}) for f in (1.0, 1.5)]
-    >>> found = compare(*made).sel(statistic="mean")
-    >>> bool(found.ratio_low < 1.5 < found.ratio_high), bool(found.distribution_p_value < 0.001)
+    >>> compared = compare(*made).sel(statistic="mean")
+    >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
     (True, True)
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
@@ -88,18 +81,14 @@ def compare(
     out = _statistics(both, list(statistics), confidence, resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
-    out = out.assign_coords(probability=_LEVELS)
-    out = out.assign(_tested(*both))
-    out = schema.label(out.merge(_places(both[0], both[1], shift)))
+    placed, how = _placed(*both)
+    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_tested(*both)).merge(placed))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
     out.attrs = {"confidence": confidence, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
-    out.attrs |= {
-        "places": _words(out, both, shift),
-        "missing": "NaN where a value is not positive, or no shift is found",
-    }
-    return schema.record(out, "compare", predicted, statistics=statistics, confidence=confidence, shift=shift)
+    out.attrs |= {"places": how, "missing": "NaN where a value is not positive, or no shift is found"}
+    return schema.record(out, "compare", predicted, statistics=statistics, confidence=confidence)
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:
@@ -163,49 +152,21 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
     }
 
 
-def _places(predicted: Samples, measured: Samples, shift: Any) -> xr.Dataset:
-    """Return the comparison place by place; empty where places cannot be compared."""
-    searched = isinstance(shift, str)
-    if shift is None or predicted.places is None or measured.places is None:
-        return xr.Dataset()
-    given = None if searched and schema.one_of(shift, ("find",), "shift") else _shift(shift)
-    try:
-        match = matched(predicted, measured, shift=given)
-    except ValueError:
-        if not searched:
-            raise
-        return xr.Dataset()
-    return _of_match(match, measured, certain=given is not None)
-
-
-def _shift(shift: Any) -> tuple[float, float]:
-    lengths = magnitude(shift, "nm", "shift") if not isinstance(shift, (tuple, list)) else shift
-    if np.size(lengths) != 2:
-        raise ValueError(f"shift: expected 'find', None or two lengths (along x, along y), found {shift!r}")
-    along_x, along_y = (float(magnitude(length, "nm", "shift")) for length in lengths)
-    return along_x, along_y
-
-
-def _of_match(match: Match, measured: Samples, *, certain: bool) -> xr.Dataset:
-    tells = certain or match.p_value < _BY_CHANCE
-    out = {"shift_x": match.x, "shift_y": match.y} if tells else {"shift_x": np.nan, "shift_y": np.nan}
-    ds = xr.Dataset({**out, "place_correlation": match.correlation, "place_p_value": match.p_value})
-    if not tells:
-        return ds
+def _placed(predicted: Samples, measured: Samples) -> tuple[xr.Dataset, str]:
+    """Return the comparison place by place, empty where places cannot be compared, and how it was made."""
+    unknown = [words for words, forces in (("predicted", predicted), ("measured", measured)) if forces.places is None]
+    if predicted.places is None or measured.places is None:
+        return xr.Dataset(), f"not compared: {' and '.join(unknown)} of unknown place"
+    match = matched(predicted, measured)
+    if match is None:
+        return xr.Dataset(), "not compared: no common grid"
+    by_chance = match.p_value >= _BY_CHANCE
+    x, y = (np.nan, np.nan) if by_chance else match.shift
+    tested = {"place_correlation": match.correlation, "place_p_value": match.p_value}
+    ds = xr.Dataset({"shift_x": x, "shift_y": y, **tested})
+    if by_chance:
+        return ds, "not compared: no shift correlates better than by chance"
     ds["predicted_force"] = ("subregion", match.predicted)
     ds["measured_force"] = ("subregion", measured.values)
-    assert measured.places is not None
     axes: dict[str, Any] = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
-    return ds.assign_coords(subregion=np.arange(measured.values.size), **axes)
-
-
-def _words(out: xr.Dataset, both: list[Samples], shift: Any) -> str:
-    """Return a sentence on how places were compared."""
-    if "shift_x" not in out:
-        if shift is None:
-            return "not compared: shift=None"
-        unknown = [words for words, forces in zip(("predicted", "measured"), both) if forces.places is None]
-        return f"not compared: {' and '.join(unknown)} of unknown place" if unknown else "not compared: no common grid"
-    if np.isnan(out["shift_x"]):
-        return "not compared: no shift correlates better than by chance"
-    return "shift found" if isinstance(shift, str) else "shift as given"
+    return ds.assign_coords(subregion=np.arange(measured.values.size), **axes), "shift found"

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..archive import raw
 from ..scans.channel import UnreadableScan, first_bytes, read_in_process
-from ..scans.force_curve_formats import TEXTS, ZIP, is_wave_of_columns, refuse_nanoscope
-from ..scans.netcdf import HDF5, refuse_harmful
+from ..scans.force_curve_formats import ZIP, curves_in
+from ..scans.netcdf import HDF5
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
@@ -31,36 +32,26 @@ class CurveFile(NamedTuple):
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     """Return the kind of a file of curves, by its content; None for any other file."""
-    refuse_nanoscope(path)
-    head = first_bytes(path, 4096)
+    kind, head = curves_in(path), first_bytes(path, 4096)
     if head.startswith(ZIP):
         return "zip"
     if head.startswith(HDF5):
-        return "hdf5" if _software(path) == "afmformats" else None
-    if family == "text":
-        return next((kind for kind, words in TEXTS.items() if words in head), _nt_mdt(head, given))
-    return "igor" if is_wave_of_columns(head) else None
-
-
-def _software(path: Path) -> str:
-    refuse_harmful(path)
-    with xr.open_dataset(path, engine="netcdf4") as ds:
-        return str(ds.attrs.get("software", ""))
+        with raw(path) as file:
+            return "hdf5" if getattr(file, "software", "") == "afmformats" else None
+    return kind or (_nt_mdt(head, given) if family == "text" else None)
 
 
 def _nt_mdt(head: bytes, given: Calibration) -> str | None:
     """Return "nt-mdt" for three bare columns of numbers whose sensitivity is per current, else None."""
     first = decoded(head).splitlines()[0]
-    delimiter, _ = separators(first)
-    bare = len(first.split(delimiter)) == 3 and not any(letter.isalpha() for letter in first)
-    return "nt-mdt" if bare and _of_a_current(given.sensitivity) else None
-
-
-def _of_a_current(sensitivity: Any) -> bool:
+    bare = len(first.split(separators(first)[0])) == 3 and not any(letter.isalpha() for letter in first)
+    if given.sensitivity is None or not bare:
+        return None
     try:
-        return sensitivity is not None and positive(sensitivity, "nm/nA", "sensitivity") > 0
+        positive(given.sensitivity, "nm/nA", "sensitivity")
     except ValueError:
-        return False
+        return None
+    return "nt-mdt"
 
 
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:

@@ -52,12 +52,8 @@ def open_curves(
     Raises
     ------
     UnreadableScan
-        If columns or units, spring constant or sensitivity are missing, the file is damaged, or a curve of a table
-        moves from place to place.
-    ImportError
-        If the file needs afmformats, which is not installed.
-    OSError
-        If the file is absent, a directory, or may not be read.
+        If columns, units or calibration are missing, or a curve of a table moves from place to place. See `open_scan`
+        for the others.
 
     Examples
     --------

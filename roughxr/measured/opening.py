@@ -75,21 +75,17 @@ def open_pull_off(
     Raises
     ------
     UnreadableScan
-        If a file holds no pull-off forces, is damaged, or has several columns or images that could be meant; or if
-        units, a sensitivity or a spring constant are missing. It is a ValueError.
-    ImportError
-        If a file needs a package that is not installed; the message says how to install it.
-    OSError
-        If a file is absent, a directory, or may not be read.
+        If a file contains no pull-off forces, or does not state which image or column, units or calibration are meant.
+        See `open_scan` for the others.
 
     Examples
     --------
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "curves.csv"
     >>> _ = path.write_text("x [um],y [um],adhesion [nN]\\n0,0,12.5\\n1,0,\\n0,1,9.5\\n")
-    >>> found = open_pull_off(path)
-    >>> found.pull_off_force.values, found.subregion_x.values, found.measured
-    (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]), 'table')
+    >>> pull = open_pull_off(path)
+    >>> pull.pull_off_force.values, pull.subregion_x.values
+    (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]))
     """
     given = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, direction, size)
@@ -114,13 +110,8 @@ def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Datase
         for path, ds in zip(paths, datasets)
     ]
     parts = [ds.drop_vars("subregion", errors="ignore") for ds in named]
-    how: dict[str, Any] = {
-        "data_vars": "minimal",
-        "coords": "minimal",
-        "compat": "override",
-        "combine_attrs": "drop_conflicts",
-    }
-    out = xr.concat(parts, "subregion", join="outer", **how)
+    how: dict[str, Any] = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "join": "outer"}
+    out = xr.concat(parts, "subregion", combine_attrs="drop_conflicts", **how)
     out = out.assign_coords(subregion=range(out.sizes["subregion"]))
     hashes = "".join(ds.attrs["source_sha256"] for ds in datasets)
     out.attrs["source_file"] = f"{Path(paths[0]).name} and {len(paths) - 1} more"

@@ -83,7 +83,9 @@ def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
         raise UnreadableScan(path, "expected a table of numbers, found comments only")
-    first = 0 if _is_numbers(rows[0][1]) else 1
+    delimiter, comma = _separators(rows[0][1])
+    numbers = [_number(cell, comma) for cell in _split(rows[0][1], delimiter) if cell.lower() not in _EMPTY]
+    first = 0 if any(number is not None for number in numbers) else 1
     if len(rows) == first:
         raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
     delimiter, comma = _separators(rows[first][1])
@@ -129,11 +131,6 @@ def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int
             "for an image give size=; for a force curve of NT-MDT give sensitivity= in nm/nA and spring_constant=",
         )
     return [path.stem]
-
-
-def _is_numbers(line: str) -> bool:
-    delimiter, comma = _separators(line)
-    return any(_number(cell, comma) is not None and cell.lower() not in _EMPTY for cell in _split(line, delimiter))
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:
@@ -201,16 +198,14 @@ def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | No
     counts = [column for column in others if _COUNTS.fullmatch(column.name.strip())]
     if len(counts) == 1 and (counts[0].values >= 0).all() and (counts[0].values % 1 == 0).all():
         return counts[0].values.astype(int)
-    wrong = next(
-        (column.name for column in counts + others if column in counts or _DISTRIBUTION.search(column.name)), None
+    wrong = [column.name for column in (*counts, *others) if column in counts or _DISTRIBUTION.search(column.name)]
+    if not wrong:
+        return None
+    raise UnreadableScan(
+        path,
+        "expected one row for each pull-off, or whole counts of them, found a distribution with column "
+        f"{wrong[0]!r}; give the pull-offs themselves, or drop the column",
     )
-    if wrong is not None:
-        raise UnreadableScan(
-            path,
-            f"expected one row for each pull-off, or whole counts of them, found a distribution with column {wrong!r}; "
-            "give the pull-offs themselves, or drop the column",
-        )
-    return None
 
 
 def _named(columns: list[Column], name: str) -> list[Column]:

@@ -12,7 +12,7 @@ from xarray.backends import BackendEntrypoint
 
 from ..vocabulary.units import Quantities
 from . import gwyddion, vendors
-from .channel import first_bytes
+from .channel import first_bytes, is_igor
 from .files import read_scan
 
 #: First bytes that only AFM images have. NetCDF is left to its own engines, a Park file (a TIFF) and an Igor wave are
@@ -55,7 +55,7 @@ class RoughxrBackend(BackendEntrypoint):
             if not path.is_file():
                 return False
             head = first_bytes(path, 512)
-            return head.startswith(_CERTAIN) or vendors.is_igor(head) or vendors.is_park(path)
+            return head.startswith(_CERTAIN) or is_igor(head) or vendors.is_park(path)
         except Exception:
             return False  # a guess may not fail: xarray asks about anything, even what is no path
 
@@ -100,12 +100,12 @@ def open_scan(
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged, or its vendor's reader takes longer than a minute and a second per MB. It is
-        a ValueError, as for options that do not fit.
+        If the file is no scan or damaged, does not state what the options give, or its vendor's reader takes longer
+        than a minute and a second per MB. It is a ValueError.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
-        If the format needs the extra.
+        If a package is missing; the message states how to install it.
 
     Warns
     -----
@@ -115,19 +115,11 @@ def open_scan(
     Examples
     --------
     >>> import numpy as np, tempfile, os
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     path = os.path.join(folder, "ramp.npy")
-    ...     np.save(path, [[1.0, 1.1, 2.5], [0.0, 0.2, 0.3]])  # rows from the top
-    ...     scan = open_scan(path, size=("150 nm", "100 nm"), height_units="nm")
+    >>> path = os.path.join(tempfile.mkdtemp(), "ramp.npy")
+    >>> np.save(path, [[1.0, 1.1, 2.5], [0.0, 0.2, 0.3]])  # rows from the top
+    >>> scan = open_scan(path, size=("150 nm", "100 nm"), height_units="nm")
     >>> scan.height.sel(x=125, y=75).item(), scan.x.values
     (2.5, array([ 25.,  75., 125.]))
     """
-    return xr.open_dataset(
-        path,
-        engine=RoughxrBackend,
-        chunks=chunks,
-        channel=channel,
-        direction=direction,
-        size=size,
-        height_units=height_units,
-    )
+    options: dict[str, Any] = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
+    return xr.open_dataset(path, engine=RoughxrBackend, chunks=chunks, **options)

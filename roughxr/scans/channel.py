@@ -118,6 +118,18 @@ def first_bytes(path: Path, count: int) -> bytes:
         return file.read(count)
 
 
+#: First bytes of Igor's waves of version 5.
+IGOR = (b"\x05\0", b"\0\x05")
+
+
+def is_igor(head: bytes) -> bool:
+    """Return whether bytes begin an Igor wave of version 5: 384 header bytes whose 16-bit sum is zero."""
+    if len(head) < 384 or head[:2] not in IGOR:
+        return False
+    order = "<i2" if head[0] else ">i2"
+    return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
+
+
 #: What to do where a file states no units.
 _STATE_UNITS = "if it holds heights, state their units with height_units="
 

@@ -18,7 +18,7 @@ from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, window_of
 
-#: A scan is used for wavelengths below this fraction of its side and above this many pixels.
+#: A scan is used at wavelengths shorter than this part of its side, and longer than this many pixels.
 _SIDE_SHARE, _PIXELS_PER_WAVE = 0.5, 4.0
 
 #: The model is fitted to a line only with at least this many wavevectors.
@@ -58,8 +58,8 @@ def combined_spectrum(
     --------
     >>> from roughxr.scans.synthetic import self_affine
     >>> make = {"rms": 1.5, "hurst": 0.8, "rolloff": 400}
-    >>> found = combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
-    >>> bool(found.wavevector.min() < 0.02 and found.wavevector.max() > 0.2), int(found.psd_scans.max())
+    >>> spectrum = combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
+    >>> bool(spectrum.wavevector.min() < 0.02 and spectrum.wavevector.max() > 0.2), int(spectrum.psd_scans.max())
     (True, 2)
     """
     if len(scans) == 0:
@@ -69,17 +69,17 @@ def combined_spectrum(
     parts = [(_usable if "y" in scan.dims else _of_line)(scan, window, wave) for scan, wave in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
-        raise ValueError(f"shortest: expected at most the longest wavelength of a scan, found {min(least):g} nm")
+        raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
     known = np.unique(np.concatenate(bins))
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
     modes, power, wavevector = np.moveaxis(sums, 1, 0)
     total = modes.sum(axis=0)
-    means = np.divide(power, modes, out=np.full(power.shape, np.nan), where=modes > 0)
+    means = np.ma.divide(power, modes)  # masked where a scan has no mode
     out = xr.Dataset(
         {
             "psd": ("wavevector", power.sum(axis=0) / total),
             "psd_modes": ("wavevector", total),
-            "psd_between_std": ("wavevector", _spread(means)),
+            "psd_between_std": ("wavevector", np.ma.filled(means.std(axis=0, ddof=1), np.nan)),
             "psd_scans": ("wavevector", (modes > 0).sum(axis=0)),
         },
         {"wavevector": wavevector.sum(axis=0) / total},
@@ -137,10 +137,3 @@ def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.nda
 def _binned(at: np.ndarray, q: np.ndarray, psd: np.ndarray, modes: np.ndarray, count: int) -> list[np.ndarray]:
     """Return the sums of modes, power and wavevectors in each bin."""
     return [np.bincount(at, weights, count) for weights in (modes, modes * psd, modes * q)]
-
-
-def _spread(means: np.ndarray) -> np.ndarray:
-    """Return the standard deviation over scans, NaN for a single scan."""
-    count = np.isfinite(means).sum(axis=0)
-    off = means - np.nansum(means, axis=0) / np.maximum(count, 1)
-    return np.sqrt(np.divide(np.nansum(off**2, axis=0), count - 1, out=np.full(count.shape, np.nan), where=count > 1))

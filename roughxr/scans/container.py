@@ -33,6 +33,9 @@ _LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
 #: The largest metadata, bytes: YAML is read slowly.
 _LARGEST_METADATA = 2**24
 
+#: Attributes of a topography, and their names in a container.
+_STATED = {"title": "name", "description": "description", "detrend_mode": "detrend_mode"}
+
 #: Polynomials that are subtracted: their order along a line, and the method for a map.
 _DETRENDED = {"center": (0, None), "height": (1, "plane"), "curvature": (2, "quadratic")}
 
@@ -54,9 +57,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
     Raises
     ------
     UnreadableScan
-        If the file is no such container or damaged, or holds a file that cannot be read. It is a ValueError.
-    ImportError
-        If an instrument's file needs the extra ``roughxr[afm]``.
+        If the file is no such container or damaged, or contains a file that cannot be read. See `open_scan`.
 
     Notes
     -----
@@ -69,14 +70,13 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
 
     Examples
     --------
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     one = {"name": "ridge", "size": [30.0], "unit": "um", "datafile": {"original": "ridge.txt"}}
-    ...     with zipfile.ZipFile(Path(folder) / "surface.zip", "w") as archive:
-    ...         archive.writestr("ridge.txt", "0 0\\n10 0.1\\n30 0\\n")
-    ...         archive.writestr("meta.yml", json.dumps({"surfaces": [{"topographies": [one]}]}))
-    ...     (line,) = open_container(Path(folder) / "surface.zip")
-    >>> line.x.values, line.height.values.round(6)
-    (array([    0., 10000., 30000.]), array([-33.333333,  66.666667, -33.333333]))
+    >>> one = {"name": "ridge", "size": [30.0], "unit": "um", "datafile": {"original": "ridge.txt"}}
+    >>> path = Path(tempfile.mkdtemp()) / "surface.zip"
+    >>> with zipfile.ZipFile(path, "w") as archive:
+    ...     archive.writestr("ridge.txt", "0 0\\n10 0.1\\n30 0\\n")
+    ...     archive.writestr("meta.yml", json.dumps({"surfaces": [{"topographies": [one]}]}))
+    >>> open_container(path)[0].height.values.round(6)
+    array([-33.333333,  66.666667, -33.333333])
     """
     path = regular_file(path)
     if not zipfile.is_zipfile(path):
@@ -88,40 +88,33 @@ def _topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:
-        _refuse_bomb(archive, path)
+        content = sum(member.file_size for member in archive.infolist())
+        most = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
+        if content > most:
+            raise UnreadableScan(
+                path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
+            )
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
-            for topography in surface["topographies"]:
-                ds = _topography(archive, topography, path)
-                attributes = {"surface": surface.get("name", number), "title": topography.get("name")}
-                attributes |= {name: topography.get(name) for name in ("description", "detrend_mode")}
+            for entry in surface["topographies"]:
+                ds, stated = _topography(archive, entry, path), {"surface": surface.get("name", number)}
+                stated |= {name: entry.get(key) for name, key in _STATED.items()}
                 ds.attrs |= origin | {
-                    name: str(attributes[name]) for name in attributes if isinstance(attributes[name], (str, int))
+                    name: str(value) for name, value in stated.items() if isinstance(value, (str, int))
                 }
-                topographies.append(
-                    record(label(ds), "open_container", file=path.name, title=ds.attrs.get("title", ""))
-                )
+                step = {"file": path.name, "title": ds.attrs.get("title", "")}
+                topographies.append(record(label(ds), "open_container", **step))
     return topographies
 
 
-def _refuse_bomb(archive: zipfile.ZipFile, path: Path) -> None:
-    """Raise for a zip file whose content is far larger than the file: heights shrink by a factor of ten at most."""
-    content = sum(member.file_size for member in archive.infolist())
-    most = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
-    if content > most:
-        raise UnreadableScan(
-            path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
-        )
-
-
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
-    """Return a container's metadata as plain lists, mappings, text and numbers."""
-    present = [name for name in METADATA if name in archive.namelist()]
-    if not present:
+    """Return what a container states of its topographies: plain lists, mappings, text and numbers."""
+    name = next((name for name in METADATA if name in archive.namelist()), None)
+    if name is None:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(present[0]).file_size > _LARGEST_METADATA:
-        raise UnreadableScan(path, f"{present[0]}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
-    text = archive.read(present[0])
-    return json.loads(text) if present[0] == METADATA[0] else _plain_yaml(text)
+    if archive.getinfo(name).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
+    text = archive.read(name)
+    return json.loads(text) if name == METADATA[0] else _plain_yaml(text)
 
 
 def _plain_yaml(text: bytes) -> Any:
@@ -158,40 +151,31 @@ def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> 
 def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
     """Return the map or line in a file, levelled."""
     if is_netcdf(first_bytes(file, 8)):
-        line = _squeezed_line(file)
-        return read_scan(file).load().drop_encoding() if line is None else line
+        with unread(file) as ds:
+            if ds["heights"].ndim == 1:
+                known = np.ones(ds["x"].shape, bool) if "mask" not in ds else ds["mask"].values == 0
+                return _line(ds["x"].values[known], ds["heights"].values[known], ds["x"].attrs["unit"], None)
+        return read_scan(file).load().drop_encoding()
     order, method = _DETRENDED[entry.get("detrend_mode", "center")]
+    unit, scale = entry["unit"], float(entry.get("height_scale", 1))
     if len(entry["size"]) == 1:
         x, height = np.loadtxt(file, ndmin=2).T[:2]
-        return _line(x, height, entry["unit"], float(entry.get("height_scale", 1)), order)
-    ds = _map(file, entry)
-    return ds.assign(height=ds["height"] - ds["height"].mean()) if method is None else level(ds, method=method)
-
-
-def _map(file: Path, entry: dict[str, Any]) -> xr.Dataset:
-    """Return the map in an instrument's file; size and units of bare numbers come from the metadata."""
+        return _line(x, height * scale, unit, order)
     channel = int(entry.get("data_source", 0))
     stated = list_channels(file)[channel]
-    given: dict[str, Any] = {} if stated.units else {"height_units": entry["unit"]}
+    given: dict[str, Any] = {} if stated.units else {"height_units": unit}
     if stated.size is None:
-        given["size"] = tuple(float(side) * factor(entry["unit"], "nm") for side in entry["size"])
+        given["size"] = tuple(float(side) * factor(unit, "nm") for side in entry["size"])
     ds = read_scan(file, channel=channel, **given)
-    return ds if stated.units else ds.assign(height=ds["height"] * float(entry.get("height_scale", 1)))
+    height = ds["height"] if stated.units else ds["height"] * scale
+    return (
+        ds.assign(height=height - height.mean()) if method is None else level(ds.assign(height=height), method=method)
+    )
 
 
-def _squeezed_line(file: Path) -> xr.Dataset | None:
-    """Return the line in a file of SurfaceTopography, None where it holds a map."""
-    with unread(file) as ds:
-        if ds["heights"].ndim != 1:
-            return None
-        known = np.ones(ds["x"].shape, bool) if "mask" not in ds else ds["mask"].values == 0
-        x, heights = (ds[name].values[known] for name in ("x", "heights"))
-        return _line(x, heights, ds["x"].attrs["unit"], 1.0, None)
-
-
-def _line(x: np.ndarray, heights: np.ndarray, unit: str, scale: float, order: int | None) -> xr.Dataset:
-    """Return a line in nm less its polynomial of this order."""
-    x, heights = (np.asarray(values, float) * factor(unit, "nm") for values in (x, heights * scale))
+def _line(x: np.ndarray, heights: np.ndarray, unit: str, order: int | None) -> xr.Dataset:
+    """Return a line in nm, without the polynomial of an order."""
+    x, heights = (np.asarray(values, float) * factor(unit, "nm") for values in (x, heights))
     if order is not None:
         heights = heights - np.polynomial.Polynomial.fit(x, heights, order)(x)
     return xr.Dataset({"height": ("x", heights)}, {"x": x})

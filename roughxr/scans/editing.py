@@ -33,41 +33,31 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
 
     Examples
     --------
-    >>> import numpy as np, xarray as xr
-    >>> nm, places = {"units": "nm"}, ("place", [0.0, 1.0, 2.0])
-    >>> height = np.add.outer([0.0, 1.0, 2.0], [0.0, 1.0, 2.0])
-    >>> height[1, 1] = np.nan
-    >>> axes = {axis: (axis, [0.0, 1.0, 2.0], nm) for axis in "xy"}
-    >>> fill(xr.Dataset({"height": (("x", "y"), height, nm)}, axes)).height[1, 1].item()
-    2.0
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").isel(x=slice(3), y=slice(3))
+    >>> holed = scan.assign(height=scan.height.where(scan.x != scan.x[1]))
+    >>> bool(fill(holed).height.isnull().any())
+    False
     """
     scan = validate(ds, "scan")
-    if not isinstance(method, str) or method not in ("linear", "nearest"):
-        method = _constant(method)
     height = scan["height"].compute()
-    count = int(height.isnull().sum())
-    if isinstance(method, float):
-        filled = height.fillna(method)
-    else:
-        filled = height.copy(data=_filled(height.values, method, pixel(scan)))
-    return record(label(scan.assign(height=filled)), "fill", method=method, pixels=count)
+    missing = height.isnull().values
+    if not isinstance(method, str) or method not in ("linear", "nearest"):
+        try:
+            method = float(magnitude(method, "nm", "method"))
+        except (ValueError, TypeError):
+            raise ValueError(f"method: expected 'linear', 'nearest' or a height in nm, found {method!r}") from None
+        height = height.fillna(method)
+    elif missing.any():
+        height = height.copy(data=_filled(height.values, missing, method, pixel(scan)))
+    return record(label(scan.assign(height=height)), "fill", method=method, pixels=int(missing.sum()))
 
 
-def _constant(method: Any) -> float:
-    try:
-        return float(magnitude(method, "nm", "method"))
-    except (ValueError, TypeError):
-        raise ValueError(f"method: expected 'linear', 'nearest' or a height in nm, found {method!r}") from None
-
-
-def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
-    """Return heights without NaN, interpolated from the rim of each hole only."""
+def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
+    """Return heights without NaN; only the rim of each hole is looked at."""
     from scipy.interpolate import griddata
     from scipy.ndimage import binary_dilation
 
-    missing = np.isnan(height)
-    if not missing.any():
-        return height
     if missing.all():
         raise ValueError("fill: expected known heights around the missing ones, found none")
     rim = binary_dilation(missing, iterations=2) & ~missing
@@ -76,9 +66,9 @@ def _filled(height: np.ndarray, method: str, steps: tuple[float, float]) -> np.n
     if method == "linear" and len(places) > 3:
         inside = griddata(places, height[rim], holes, method="linear")
         values = np.where(np.isnan(inside), values, inside)
-    out = height.copy()
-    out[missing] = values
-    return out
+    height = height.copy()
+    height[missing] = values
+    return height
 
 
 def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Quantity] | None = None) -> xr.Dataset:
@@ -98,11 +88,9 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
 
     Examples
     --------
-    >>> import xarray as xr, numpy as np
-    >>> axes = {axis: (axis, np.arange(5.0) * 500, {"units": "nm"}) for axis in "xy"}
-    >>> scan = xr.Dataset({"height": (("x", "y"), np.zeros((5, 5)), {"units": "nm"})}, axes)
-    >>> crop(scan, x=("0.4 um", "1.6 um")).x.values
-    array([ 500., 1000., 1500.])
+    >>> import roughxr
+    >>> dict(crop(roughxr.open_sample("glass"), x=("0.4 um", "1.6 um")).sizes)
+    {'x': 123, 'y': 512}
     """
     scan = validate(ds, "scan")
     ranges = {axis: _range(value, axis) for axis, value in (("x", x), ("y", y)) if value is not None}
@@ -118,12 +106,11 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
 
 def _range(value: Any, axis: str) -> tuple[float, float]:
     value = plain(value, "nm", axis)
-    if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != 2:
+    ends = value if isinstance(value, (tuple, list, np.ndarray)) else ()
+    limits = [float(magnitude(end, "nm", axis)) for end in ends]
+    if len(limits) != 2 or not limits[0] < limits[1]:
         raise ValueError(f"{axis}: expected a pair (lowest, highest) in nm, found {value!r}")
-    low, high = (float(magnitude(end, "nm", axis)) for end in value)
-    if not low < high:
-        raise ValueError(f"{axis}: expected (lowest, highest) in nm, found {value!r}")
-    return low, high
+    return limits[0], limits[1]
 
 
 def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
@@ -139,8 +126,8 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        From the first to the last pixel centre at most; lazy where the scan is. A pixel without both neighbours is
-        missing.
+        From the first pixel centre on, as far as there are heights to interpolate between. A pixel without all
+        neighbours is missing.
 
     Notes
     -----
@@ -149,18 +136,14 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
 
     Examples
     --------
-    >>> import xarray as xr, numpy as np
-    >>> axes = {a: (a, np.arange(n) * s, {"units": "nm"}) for a, n, s in (("x", 5, 10.0), ("y", 3, 20.0))}
-    >>> scan = xr.Dataset({"height": (("x", "y"), np.zeros((5, 3)), {"units": "nm"})}, axes)
-    >>> dict(resample(scan).sizes)
-    {'x': 5, 'y': 5}
+    >>> import roughxr
+    >>> dict(resample(roughxr.open_sample("glass"), size="20 nm").sizes)
+    {'x': 250, 'y': 250}
     """
     scan = validate(ds, "scan")
     step = min(pixel(scan)) if size is None else positive(size, "nm", "size")
     places = {axis: _places(scan[axis].values, step, axis) for axis in ("x", "y")}
-    out = scan
-    for axis in ("x", "y"):  # one after the other: a scan of lazy chunks can then be interpolated too
-        out = out.interp({axis: places[axis]}, kwargs={"bounds_error": False})
+    out = scan.compute().interp(places, kwargs={"bounds_error": False})
     out = out.assign_coords({axis: (axis, places[axis], scan[axis].attrs) for axis in ("x", "y")})
     return record(label(out.transpose("x", "y", ...)), "resample", size=step)
 
@@ -189,11 +172,11 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
 
     Examples
     --------
-    >>> import xarray as xr
-    >>> axes = {axis: (axis, [0.0, 1.0], {"units": "nm"}) for axis in "xy"}
-    >>> scan = xr.Dataset({"height": (("x", "y"), [[0.0, 0.0], [7.0, 0.0]], {"units": "nm"})}, axes)
-    >>> rotate90(scan).height.sel(x=1, y=1).item()  # from lower right to upper right
-    7.0
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass")
+    >>> turned = rotate90(scan)  # from lower right to upper right
+    >>> turned.height[-1, -1].item() == scan.height[-1, 0].item()
+    True
     """
     scan = validate(ds, "scan")
     if not is_whole(turns):
@@ -206,20 +189,16 @@ def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
 
 def _turned(scan: xr.Dataset) -> xr.Dataset:
     """Return a scan after a quarter turn: what lay at (x, y) lies at (y measured from the far end, x)."""
-    dx, dy = pixel(scan)
-    corner = {"x": float(scan["x"][0]) - dx / 2, "y": float(scan["y"][0]) - dy / 2}
-    along_x = corner["x"] + dy * (np.arange(scan.sizes["y"]) + 0.5)
-    along_y = corner["y"] + dx * (np.arange(scan.sizes["x"]) + 0.5)
-    maps = [name for name in scan.data_vars if {"x", "y"} <= set(scan[name].dims)]
-    bare = scan[maps].isel(y=slice(None, None, -1)).drop_vars(["x", "y"])
-    turned = bare.rename_dims(x="y_", y="x_").rename_dims(x_="x", y_="y").transpose("x", "y", ...)
-    turned = turned.assign_coords(x=("x", along_x, scan["x"].attrs), y=("y", along_y, scan["y"].attrs))
-    rest = scan.drop_dims(["x", "y"])
-    far = corner["y"] + dy * scan.sizes["y"]
+    steps, out = dict(zip("xy", pixel(scan))), scan.isel(y=slice(None, None, -1)).rename(x="y", y="x")
+    corner = {axis: float(scan[axis][0]) - step / 2 for axis, step in steps.items()}
+    for axis, other in (("x", "y"), ("y", "x")):
+        centres = corner[axis] + steps[other] * (np.arange(scan.sizes[other]) + 0.5)
+        out = out.assign_coords({axis: (axis, centres, scan[axis].attrs)})
+    far = corner["y"] + steps["y"] * scan.sizes["y"]
     for name in _POSITIONS:
-        if {f"{name}_x", f"{name}_y"} <= set(rest.variables):
-            old_x, old_y = rest[f"{name}_x"], rest[f"{name}_y"]
-            new_x = (corner["x"] + far - old_y).assign_attrs(old_x.attrs)
-            new_y = (corner["y"] + old_x - corner["x"]).assign_attrs(old_y.attrs)
-            rest = rest.assign_coords({f"{name}_x": new_x, f"{name}_y": new_y})
-    return turned.merge(rest).assign_attrs(scan.attrs)
+        if {f"{name}_x", f"{name}_y"} <= set(out.variables):
+            x, y = out[f"{name}_x"], out[f"{name}_y"]
+            turned = {f"{name}_x": (corner["x"] + far - y).assign_attrs(x.attrs)}
+            turned[f"{name}_y"] = (corner["y"] + x - corner["x"]).assign_attrs(y.attrs)
+            out = out.assign_coords(turned)
+    return out.transpose("x", "y", ...)

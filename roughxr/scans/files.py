@@ -24,7 +24,7 @@ from ..vocabulary.units import factor, magnitude
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
-from .netcdf import is_netcdf, open_netcdf, unlabelled_images, variable_names
+from .netcdf import is_netcdf, matrices, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
@@ -107,16 +107,13 @@ def _netcdf_channels(path: Path) -> list[Channel]:
     names = variable_names(path)
     if not names:
         raise UnreadableScan(path, "expected a variable over two dimensions with units of a length, found none")
-    return [_netcdf_channel(path, name) for name in names]
-
-
-def _netcdf_channel(path: Path, name: str) -> Channel:
-    with open_netcdf(path, channel=name) as ds:
-        dx, dy = pixel(ds)
-        size = dx * ds.sizes["x"], dy * ds.sizes["y"]
-        direction = str(ds.attrs.get("direction", ""))
-        shape = (ds.sizes["y"], ds.sizes["x"])
-    return Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction)
+    channels = []
+    for name in names:
+        with open_netcdf(path, channel=name) as ds:
+            shape, steps = (ds.sizes["y"], ds.sizes["x"]), pixel(ds)
+            size, direction = (steps[0] * shape[1], steps[1] * shape[0]), str(ds.attrs.get("direction", ""))
+        channels.append(Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction))
+    return channels
 
 
 def _netcdf_rows(path: Path, name: str) -> np.ndarray:
@@ -139,14 +136,18 @@ def read_scan(
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
-        channels = unlabelled_images(path)
         try:
             return _labelled_netcdf(path, given)
         except UnreadableScan as error:
+            channels = guarded(path, matrices, path)
             if not channels:
                 raise
             if size is None and height_units is None:
-                raise UnreadableScan(path, _as_matrix(str(error).removeprefix(f"{path}: "), channels)) from None
+                raise UnreadableScan(
+                    path,
+                    f"{str(error).removeprefix(f'{path}: ')}. Matrices of an HDF5 file open with channel=, size= and, "
+                    f"without units, height_units=: {listing(channels[:12])}",
+                ) from None
         family = "hdf5"
     else:
         channels = guarded(path, read, path)
@@ -160,14 +161,6 @@ def read_scan(
     return record(ds, "open_scan", file=path.name, **given)
 
 
-def _as_matrix(reason: str, images: list[Channel]) -> str:
-    """Return the reason extended by advice to open the file's bare matrices."""
-    return (
-        f"{reason}. Matrices of an HDF5 file open with channel=, size= and, without units, height_units=: "
-        f"{listing(images[:12])}"
-    )
-
-
 def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
     opened = guarded(path, open_netcdf, path, channel=given["channel"])
@@ -177,11 +170,12 @@ def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
         raise ValueError(f"{stated[0]}: a NetCDF file states it itself; leave {stated[0]}= out")
     try:
         ds = _with_origin(validate(opened, "scan"), path, given)
-    except ValueError as error:  # such as coordinates that are not uniform: clear, but without the file's name
+    except BaseException as error:
         opened.close()
-        raise UnreadableScan(path, str(error)) from error
-    except BaseException:
-        opened.close()
+        if isinstance(
+            error, ValueError
+        ):  # such as coordinates that are not uniform: clear, but without the file's name
+            raise UnreadableScan(path, str(error)) from error
         raise
     ds.set_close(opened.close)
     return ds

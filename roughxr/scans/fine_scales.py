@@ -106,50 +106,44 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     """
     scan = validate(ds, "scan")
     hurst, shown = None if hurst is None else hurst_exponent(hurst), _shown(shown, scan)
-    heights = scan["height"].values
-    spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
-    model = model_of(spectra, pixel(scan), hurst, shown)
+    model = _model_of(wavelength.parts_of(scan["height"].values), pixel(scan), hurst, shown)
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
     out = out.assign(lay_strength=abs(model.lay), lay_direction=(across + 90) % 180)
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
 
-def model_of(spectra: list, steps: tuple[float, float], hurst: float | None, shown: float | None) -> Spectrum:
-    """Fit the model to the spectra of a scan's parts; NaN where all parts are flat or incomplete."""
-    least = wavelength.together(spectra, steps).shortest
+def _model_of(
+    parts: wavelength.Parts | None, steps: tuple[float, float], hurst: float | None, shown: float | None
+) -> Spectrum:
+    """Fit the model to the spectrum of a scan's parts; NaN where all parts are flat or incomplete."""
+    least = np.nan if parts is None else wavelength.waves_of(parts.squares, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
-    if all(spectrum is None for spectrum in spectra) or not np.isfinite(shown):
+    if parts is None or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
-    model = _fitted(*in_band(spectra, steps, shown), shown, pixel=max(steps), hurst=hurst)
-    return model._replace(lay=_lay_of(spectra, steps, shown))
+    model = _fitted(*in_band(parts, steps, shown), shown, pixel=max(steps), hurst=hurst)
+    return model._replace(lay=_lay_of(parts, steps, shown))
 
 
-def _lay_of(spectra: list, steps: tuple[float, float], shown: float) -> complex:
+def _lay_of(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> complex:
     """Return the power-weighted mean of exp(2iθ) over the fit band; 0 if it is not significant."""
-    known = [spectrum for spectrum in spectra if spectrum is not None]
-    per_nm = [np.fft.fftfreq(n, step) for n, step in zip(known[0].shape, steps)]
+    per_nm = [np.fft.fftfreq(n, step) for n, step in zip(parts.squares.shape, steps)]
     wavevector = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
     in_fit = (np.abs(wavevector) * shown <= 1) & (np.abs(wavevector) * _FIT_BAND * shown >= 1)
-    wavevector, power = wavevector[in_fit], np.mean(known, axis=0).ravel()[in_fit]
+    wavevector, power = wavevector[in_fit], parts.squares.ravel()[in_fit]
     ring = np.rint(np.log(np.abs(wavevector)) / np.log(1.1)).astype(int)
     ring -= ring.min()
     ring_power = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
     lay = np.mean(power / ring_power * (wavevector / np.abs(wavevector)) ** 2)
-    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (wavevector.size * len(known))) else 0.0
+    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (wavevector.size * parts.number)) else 0.0
 
 
-def in_band(spectra: list, steps: tuple[float, float], shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return `_rings` of the mean spectrum of a scan's parts, within the fit band."""
-    known = [spectrum for spectrum in spectra if spectrum is not None]
-    q, psd, modes = _rings(np.mean(known, axis=0), steps)
-    return _next_to(q, psd, modes * len(known), shown)
-
-
-def spectrum_by_wavevector(heights: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
-    """Return wavevectors (1/nm) and the mean C(q), nm⁴, of a scan's parts."""
-    spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
-    return _rings(np.mean([spectrum for spectrum in spectra if spectrum is not None], axis=0), steps)[:2]
+def in_band(
+    parts: wavelength.Parts, steps: tuple[float, float], shown: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return `rings` of a scan's parts within the fit band."""
+    q, psd, modes = rings(parts.squares, steps)
+    return _next_to(q, psd, modes * parts.number, shown)
 
 
 def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -166,7 +160,7 @@ def _fitted(q, psd, modes, shown: float, *, pixel: float = 0.0, hurst: float | N
     return Spectrum(plateau, rolloff, fitted_hurst, shown, float(np.sqrt(spread[0, 0])), float(steeper))
 
 
-def _rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def rings(squares: np.ndarray, steps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return wavevector (nm⁻¹), C(q) (nm⁴) and number of independent coefficients of each ring of a spectrum."""
     shape = squares.shape
     per_nm = np.hypot(np.fft.fftfreq(shape[0], steps[0])[:, None], np.fft.fftfreq(shape[1], steps[1]))
@@ -210,11 +204,6 @@ def add_fine_roughness(
         The scan, interpolated without wavelengths below two pixels, plus a Gaussian random surface. Attributes:
         ``fine_shortest``, ``fine_longest`` (nm), ``fine_hurst``, ``fine_rms`` (nm), ``fine_seed``.
 
-    See Also
-    --------
-    smooth : remove short wavelengths instead of adding them.
-    self_affine_fit : the spectrum that is extrapolated, with its source.
-
     Examples
     --------
     >>> import roughxr
@@ -229,7 +218,10 @@ def add_fine_roughness(
     n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
-    axes = {axis: _finer_axis(scan[axis], side, n) for axis in "xy"}
+    axes = {}
+    for axis in "xy":
+        places = float(scan[axis][0]) - side / 2 + side / n * (np.arange(scan.sizes[axis] * n) + 0.5)
+        axes[axis] = xr.Variable(axis, places, scan[axis].attrs)
     height = finite(scan["height"].values)
     model = known_spectrum(self_affine_fit(scan))
     if spectrum is not None:
@@ -243,11 +235,6 @@ def add_fine_roughness(
     out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
     arguments = {"shortest": shortest, "seed": seed, "refine": n}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
-
-
-def _finer_axis(axis: xr.DataArray, side: float, n: int) -> xr.Variable:
-    corner = float(axis[0]) - side / 2
-    return xr.Variable(axis.name, corner + side / n * (np.arange(axis.size * n) + 0.5), axis.attrs)
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
@@ -279,10 +266,6 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     Dataset
         On the same pixels. The scan is mirrored at its edges. A second application changes nothing.
 
-    See Also
-    --------
-    add_fine_roughness : add roughness below the shortest wavelength that the scan shows.
-
     Notes
     -----
     A sharp cut-off in the scan's cosine transform, not the Gaussian filter of ISO 16610: each wavelength stays or goes
@@ -296,22 +279,18 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     >>> float(smoother.height.std()) < float(scan.height.std())
     True
     """
+    from scipy.fft import dctn, idctn
+
     scan = validate(ds, "scan")
     shortest, steps = positive(shortest, "nm", "shortest"), pixel(scan)
     longest = 2 * max(n * step for n, step in zip(scan["height"].shape, steps))
     if shortest > longest:
         raise ValueError(f"shortest: expected at most twice the scan's length, {longest:g} nm, found {shortest:g} nm")
-    height = _without_short_waves(scan["height"].values, steps, shortest)
-    return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
-
-
-def _without_short_waves(height: np.ndarray, steps: tuple[float, float], shortest: float) -> np.ndarray:
-    from scipy.fft import dctn, idctn
-
-    along = (np.arange(n) / (2 * n * step) for n, step in zip(height.shape, steps))
-    coefficients = dctn(finite(height).astype(float), norm="ortho")
+    along = (np.arange(n) / (2 * n * step) for n, step in zip(scan["height"].shape, steps))
+    coefficients = dctn(finite(scan["height"].values).astype(float), norm="ortho")
     coefficients[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
-    return idctn(coefficients, norm="ortho", overwrite_x=True)
+    height = idctn(coefficients, norm="ortho", overwrite_x=True)
+    return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
 
 
 def without_noise(ds: xr.Dataset) -> xr.Dataset:

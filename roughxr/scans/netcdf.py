@@ -1,11 +1,12 @@
 """NetCDF: roughxr's own, SurfaceTopography's, and plain CF files, all without reading the heights.
 
-SurfaceTopography's carry ``heights`` as (x, y) with y counted downwards from the top of the picture, the lateral size
-in the attribute ``length`` of x and y, and one ``unit`` for all.
+SurfaceTopography's have ``heights`` as (x, y) with y counted downwards from the top of the picture, the lateral size in
+the attribute ``length`` of x and y, and one ``unit`` for all.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,10 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from ..archive import raw
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
-from . import netcdf_reader
-from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length, read_in_process
+from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
@@ -26,15 +27,10 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 class _Image(BackendArray):
-    """A two-dimensional variable of a file as heights (x, y) in nm, ascending, read at the first look."""
+    """Heights (x, y) in nm, read at the first look."""
 
-    def __init__(self, path: Path, variable: xr.Variable, dims: tuple[str, str], ratio: float, width: float):
-        self.path, self.variable, self.dims = path, variable, dims  # the file's names for x and y
-        self.ratio, self.width = ratio, width  # nm per unit; the longer side in nm
-        self.flipped = (False, False)
-        self.mask: xr.Variable | None = None
-        self.shape = tuple(variable.sizes[dim] for dim in dims)
-        self.dtype = np.dtype(float)
+    def __init__(self, read: Callable[[], np.ndarray], shape: tuple[int, ...]):
+        self.read, self.shape, self.dtype = read, shape, np.dtype(float)
         self._heights: np.ndarray | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -45,18 +41,20 @@ class _Image(BackendArray):
 
     def _part(self, key: tuple[int | slice, ...]) -> np.ndarray:
         if self._heights is None:
-            self._heights = self._read()
+            self._heights = self.read()
         return self._heights[key].copy()
 
-    def _read(self) -> np.ndarray:
-        try:
-            heights = self.variable.transpose(*self.dims).values.astype(float) * self.ratio
-            if self.mask is not None:
-                heights[self.mask.transpose(*self.dims).values != 0] = np.nan
-        except (OSError, RuntimeError) as error:  # HDF5's words on a wrong checksum, without the file's name
-            raise UnreadableScan(self.path, f"damaged, its heights cannot be read: {error}") from error
-        refuse_absurd(heights, self.width, self.path)
-        return heights[tuple(slice(None, None, -1 if flip else 1) for flip in self.flipped)]
+
+def _heights(path: Path, stored: xr.Variable, mask: xr.Variable | None, ratio: float, width: float) -> np.ndarray:
+    """Return stored values as heights, so many nm for each unit, of a scan of a width (nm)."""
+    try:
+        heights = stored.values.astype(float) * ratio
+        if mask is not None:
+            heights[mask.values != 0] = np.nan
+    except (OSError, RuntimeError, MemoryError) as error:  # HDF5's words on a wrong checksum, without the file's name
+        raise UnreadableScan(path, f"damaged, its heights cannot be read: {error}") from error
+    refuse_absurd(heights, width, path)
+    return heights
 
 
 def is_netcdf(head: bytes) -> bool:
@@ -69,8 +67,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
     ds = unread(path)
     try:
         name = _variable_name(ds, channel, path)
-        image, centres = (_surface_topography if _is_surface_topography(ds, name) else _cf)(ds, name, path)
-        return _scan(ds, name, image, centres)
+        return (_surface_topography if _is_surface_topography(ds, name) else _cf)(ds, name, path)
     except BaseException:
         ds.close()
         raise
@@ -79,8 +76,6 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 def unread(path: Path) -> xr.Dataset:
     """Return a file's Dataset, unread; of an archive with groups, the group ``scan``."""
     engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
-    if engine == "netcdf4":
-        refuse_harmful(path)
     opened = partial(xr.open_dataset, path, engine=engine, cache=False, decode_times=False)
     ds = opened()
     if ds.variables or engine == "scipy":
@@ -92,44 +87,50 @@ def unread(path: Path) -> xr.Dataset:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
 
 
-def refuse_harmful(path: Path) -> list[tuple[str, tuple[int, int], str]]:
-    """Return the matrices in an HDF5 file; raise unless a separate process could read its whole structure."""
-    return read_in_process(path, netcdf_reader, "netCDF4")["images"]
-
-
-def unlabelled_images(path: Path) -> list[Channel]:
+def matrices(path: Path) -> list[Channel]:
     """Return the matrices of an HDF5 file, rows from the top, as images without a size."""
-    images = refuse_harmful(path) if first_bytes(path, len(HDF5)) == HDF5 else []
-    return [
-        Channel(name, units or None, shape, None, None, partial(_matrix, path, name), direction_in(name))
-        for name, shape, units in images
-    ]
+    if first_bytes(path, len(HDF5)) != HDF5:
+        return []
+    with raw(path) as file:
+        return _matrices(path, file)
+
+
+def _matrices(path: Path, group: Any) -> list[Channel]:
+    images = []
+    for key, variable in group.variables.items():
+        if variable.ndim == 2 and getattr(variable.dtype, "kind", "") in ("f", "i", "u"):
+            name, attrs = f"{group.path.rstrip('/')}/{key}", variable.__dict__
+            units = str(attrs.get("units", attrs.get("unit", ""))) or None
+            read = partial(_matrix, path, name)
+            images.append(Channel(name, units, variable.shape, None, None, read, direction_in(name)))
+    return images + [image for child in group.groups.values() for image in _matrices(path, child)]
 
 
 def _matrix(path: Path, name: str) -> np.ndarray:
-    import netCDF4
-
-    with netCDF4.Dataset(path) as file:
+    with raw(path) as file:
         return np.ma.filled(np.ma.asarray(file[name][:], dtype=float), np.nan)
 
 
 def variable_names(path: Path) -> list[str]:
     """Return the names of the variables that a scan can be read from."""
     with unread(path) as ds:
-        return _lengths(_maps(ds))
+        return _lengths(ds)
 
 
 def _maps(ds: xr.Dataset) -> dict[str, xr.DataArray]:
     return {str(name): var for name, var in ds.data_vars.items() if var.ndim == 2}
 
 
-def _lengths(maps: dict[str, xr.DataArray]) -> list[str]:
-    return [name for name, var in maps.items() if is_length(_units(var))]
+def _lengths(ds: xr.Dataset) -> list[str]:
+    return [name for name, var in _maps(ds).items() if is_length(_units(var))]
+
+
+def _units(variable: xr.DataArray) -> str | None:
+    return variable.attrs.get("units", variable.attrs.get("unit"))
 
 
 def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str:
-    maps = _maps(ds)
-    lengths = _lengths(maps)
+    maps, lengths = _maps(ds), _lengths(ds)
     if isinstance(channel, (int, np.integer)):
         names = lengths[channel : channel + 1] if channel >= 0 else []
     else:
@@ -145,53 +146,32 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
     return names[0]
 
 
-def _units(variable: xr.DataArray) -> str | None:
-    return variable.attrs.get("units", variable.attrs.get("unit"))
-
-
 def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
     """Return whether a file has any mark of SurfaceTopography's convention; an incomplete one is refused later."""
     marks = any("length" in ds[axis].attrs for axis in ("x", "y") if axis in ds.variables)
     return name == "heights" and (marks or "unit" in ds[name].attrs)
 
 
-def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> tuple[_Image, dict[str, np.ndarray]]:
-    """Return the image and pixel centres of a file in SurfaceTopography's convention."""
+def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
+    """Return the scan of a file in SurfaceTopography's convention."""
     if set(ds[name].dims) != {"x", "y"}:
         raise UnreadableScan(path, f"{name}: expected dimensions (x, y), found {ds[name].dims}")
     centres = {}
     for axis in ("x", "y"):
-        if axis not in ds.variables:
-            raise UnreadableScan(path, f"{axis}: expected a variable with its 'length', found none")
-        if "length" not in ds[axis].attrs:
-            raise UnreadableScan(path, f"{axis}: expected its lateral size in an attribute 'length', found none")
+        if axis not in ds.variables or "length" not in ds[axis].attrs:
+            raise UnreadableScan(
+                path, f"{axis}: expected a variable with its size in an attribute 'length', found none"
+            )
         pixel = float(ds[axis].attrs["length"]) / ds.sizes[axis]
         if ds.sizes[axis] > 1 and abs(spacing(ds[axis]) - pixel) > 1e-6 * pixel:
             raise UnreadableScan(path, f"{axis}: expected steps of {pixel:g} by 'length', found {spacing(ds[axis]):g}")
         centres[axis] = (np.arange(ds.sizes[axis]) + 0.5) * pixel * _ratio(ds[axis], path, "unit")
-    image = _Image(path, ds[name].variable, ("x", "y"), _ratio(ds[name], path, "unit"), _width(centres))
-    image.flipped = (False, True)
-    image.mask = ds["mask"].variable if "mask" in ds.variables else None
-    return image, centres
+    upwards = ds.isel(y=slice(None, None, -1))
+    return _scan(ds, upwards, name, ("x", "y"), centres, _ratio(ds[name], path, "unit"), path)
 
 
-def _cf(ds: xr.Dataset, name: str, path: Path) -> tuple[_Image, dict[str, np.ndarray]]:
-    """Return the image and pixel centres of a labelled file, whichever way its axes run."""
-    dims = _axes(ds, name, path)
-    values = [np.asarray(ds[dim].values, dtype=float) * _ratio(ds[dim], path) for dim in dims]
-    flipped = [bool(v.size > 1 and v[-1] < v[0]) for v in values]
-    centres = {axis: v[::-1] if flip else v for axis, v, flip in zip("xy", values, flipped)}
-    image = _Image(path, ds[name].variable, dims, _ratio(ds[name], path), _width(centres))
-    image.flipped = (flipped[0], flipped[1])
-    return image, centres
-
-
-def _width(centres: dict[str, np.ndarray]) -> float:
-    return max(float(np.ptp(values)) for values in centres.values())
-
-
-def _axes(ds: xr.Dataset, name: str, path: Path) -> tuple[str, str]:
-    """Return the file's names for x and y."""
+def _cf(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
+    """Return the scan of a labelled file, whichever way its axes run."""
     dims = {}
     for dim in map(str, ds[name].dims):
         if dim not in ds.coords:
@@ -201,7 +181,10 @@ def _axes(ds: xr.Dataset, name: str, path: Path) -> tuple[str, str]:
         raise UnreadableScan(
             path, f"{name}: expected dimensions x and y (or axis attributes), found {tuple(ds[name].dims)}"
         )
-    return dims["x"], dims["y"]
+    values = {axis: np.asarray(ds[dims[axis]].values, dtype=float) * _ratio(ds[dims[axis]], path) for axis in "xy"}
+    turned = {dims[a]: slice(None, None, -1 if v.size > 1 and v[-1] < v[0] else 1) for a, v in values.items()}
+    centres = {axis: v[turned[dims[axis]]] for axis, v in values.items()}
+    return _scan(ds, ds.isel(turned), name, (dims["x"], dims["y"]), centres, _ratio(ds[name], path), path)
 
 
 def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:
@@ -212,19 +195,25 @@ def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> floa
     return factor(units, "nm")
 
 
-def _scan(ds: xr.Dataset, name: str, image: _Image, centres: dict[str, np.ndarray]) -> xr.Dataset:
-    """Return the labelled, unread scan, with all other variables of roughxr's own files.
+def _scan(
+    ds: xr.Dataset,
+    turned: xr.Dataset,
+    name: str,
+    dims: tuple[str, str],
+    centres: dict[str, np.ndarray],
+    ratio: float,
+    path: Path,
+) -> xr.Dataset:
+    """Return the labelled, unread scan, heights of ``turned`` along ``dims``; of roughxr's own files all else stays.
 
     Drop the encoding: packing would quantise results.
     """
-    own = name == "height" and image.dims == ("x", "y")
-    attributes = {axis: ds[axis].attrs if own else {} for axis in ("x", "y")}
-    height = xr.Variable(
-        ("x", "y"),
-        indexing.LazilyIndexedArray(image),
-        {**(ds[name].attrs if own else {}), "units": "nm"},
-    )
-    coords = {axis: (axis, values, {**attributes[axis], "units": "nm"}) for axis, values in centres.items()}
+    stored, own = turned[name].variable.transpose(*dims), name == "height" and dims == ("x", "y")
+    mask = turned["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
+    width = max(float(np.ptp(values)) for values in centres.values())
+    image = indexing.LazilyIndexedArray(_Image(partial(_heights, path, stored, mask, ratio, width), stored.shape))
+    height = xr.Variable(("x", "y"), image, {**(ds[name].attrs if own else {}), "units": "nm"})
+    coords = {a: (a, v, {**(ds[a].attrs if own else {}), "units": "nm"}) for a, v in centres.items()}
     base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if own else xr.Dataset()
     out = base.assign_coords(coords).assign(height=height).assign_attrs(ds.attrs)
     out.set_close(ds.close)

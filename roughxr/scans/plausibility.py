@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -104,7 +105,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     if coarse > rms:
         doubts.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
     doubts += faults(height)
-    return doubts + (_garbled(_likeness(height)) if min(height.shape) >= _FEWEST_LINES else [])
+    return doubts + (_garbled(height) if min(height.shape) >= _FEWEST_LINES else [])
 
 
 def faults(height: np.ndarray) -> list[str]:
@@ -113,21 +114,6 @@ def faults(height: np.ndarray) -> list[str]:
         return []
     lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
     return [*_clipped(height), *_wrapped(height), *lines]
-
-
-def _garbled(alike: tuple[float, float]) -> list[str]:
-    """Return a warning where neighbouring heights or lines are uncorrelated."""
-    if max(alike) < _LEAST_CORRELATION:
-        return [
-            f"neighbouring heights are uncorrelated (correlation {max(alike):.2g}): "
-            "a damaged header, or nothing but noise"
-        ]
-    if min(alike) < _LEAST_CORRELATION:
-        return [
-            f"neighbouring lines along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation "
-            f"{min(alike):.2g}): a damaged header, or lines that are not levelled to each other"
-        ]
-    return []
 
 
 def _clipped(height: np.ndarray) -> list[str]:
@@ -154,48 +140,60 @@ def _wrapped(height: np.ndarray) -> list[str]:
     ]
 
 
-def _line_jump(height: np.ndarray) -> list[str]:
-    """Return a warning where the heights jump from one line to the next more than anywhere in the other direction."""
+def _outlying_line(height: np.ndarray, off: Callable[[np.ndarray], np.ndarray]) -> tuple[float, int, str, float]:
+    """Return by how many times the median one line is off, its number and axis, and the same ratio across."""
     worst = []
-    for lines in (height, height.T):
-        step = np.abs(np.nanmedian(np.diff(lines, axis=0), axis=1))
-        worst.append((float(np.nanmax(step) / max(np.nanmedian(step), 1e-12)), int(np.nanargmax(step)), step.max()))
-    (ratio, line, size), across = max(worst), min(worst)[0]
-    if ratio < _JUMP_RATIO or ratio < _SCAR_RATIO * across:
+    for axis, lines in zip("xy", (height, height.T)):
+        far = off(lines)
+        worst.append((float(np.nanmax(far) / max(np.nanmedian(far), 1e-12)), int(np.nanargmax(far)), axis))
+    return *max(worst), min(worst)[0]
+
+
+def _line_jump(height: np.ndarray) -> list[str]:
+    """Return a doubt where the heights change by a step from one line to the next, as none do across."""
+
+    def steps(lines):
+        return np.abs(np.nanmedian(np.diff(lines, axis=0), axis=1))
+
+    ratio, line, axis, across = _outlying_line(height, steps)
+    if ratio < max(_JUMP_RATIO, _SCAR_RATIO * across):
         return []
-    axis = "xy"[worst.index((ratio, line, size))]
+    size = steps(height if axis == "x" else height.T).max()
     return [
         f"the heights jump by {size:.4g} nm from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"
     ]
 
 
 def _scar(height: np.ndarray) -> list[str]:
-    """Return a warning about a scan scar: debris would be as rough in both directions, a scar is not."""
-    worst = []
-    for lines in (height, height.T):
-        off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
-        worst.append((float(np.nanmax(off) / max(np.nanmedian(off), 1e-12)), int(np.nanargmax(off)) + 1))
-    (ratio, line), across = max(worst), min(worst)[0]
+    """Return a doubt where one line stands off its neighbours as none does across: debris is as rough both ways."""
+    ratio, line, axis, across = _outlying_line(
+        height, lambda lines: np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
+    )
     if ratio < _SCAR_RATIO * across:
         return []
-    axis = "xy"[worst.index((ratio, line))]
-    return [
-        f"line {line} along {axis} differs from its neighbours {ratio:.2g} times more than the median line: a scan "
-        "fault"
-    ]
+    times = f"{ratio:.2g} times more than the median line"
+    return [f"line {line + 1} along {axis} differs from its neighbours {times}: a scan fault"]
 
 
-def _likeness(height: np.ndarray) -> tuple[float, float]:
-    """Return the rank correlation of neighbouring heights along x and y, which a few spikes do not change."""
+def _garbled(height: np.ndarray) -> list[str]:
+    """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random.
+
+    Their correlations are those of ranks: a few spikes hide nothing.
+    """
     some = np.ascontiguousarray(height[: min(len(height), 512), :512])
     order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")
     ranks = np.empty(some.shape)
     ranks.flat[order] = np.linspace(-1, 1, some.size)
     ranks -= ranks.mean()
-    variance = (ranks**2).mean()
     pairs = (ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])
-    along_x, along_y = (float((a * b).mean() / variance) for a, b in pairs)
-    return along_x, along_y
+    alike = [float((a * b).mean() / (ranks**2).mean()) for a, b in pairs]
+    if max(alike) < _LEAST_CORRELATION:
+        words = f"neighbouring heights are uncorrelated (correlation {max(alike):.2g})"
+        return [f"{words}: a damaged header, or nothing but noise"]
+    if min(alike) < _LEAST_CORRELATION:
+        words = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
+        return [f"neighbouring lines {words}: a damaged header, or lines that are not levelled to each other"]
+    return []
 
 
 def _steep_share(height: np.ndarray, steps: tuple[float, float]) -> float:

@@ -1,8 +1,8 @@
 """Read foreign files in a separate process, so that no file can hang or crash the caller or use up its memory.
 
-Each reader has one process for a session, which ends with its caller. This file is both sides: imported, it is the
-client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and has a function
-``read(path, **options)`` whose result can be pickled; it may state the ``MEMORY`` that it needs.
+A process serves all files of a session that one reader reads, and ends with its caller. This file is both sides:
+imported, it is the client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and
+has a function ``read(path, **options)`` whose result can be pickled.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from typing import Any
 #: Time limit: seconds, and bytes that allow one second more; a hundred times the need of intact files.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: Memory limit: bytes, and bytes more for each byte of the file; ten copies of compressed content.
-MEMORY, MEMORY_PER_BYTE = 2**31, 64
+#: Bytes of memory that a reader may take, where the system can limit them: Windows and macOS cannot.
+MEMORY = 2**33
 
 _LOCK = threading.Lock()
 _running: dict[tuple[int, str], subprocess.Popen] = {}
@@ -92,41 +92,29 @@ def _reason(late: bool, limit: float, code: int) -> str:
             f"reading was stopped after {limit:.0f} s, longer than any intact file of its length needs: damaged, or on "
             "a slow disk; open it in the program that wrote it, and save or export it again"
         )
-    if code >= 0:
-        return f"damaged: the process that read it ended with code {code}"
-    return f"damaged, or malicious: the process that read it was ended by {signal.Signals(-code).name}"
+    return f"damaged: the process that read it was ended by {signal.Signals(-code).name if code < 0 else code}"
 
 
 def _serve(reader: ModuleType) -> None:
     """Answer requests until the input ends: with the reader's result, or the text of an error."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not mix with the answers
+    with suppress(ImportError, ValueError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
     while True:
         try:
             question = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
         try:
-            _limit_memory(getattr(reader, "MEMORY", MEMORY) + MEMORY_PER_BYTE * os.stat(question["path"]).st_size)
             result = reader.read(**question)
         except Exception as error:  # any error of a library
             words = " ".join(str(error).split())[:300] or "no reason given"
             result = words if type(error) is ValueError else f"{type(error).__name__}: {words}"
         pickle.dump(result, answers)
         answers.flush()
-
-
-def _limit_memory(more: int) -> None:
-    """Limit this process to ``more`` bytes beyond its present memory, where the system supports it."""
-    try:
-        import resource
-
-        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    except (ImportError, OSError):
-        return  # Windows, macOS
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = taken + more if most == resource.RLIM_INFINITY else min(taken + more, most)
-    resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
 
 
 def _loaded(path: str) -> ModuleType:

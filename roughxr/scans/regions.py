@@ -35,8 +35,8 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     ds : Dataset
         A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
     subregions : (int, int), (array, array) or Dataset, optional
-        Two whole numbers: tiles along x and y, whose centres are used. Two arrays: x and y of the centres, nm. A
-        Dataset: its centres; from `resting`, with the shares of particles there. By default the centres on ``ds``,
+        Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of the centres,
+        nm. A Dataset: its centres, from `resting` with their shares of particles. By default the centres on ``ds``,
         else one in its middle.
 
     Returns
@@ -54,9 +54,10 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
-        subregions = schema.entered(subregions)
-    if isinstance(subregions, xr.Dataset) and subregions["subregion_x"].size == 0:
-        raise ValueError("subregions: expected at least one contact centre, found none")
+        given: xr.Dataset = schema.entered(subregions)
+        if given["subregion_x"].size == 0:
+            raise ValueError("subregions: expected at least one contact centre, found none")
+        subregions = given
     edges = extent(ds)
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
     _refuse_outside(x, y, edges)
@@ -93,9 +94,9 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
 
     Examples
     --------
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> extent(self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1))
-    (0.0, 80.0, 0.0, 40.0)
+    >>> import roughxr
+    >>> extent(roughxr.open_sample("glass"))
+    (0.0, 5000.0, 0.0, 5000.0)
     """
     ds = schema.entered(ds)
     if "x" not in ds.dims:

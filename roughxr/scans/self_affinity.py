@@ -32,10 +32,10 @@ _PART_SIDE = 64
 def unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
     """Return why a scan is not self-affine down to the wavelength ``shown`` (nm); empty if it is."""
     steps, heights = pixel(ds), ds["height"].values
-    spectra = [wavelength.spectrum(heights[part]) for part in wavelength.parts(heights.shape)]
+    parts = wavelength.parts_of(heights)
     independent = heights.size * 4 * steps[0] * steps[1] / shown**2
     skewness, kurtosis = _moments(heights, steps)
-    reasons = ["a spectrum that no power law fits"] if _off(spectra, steps, shown) else []
+    reasons = ["a spectrum that no power law fits"] if parts is not None and _off(parts, steps, shown) else []
     if abs(skewness) > max(_SKEWNESS, _STANDARD_ERRORS * np.sqrt(6 / independent)):
         reasons.append(f"a curvature of skewness {skewness:.2g}, as of grains or under a blunt tip")
     elif abs(kurtosis) > max(_EXCESS_KURTOSIS, _STANDARD_ERRORS * np.sqrt(24 / independent)):
@@ -43,9 +43,9 @@ def unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
     return " and ".join(reasons)
 
 
-def _off(spectra: list, steps: tuple[float, float], shown: float) -> bool:
+def _off(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> bool:
     """Return whether the spectrum deviates from that of every self-affine surface."""
-    q, psd, modes = in_band(spectra, steps, shown)
+    q, psd, modes = in_band(parts, steps, shown)
     inside, beyond = (
         fit_k_correlation(q, psd, modes, max(steps), bounds=bounds)[2] for bounds in (HURST, _OTHER_EXPONENTS)
     )

@@ -35,18 +35,16 @@ def self_affine(
     ----------
     shape : (int, int)
         Pixels along x and y, at least 2.
-    pixel : number or quantity
-        Side of a pixel, nm.
-    rms : number or quantity
-        Standard deviation of this surface's heights, nm; their mean is zero.
+    pixel, rms : number or quantity
+        Side of a pixel, and standard deviation of this surface's heights, whose mean is zero, nm.
     hurst : float
         Hurst exponent, between 0 and 1; the density falls as q^−2(1 + hurst).
     rolloff : number or quantity
         Roll-off wavelength, nm.
     cutoff : number or quantity, optional
-        Shortest wavelength, nm. By default down to the pixels.
+        Shortest wavelength, nm; by default whatever the pixels resolve.
     seed : int
-        Whole number, at least 0; the same seed gives the same surface.
+        The same seed gives the same surface.
 
     Returns
     -------
@@ -61,8 +59,8 @@ def self_affine(
     Examples
     --------
     >>> scan = self_affine((64, 32), 10, rms="1.5 nm", hurst=0.8, rolloff="0.2 um", seed=7)
-    >>> dict(scan.sizes), scan.height.units, round(float(scan.height.std()), 6)
-    ({'x': 64, 'y': 32}, 'nm', 1.5)
+    >>> dict(scan.sizes), round(float(scan.height.std()), 6)
+    ({'x': 64, 'y': 32}, 1.5)
     """
     shape, seed = _shape(shape), whole_number(seed, "seed", least=0)
     pixel, rms, rolloff = (

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from . import vendor_reader
-from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length, read_in_process
+from .channel import IGOR, Channel, UnreadableScan, direction_in, first_bytes, is_igor, is_length, read_in_process
 
 #: First bytes that belong to one format only, whatever other readers make of the file.
 SIGNATURES = {
@@ -35,7 +35,7 @@ TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm") for start 
 def channels(path: Path) -> list[Channel]:
     """Return the images in a vendor's file."""
     head = first_bytes(path, 512)
-    if head[:2] in (b"\x05\0", b"\0\x05") and not is_igor(head):
+    if head[:2] in IGOR and not is_igor(head):
         raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
     if "errors" in answer:
@@ -100,14 +100,6 @@ def is_park(path: Path) -> bool:
         (count,) = struct.unpack(f"{order}H", file.read(2))
         entries = file.read(12 * count)
     return 50432 in (tag for tag, *_ in struct.iter_unpack(f"{order}H10s", entries))
-
-
-def is_igor(head: bytes) -> bool:
-    """Return whether bytes begin an Igor wave of version 5: 384 header bytes whose 16-bit sum is zero."""
-    if len(head) < 384 or head[:2] not in (b"\x05\0", b"\0\x05"):
-        return False
-    order = "<i2" if head[0] else ">i2"
-    return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
 def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channel:

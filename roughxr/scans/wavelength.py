@@ -7,7 +7,6 @@ such a scan does not resolve its summits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +30,13 @@ class Waves(NamedTuple):
     slope: float  # root mean square, 1
 
 
+class Parts(NamedTuple):
+    """The mean spectrum of a scan's parts."""
+
+    squares: np.ndarray  # |h(q)|², nm²; their sum is the mean square height
+    number: int  # of parts
+
+
 @cached
 def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
     """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN where there are none.
@@ -42,27 +48,24 @@ def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
     >>> 58 < waves(scan.height.values, (10.0, 10.0)).shortest < 63
     True
     """
-    return together([spectrum(heights[part]) for part in parts(heights.shape)], steps)
+    parts = parts_of(heights)
+    return Waves(np.nan, np.nan) if parts is None else waves_of(parts.squares, steps)
 
 
-def parts(shape: tuple[int, int]) -> list[tuple[slice, slice]]:
-    """Return the evenly spread parts of a scan of this shape that are used."""
-    sides = [min(_SIDE, n) for n in shape]
+def parts_of(heights: np.ndarray) -> Parts | None:
+    """Return the mean spectrum of the evenly spread parts without missing pixels, None if there are none."""
+    sides = [min(_SIDE, n) for n in heights.shape]
     starts = [
         np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()
-        for n, side in zip(shape, sides)
+        for n, side in zip(heights.shape, sides)
     ]
-    return [(slice(i, i + sides[0]), slice(j, j + sides[1])) for i in starts[0] for j in starts[1]]
+    parts = [heights[i : i + sides[0], j : j + sides[1]].astype(float) for i in starts[0] for j in starts[1]]
+    squares = [_squares(part) for part in parts if np.isfinite(part).all()]
+    return Parts(np.mean(squares, axis=0), len(squares)) if squares else None
 
 
-def spectrum(height: np.ndarray) -> np.ndarray | None:
-    """Return |h(q)|² (nm²) of a part less its plane, under a Hann window; None where heights are missing.
-
-    The window has a mean square of one, and the sum over q is the mean square height.
-    """
-    height = np.asarray(height, dtype=float)
-    if not np.isfinite(height).all():
-        return None
+def _squares(height: np.ndarray) -> np.ndarray:
+    """Return |h(q)|² (nm²) of a part less its plane, under a Hann window of mean square one."""
     largest = np.abs(height).max()
     x, y = (np.arange(n) - 0.5 * (n - 1) for n in height.shape)
     height = height - height.mean()
@@ -75,19 +78,13 @@ def spectrum(height: np.ndarray) -> np.ndarray | None:
     return np.abs(np.fft.fft2(height * window / np.sqrt(np.mean(window**2)))) ** 2 / height.size**2
 
 
-def together(spectra: Sequence[np.ndarray | None], steps: tuple[float, float]) -> Waves:
+def waves_of(squares: np.ndarray, steps: tuple[float, float]) -> Waves:
     """Return shortest wavelength and slope from the mean spectrum of a scan's parts."""
-    known = [spectrum for spectrum in spectra if spectrum is not None]
-    if not known:
-        return Waves(np.nan, np.nan)
-    mean = np.mean(known, axis=0)
-    along_x, along_y = map(np.fft.fftfreq, mean.shape, steps)
-    wavenumber = np.hypot.outer(along_x, along_y)
-    slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * mean).sum()))
+    wavenumber = np.hypot.outer(*map(np.fft.fftfreq, squares.shape, steps))
+    slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * squares).sum()))
     order = np.argsort(wavenumber, axis=None, kind="stable")
-    summed = np.cumsum((wavenumber**4 * mean).ravel()[order])
+    summed = np.cumsum((wavenumber**4 * squares).ravel()[order])
     if not summed[-1] > 0:
         return Waves(np.inf, slope)
-    return Waves(
-        float(1 / wavenumber.ravel()[order][np.searchsorted(summed, (1 - _NEGLECTED_SHARE) * summed[-1])]), slope
-    )
+    last = np.searchsorted(summed, (1 - _NEGLECTED_SHARE) * summed[-1])
+    return Waves(float(1 / wavenumber.ravel()[order][last]), slope)

@@ -22,13 +22,14 @@ import xarray as xr
 from ..contact.adhesion import settling
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
-from ..contact.regimes import in_memory
+from ..contact.regimes import of_sphere
 from ..contact.subpixel import Below, pull_off_below
 from ..jobs import spread
 from ..kernels.topography.random_surface import rms_of
 from ..scans import regions, self_affine_fit, smooth
-from ..scans.fine_scales import Spectrum, known_spectrum, spectrum_by_wavevector, without_noise
+from ..scans.fine_scales import Spectrum, known_spectrum, rings, without_noise
 from ..scans.self_affinity import unlike_self_affine
+from ..scans.wavelength import parts_of
 from ..specimen import Specimen
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
@@ -150,7 +151,7 @@ def extrapolated(
     (True, 10.0)
     """
     ds, spectrum = schema.entered(ds), schema.entered(spectrum)
-    ds = in_memory(ds).scan
+    ds = of_sphere(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     model = known_spectrum(shown_truly(ds))
@@ -278,7 +279,9 @@ def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
 def _real_surface_spectrum(ds: xr.Dataset) -> Spectrum:
     """Return a spectrum below two pixels with the energy of the scan's finest octave and the slope of real surfaces."""
     heights, steps = ds["height"].values, schema.pixel(ds)
-    q, psd = spectrum_by_wavevector(heights, steps)
+    parts = parts_of(heights)
+    assert parts is not None  # no pixel is missing
+    q, psd, _ = rings(parts.squares, steps)
     wavelength, shown = 2 * np.pi / q, _FINEST_OCTAVE[0] * max(steps)
     finest = (wavelength >= shown * (1 - 1e-9)) & (wavelength < _FINEST_OCTAVE[1] * max(steps))
     energy = float((q * psd * np.gradient(q))[finest].sum()) / (2 * np.pi)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..contact.adhesion import settling
-from ..contact.regimes import in_memory
+from ..contact.regimes import of_sphere
 from ..contact.rigid.bodies import rigid
 from ..contact.subpixel import Below
 from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
@@ -93,7 +93,7 @@ def scale_dependence(
     {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
     """
     ds = schema.entered(ds)
-    ds = in_memory(ds).scan
+    ds = of_sphere(ds).scan
     schema.one_of(method, METHODS, "method")
     count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
     waves = schema.ascending(_usual(ds, spectrum) if shortest is None else shortest, "nm", "shortest")

@@ -274,15 +274,6 @@ def finite(height: np.ndarray) -> np.ndarray:
     return height
 
 
-def complete(ds: xr.Dataset) -> xr.Dataset:
-    """Return a scan; raise where pixels are missing, for a lazy one when it is computed."""
-    height = ds["height"].variable
-    if not hasattr(height.data, "map_blocks"):
-        finite(height.values)
-        return ds
-    return ds.assign(height=height.copy(data=height.data.map_blocks(finite, meta=height.data._meta)))
-
-
 def ascending(values: Any, units: str, name: str) -> np.ndarray:
     """Return values as a float array in ``units``; raise unless they are finite and ascending."""
     array = np.atleast_1d(np.asarray(magnitude(values, units, name), dtype=float))

@@ -52,8 +52,7 @@ def options_of(specimen: Specimen, law: str) -> Options:
 
 def reach_of(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
-    height_range = 0.0 if specimen.lazy else float(np.ptp(specimen.heights))
-    return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * height_range))
+    return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * float(np.ptp(specimen.heights))))
 
 
 def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[float, float]:
