@@ -192,7 +192,7 @@ def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
 
 def _left_open(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) -> str:
     """Return a sentence on what the fit cannot tell."""
-    separable = "hardly at all" if abs(power) < _WEAK_EXPONENT else "so that the two cannot be told apart"
+    separable = "only weakly" if abs(power) < _WEAK_EXPONENT else "so that the fit cannot separate the two"
     modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
     notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]
     notes += ["the range of adhesion is the assumed one"]
