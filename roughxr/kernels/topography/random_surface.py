@@ -79,7 +79,8 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     low = [-np.inf, 0.0, np.log(shortest), bounds[0] - 1e-9]
     high = [np.inf, 1.0, np.log(100.0 * longest), bounds[1]]
     start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
-    solved = least_squares(off, start[:count], bounds=(low[:count], high[:count]))
+    tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-13)  # so that rounding of what enters stays rounding
+    solved = least_squares(off, start[:count], "3-point", (low[:count], high[:count]), **tight)
     fitted, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
     moved = (fitted + small * unit for unit in np.eye(count))
     gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
