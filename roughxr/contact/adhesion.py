@@ -360,7 +360,7 @@ def snap_in_gap(length: float, parameter: float) -> float:
     """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere.
 
     The undeformed gap (2.641 µ^{3/7} − 1) z₀ by Tabor's parameter µ (Wu, J. Adhesion 86 (2010) 1071). The balance of
-    attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to 0.2 % at µ of
+    attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to 0.7 % at µ of
     1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
     """
     return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0

@@ -101,14 +101,14 @@ def _solve(separation, load, delta, guess, tolerance, max_iterations, cap):
         box, _ = box_below(separation, reach)
         depth, slack = delta - separation[box], reach - delta
         begin = half_deep(depth) if guess is None else Guess(*(field[box] for field in guess))
-        found = solve_in_box(depth, begin, 0.5 * tolerance, max_iterations - products, cap, load=load, slack=slack)
-        products += found.outcome.iterations
-        reached = delta + found.outcome.shift
+        solved = solve_in_box(depth, begin, 0.5 * tolerance, max_iterations - products, cap, load=load, slack=slack)
+        products += solved.outcome.iterations
+        reached = delta + solved.outcome.shift
         shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
         pressure, displacement = np.zeros(separation.shape), np.full(separation.shape, np.nan)
-        pressure[box], displacement[box] = found.pressure, found.displacement
-        contact = Contact(pressure, displacement, found.outcome._replace(iterations=products))
-        if found.outcome.status != CONVERGED or (reached <= reach and not shallow):
+        pressure[box], displacement[box] = solved.pressure, solved.displacement
+        contact = Contact(pressure, displacement, solved.outcome._replace(iterations=products))
+        if solved.outcome.status != CONVERGED or (reached <= reach and not shallow):
             return reached, contact
         delta, guess = reached, _onward(separation, reached, delta, contact, cap)
     return delta, contact._replace(outcome=contact.outcome._replace(status=ITERATION_LIMIT))
