@@ -309,9 +309,9 @@ def without_noise(ds: xr.Dataset) -> xr.Dataset:
     power = np.bincount(ring.ravel(), (coefficients**2).ravel()) / np.maximum(count, 1)
     corner = (np.arange(count.size) > _CORNER * _RINGS) & (count > _LEAST_IN_RING)
     noise = power[corner].min(initial=np.inf)
-    gain = np.where(power > noise, 1 - noise / np.where(power > noise, power, 1.0), 0.0) if corner.any() else 1.0
-    gain = np.where(np.arange(count.size) == 0, 1.0, gain)
-    return ds.assign(height=(ds["height"].dims, idctn(coefficients * gain[ring], norm="ortho"), ds["height"].attrs))
+    transfer = np.where(power > noise, 1 - noise / np.where(power > noise, power, 1.0), 0.0) if corner.any() else 1.0
+    transfer = np.where(np.arange(count.size) == 0, 1.0, transfer)
+    return ds.assign(height=(ds["height"].dims, idctn(coefficients * transfer[ring], norm="ortho"), ds["height"].attrs))
 
 
 def hurst_exponent(value: Any) -> float:
