@@ -214,7 +214,7 @@ class Kept:
 def off(known, said):
     """Return by how many stated standard deviations the answer is off: of all entries, and of what can be shown."""
     error, entries = np.log(said["mean"] / known["truth"]), said["entries"]
-    parts = [list(entries.values()), [entries[name] for name in SHOWN]]
+    parts = [list(entries.values()), [entries[name] for name in SHOWN if name in entries]]
     return [float(error / np.sqrt(np.nansum(np.square(part)))) for part in parts]
 
 
