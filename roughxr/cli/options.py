@@ -123,7 +123,7 @@ def _paper(commands: Any) -> None:
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
-    words = "GPa, for finer roughness only: all else is elastic; default: that of the materials, or of glass"
+    words = "GPa (glass: 6): extrapolates the roughness below the pixel, over ten minutes; default: of the materials"
     _add(command, ("--hardness", "H", words))
     _add_budget(command)
     _flag(command, "-q --quiet", _QUIET)

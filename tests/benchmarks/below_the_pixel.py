@@ -229,9 +229,10 @@ def row(told, known, said):
     )
     if np.isnan(said["mean"]):
         return f"{first}not extrapolated, the bound holds: {'yes' if known['truth'] <= said['upper'] else 'NO '}"
+    inside = "yes" if said["lower"] <= known["truth"] <= said["upper"] else "NO "
     return first + (
         f"{said['mean']:7.2f} ({said['lower']:7.2f} … {said['upper']:7.2f})  {whole:5.1f} {shown:5.1f}  "
-        f"{'yes' if abs(whole) < 1.96 else 'NO '} {known['seconds']:4.0f} {said['seconds']:4.0f}"
+        f"{inside} {known['seconds']:4.0f} {said['seconds']:4.0f}"
     )
 
 
