@@ -279,16 +279,15 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     >>> float(smoother.height.std()) < float(scan.height.std())
     True
     """
-    from scipy.fft import dctn, idctn
+    from scipy.fft import idctn
 
     scan = validate(ds, "scan")
-    shortest, steps = positive(shortest, "nm", "shortest"), pixel(scan)
-    longest = 2 * max(n * step for n, step in zip(scan["height"].shape, steps))
+    shortest = positive(shortest, "nm", "shortest")
+    longest = 2 * max(n * step for n, step in zip(scan["height"].shape, pixel(scan)))
     if shortest > longest:
         raise ValueError(f"shortest: expected at most twice the scan's length, {longest:g} nm, found {shortest:g} nm")
-    along = (np.arange(n) / (2 * n * step) for n, step in zip(scan["height"].shape, steps))
-    coefficients = dctn(finite(scan["height"].values).astype(float), norm="ortho")
-    coefficients[np.hypot(*np.meshgrid(*along, indexing="ij")) * shortest > 1 + 1e-12] = 0.0
+    coefficients, frequency = _cosine_transform(scan)
+    coefficients[frequency * shortest > 1 + 1e-12] = 0.0
     height = idctn(coefficients, norm="ortho", overwrite_x=True)
     return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
 
@@ -299,19 +298,28 @@ def without_noise(ds: xr.Dataset) -> xr.Dataset:
     Wiener filter of the cosine transform: each coefficient is multiplied by 1 − N/P, with the noise power N and the
     mean power P of its ring of wavevectors. Real roughness at the pixel scale counts as noise.
     """
-    from scipy.fft import dctn, idctn
+    from scipy.fft import idctn
 
-    heights, steps = finite(ds["height"].values).astype(float), pixel(ds)
-    along = (np.arange(n) / (2 * n * step) for n, step in zip(heights.shape, steps))
-    q = np.hypot(*np.meshgrid(*along, indexing="ij")) * 2 * max(steps)  # 1 at two pixels
-    ring = (_RINGS * q).astype(int)
-    coefficients, count = dctn(heights, norm="ortho"), np.bincount(ring.ravel())
+    coefficients, frequency = _cosine_transform(ds)
+    ring = (_RINGS * frequency * 2 * max(pixel(ds))).astype(int)  # _RINGS at two pixels
+    count = np.bincount(ring.ravel())
     power = np.bincount(ring.ravel(), (coefficients**2).ravel()) / np.maximum(count, 1)
     corner = (np.arange(count.size) > _CORNER * _RINGS) & (count > _LEAST_IN_RING)
     noise = power[corner].min(initial=np.inf)
-    transfer = np.where(power > noise, 1 - noise / np.where(power > noise, power, 1.0), 0.0) if corner.any() else 1.0
-    transfer = np.where(np.arange(count.size) == 0, 1.0, transfer)
+    if not 0.0 < noise < np.inf:
+        return ds
+    transfer = 1.0 - noise / np.maximum(power, noise)
+    transfer[0] = 1.0  # the mean height and the longest wavelengths
     return ds.assign(height=(ds["height"].dims, idctn(coefficients * transfer[ring], norm="ortho"), ds["height"].attrs))
+
+
+def _cosine_transform(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coefficients of a scan's orthonormal cosine transform, and 1/wavelength (1/nm) of each."""
+    from scipy.fft import dctn
+
+    heights = finite(ds["height"].values).astype(float)
+    along = (np.arange(n) / (2 * n * step) for n, step in zip(heights.shape, pixel(ds)))
+    return dctn(heights, norm="ortho"), np.hypot(*np.meshgrid(*along, indexing="ij"))
 
 
 def hurst_exponent(value: Any) -> float:
