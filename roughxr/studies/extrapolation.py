@@ -154,14 +154,16 @@ def extrapolated(
     ds = of_sphere(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
-    model = known_spectrum(shown_truly(ds))
+    if spectrum is None or "psd" in spectrum:
+        own = known_spectrum(shown_truly(ds))
+        model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
+    else:
+        model = known_spectrum(spectrum)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    unlike = _unlike_self_affine(ds, model.shown)
-    bodies, hardness = with_hardness(ds)
-    if spectrum is not None:
-        model = known_spectrum(spectrum, model.shown, model.lay) if "psd" in spectrum else known_spectrum(spectrum)
+    unlike = _unlike_self_affine(ds, model.shown) if spectrum is None else ""
     between = spectrum is None and (bool(unlike) or model.rolloff < _POWER_LAW * model.shown)
+    bodies, hardness = with_hardness(ds)
     resolved = without_noise(bodies) if between else smooth(bodies, shortest=model.shown)
     model = _real_surface_spectrum(resolved) if between else model
     centres = regions.centres(ds, subregions)
@@ -172,13 +174,14 @@ def extrapolated(
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
     places = range(centres.sizes["subregion"])
     forces = surface.solve(question, places, count, pilot.guesses[-1])[..., 0]
-    entries, sides = _entries(surface, question, pilot, hardness, with_spectrum=not (between and unlike)), None
+    entries, sides = _entries(surface, question, pilot, hardness, with_spectrum=not unlike), None
     if between:
         bare = question._replace(below=question.below._replace(shortest=model.shown))
         scanned = surface.solve(bare, places, 1, pilot.guesses[0])[..., 0]
-        noisy = _with_noise(Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies), pilot)
-        means = _mean(scanned, centres), _mean(forces, centres), noisy
-        sides = _two_sides(*means, unlike, entries.pop("spectrum", 0.0))
+        effect = _effect_of_noise(Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies), pilot)
+        added = _mean(forces, centres)
+        noisy = added * np.exp(effect)
+        sides = _two_sides(_mean(scanned, centres), added, noisy, unlike, entries.pop("spectrum", 0.0))
         forces = sides.between(scanned, forces)
     entries |= _scatter(forces, centres)
     given = preload, subregions, count, end
@@ -258,13 +261,11 @@ def _two_sides(scanned: float, added: float, noisy: float, unlike: str, spectrum
     return _Sides(scanned, added, noisy, fall, margin, "since the scan shows no power law over two octaves")
 
 
-def _with_noise(surface: Surface, question: Question, model: Spectrum, pilot: _Pilot) -> float:
-    """Return the mean pull-off (nN) of the scan with its noise, and roughness added, at the places of the pilot."""
-    below = question.below._replace(spectrum=model)
-    seeds = pilot.pulls[-1].shape[1]
-    return float(
-        np.nanmean(surface.solve(question._replace(below=below), pilot.places, seeds, pilot.guesses[-1])[..., 0])
-    )
+def _effect_of_noise(noisy: Surface, question: Question, model: Spectrum, pilot: _Pilot) -> float:
+    """Return the change of ln(mean) if the scan keeps its noise, with roughness added, at the places of the pilot."""
+    question, seeds = question._replace(below=question.below._replace(spectrum=model)), pilot.pulls[-1].shape[1]
+    pulls = noisy.solve(question, pilot.places, seeds, pilot.guesses[-1])[..., 0]
+    return float(np.diff(np.log(_means([pilot.pulls[-1], pulls])))[0])
 
 
 def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
