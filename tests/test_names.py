@@ -42,3 +42,14 @@ def test_an_option_that_a_mode_does_not_use_is_refused(option):
     roughxr.particles.to_dem(pull, code="rock_n_roll")
     with pytest.raises(ValueError, match=f"{next(iter(option))}: not used"):
         roughxr.particles.to_dem(pull, code="rock_n_roll", **option)
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parent / "benchmarks").glob("[!_]*.py")), ids=lambda path: path.stem
+)
+def test_a_benchmark_can_be_imported(path):
+    """All but those of programs that are not installed here: what they need of roughxr is there."""
+    try:
+        importlib.import_module(f"tests.benchmarks.{path.stem}")
+    except ModuleNotFoundError as error:
+        assert not error.name.startswith(("roughxr", "tests")), error
