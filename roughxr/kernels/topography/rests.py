@@ -52,6 +52,9 @@ _PASS_DISTANCE = 4.0
 #: the steps after which the basin is read.
 _BESIDE_SADDLE, _DRAINING_STEPS = 0.5, 12
 
+#: Half the width of a pixel, in pixels, and what rounding takes from it.
+_EDGE = 0.5 + 1e-9
+
 #: Most planes that are taken in along an axis, in the search for the best step.
 _MOST_CUTS = 50
 
@@ -151,6 +154,14 @@ def _pixel_at(ground, x, y):
     i = int(np.floor((x - ground.first[0]) / ground.pixel[0] + 0.5))
     j = int(np.floor((y - ground.first[1]) / ground.pixel[1] + 0.5))
     return i, j
+
+
+@kernel
+def _is_off(ground, x, y):
+    """Return whether a place lies on the scan's outermost pixels or beyond: on their inner edge too, on all sides."""
+    nx, ny = ground.height.shape
+    along_x, along_y = (x - ground.first[0]) / ground.pixel[0], (y - ground.first[1]) / ground.pixel[1]
+    return min(along_x, along_y, nx - 1 - along_x, ny - 1 - along_y) <= _EDGE
 
 
 @kernel
@@ -320,12 +331,12 @@ def _step_down(rows, x, y, ball, step, last):
 @kernel
 def _roll(ground, x, y):
     """Roll from x, y to rest; return x, y and height there, NaN where the sphere rolls off the scan."""
-    largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), ground.height.shape
-    step, height = _FIRST_STEP * largest, np.inf
+    largest, height = max(ground.pixel[0], ground.pixel[1]), np.inf
+    step = _FIRST_STEP * largest
     for _ in range(_MOST_STEPS):
-        i, j = _pixel_at(ground, x, y)
-        if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
+        if _is_off(ground, x, y):
             return np.nan, np.nan, np.nan
+        i, j = _pixel_at(ground, x, y)
         x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
@@ -375,9 +386,9 @@ def _drains_to(labels, x, y, ground):
     largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), labels.shape
     step = _FIRST_STEP * largest
     for _ in range(_DRAINING_STEPS):
-        i, j = _pixel_at(ground, x, y)
-        if i <= 0 or j <= 0 or i >= nx - 1 or j >= ny - 1:
+        if _is_off(ground, x, y):
             return OFF
+        i, j = _pixel_at(ground, x, y)
         x, y, _, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
@@ -429,8 +440,8 @@ def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
             if _highest_plane(planes, px - x, py - y)[0] > highest:
                 continue
             px, py, height = _saddle(rows[p], rows[q], px, py, ball)
-            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]):
-                continue
+            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]) or _is_off(ground, px, py):
+                continue  # what lies beyond the scan's edge is not known
             on_surface = _height(rows, px, py, ball) <= height + 1e-8 * ball.radius
             if on_surface and _divides(labels, planes[p], planes[q], px, py, ground, pair):
                 lowest = (px, py, height)
