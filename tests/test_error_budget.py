@@ -170,7 +170,7 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
     like = solved.isel(subregion=[0] * side**2).drop_vars(["subregion", "subregion_x", "subregion_y"])
     solved = like.assign(pull_off_force=("subregion", values)).assign_coords(grid.coords)
     found = budget_of(rough, solved, settings={}, **HOW)
-    ends = roughxr.statistics.bootstrap(solved, "pull_off_force", statistics=["mean"]).sel(resampling="block")
+    ends = roughxr.statistics.bootstrap(solved, "pull_off_force", statistics=["mean"])
     expected = values.std(ddof=1) / np.sqrt(float(ends.independent_places)) / values.mean()
     assert float(found.relative_error.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())

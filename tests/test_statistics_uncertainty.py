@@ -1,4 +1,4 @@
-"""Bootstrap intervals hold what they promise where neighbours are alike, and naive ones do not."""
+"""Bootstrap intervals hold what they promise where neighbours are alike."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ REPEATS = 200
 
 
 def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("mean", "q50"), seed=2):
-    """Return the shares of intervals that hold the truth, (resampling, statistic)."""
+    """Return the shares of intervals that hold the truth, (statistic)."""
     rng = np.random.default_rng(seed)
     held = []
     for _ in range(REPEATS):
@@ -26,17 +26,15 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
 
 
 @pytest.mark.parametrize(("side", "length"), [(8, 1.0), (8, 1.5), (16, 1.5)])
-def test_blocks_cover_mean_and_median_of_correlated_places_and_single_samples_do_not(side, length):
+def test_blocks_cover_mean_and_median_of_correlated_places(side, length):
     shares = coverage(side, length)
-    assert (shares.sel(resampling="block") >= 0.90).all()
-    assert (shares.sel(resampling="naive") < 0.75).all()
+    assert (shares >= 0.90).all()
 
 
 def test_blocks_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
     """Log-normal with std / mean = 0.66, as the published 1.37 / 2.0 µN; a law twice as skewed is covered less."""
     shares = coverage(8, 1.0, law=lambda z: np.exp(0.6 * z), truth=(np.exp(0.18), 1.0))
-    assert (shares.sel(resampling="block") >= 0.90).all()
-    assert (shares.sel(resampling="naive") < 0.75).all()
+    assert (shares >= 0.90).all()
 
 
 @pytest.mark.parametrize("count", [3, 16, *(pytest.param(n, marks=pytest.mark.soak) for n in (4, 9))])
@@ -48,15 +46,14 @@ def test_few_log_normal_places_are_covered_too(count):
     for row in draws:
         ds = xr.Dataset({"pull_off_force": ("subregion", row)})
         found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=99)
-        ends = found.sel(resampling="block")
+        ends = found
         held.append((ends.low <= truth) & (truth <= ends.high) & (ends.low > 0))
     assert (xr.concat(held, "repeat").sum("repeat") >= 364).all()
 
 
 def test_spread_is_covered_on_a_wide_field():
     shares = coverage(16, 1.5, statistics=("std",), truth=1.0)
-    assert shares.sel(resampling="block").item() >= 0.90
-    assert shares.sel(resampling="naive").item() < 0.75
+    assert shares.item() >= 0.90
 
 
 def test_independent_places_need_no_blocks():
@@ -84,7 +81,7 @@ def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
         held.append((found.low <= [mean, std]) & ([mean, std] <= found.high))
         assert float((found.high - found.low).max()) < 0.12 * std
     # 40 intervals of 95 %: fewer than 33 held would happen once in 10⁴
-    assert int(xr.concat(held, "repeat").sel(resampling="block").sum()) >= 33
+    assert int(xr.concat(held, "repeat").sum()) >= 33
 
 
 @pytest.mark.parametrize("length", [0.2, 1.5, 4.0])
@@ -144,7 +141,7 @@ def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
     at = {"x": ("asperity", places[:, 0]), "y": ("asperity", places[:, 1])}
     ds = xr.Dataset({"height": ("asperity", height, {"units": "nm"})}, coords=at)
     found = bootstrap(ds, "height", statistics=["mean"]).isel(statistic=0)
-    low, high = (float(found[end].sel(resampling="block")) for end in ("low", "high"))
+    low, high = (float(found[end]) for end in ("low", "high"))
     middle, estimate = (low + high) / 2, float(found.estimate)
     assert abs(middle - estimate) < 0.2 * (high - low)
     assert low < estimate < high
@@ -154,10 +151,11 @@ def test_intervals_are_labelled_and_repeatable():
     ds = on_grid(field(8, 1.0, np.random.default_rng(0)) + 10)
     found = bootstrap(ds, "pull_off_force")
     assert list(found.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
-    assert found.low.dims == ("resampling", "statistic") and found.low.units == "nN"
+    assert found.low.dims == ("statistic",) and found.low.units == "nN"
     assert found.attrs["samples"] == 64 and found.attrs["block_side_nm"] > 625
-    places = found.independent_places
-    assert float(places.sel(resampling="block")) < 40 < float(places.sel(resampling="naive")) == 64
+    assert float(found.independent_places) < 40
+    bare = bootstrap(ds.drop_vars(["subregion_x", "subregion_y"]), "pull_off_force")
+    assert float(bare.independent_places) == 64
     xr.testing.assert_identical(found, bootstrap(ds, "pull_off_force"))
     assert (bootstrap(ds, "pull_off_force", seed=1).low != found.low).any()
     assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
@@ -225,8 +223,8 @@ def test_fewer_places_of_a_surface_are_worth_no_more_independent_ones(law, lengt
 def test_part_of_the_places_takes_the_whole_surfaces_correlation():
     ds = on_grid(field(16, 1.5, np.random.default_rng(8)) + 10)
     part = ds.isel(subregion=np.flatnonzero(np.random.default_rng(0).random(256) < 0.1))
-    alone, within = (bootstrap(part, "pull_off_force", within=whole).independent_places[0] for whole in (None, ds))
-    assert float(within) == min(float(alone), float(bootstrap(ds, "pull_off_force").independent_places[0]))
+    alone, within = (bootstrap(part, "pull_off_force", within=whole).independent_places for whole in (None, ds))
+    assert float(within) == min(float(alone), float(bootstrap(ds, "pull_off_force").independent_places))
 
 
 def test_one_place_far_out_hides_no_correlation():
@@ -267,7 +265,7 @@ def test_intervals_of_a_large_map_are_those_of_a_part_and_say_so():
     patches = np.kron(rng.normal(size=(10, 10)), np.ones((16, 16)))  # 100 independent ones
     ds = xr.Dataset({"pull_off_force": (("x", "y"), np.exp(patches), {"units": "nN"})}, places)
     with pytest.warns(UserWarning, match="25600 samples; intervals are from 20000 drawn"):
-        found = bootstrap(ds, "pull_off_force", statistics=["mean"], resamples=199).sel(resampling="block").squeeze()
+        found = bootstrap(ds, "pull_off_force", statistics=["mean"], resamples=199).squeeze()
     assert float(found.estimate) == pytest.approx(np.exp(patches).mean())
     assert 25 < float(found.independent_places) < 400
     half = np.exp(patches).std() / np.sqrt(100)  # what 100 independent ones leave open

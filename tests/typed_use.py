@@ -39,7 +39,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
 def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
     """Say what the samples say, beside what was measured."""
     pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"]))
-    density: xr.DataArray = roughxr.statistics.pdf(pull, "pull_off_force", method="kde")
+    density: xr.DataArray = roughxr.statistics.pdf(pull, "pull_off_force")
     fitted: xr.Dataset = roughxr.statistics.fit(pull, "pull_off_force", laws=["weibull"])
     measured: xr.Dataset = roughxr.open_pull_off([path, path], units="V", sensitivity="12 nN/V")
     beside: xr.Dataset = roughxr.compare(pull, measured, resamples=99)

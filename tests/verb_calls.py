@@ -119,7 +119,7 @@ CALLS = {
     "force_ratio": [on("hertz", "pressed")],
     "formulas": [on("scan", subregions=(1, 1), refine=2)],
     "level": [on("scan"), on("scan", method="quadratic")],
-    "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max", method="kde")],
+    "pdf": [on("pulls", "pull_off_force", bins=4), on("catalogue", "curvature_max")],
     "placements": [on("scan", sphere_radius=500.0, count=2)],
     "power_spectrum": [on("scan")],
     "pull_off": [on("summed")],

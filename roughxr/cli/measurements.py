@@ -38,7 +38,7 @@ def describe(options: Namespace) -> None:
         left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
     print("\npull-off force, nN:")
-    intervals = statistics.bootstrap(ds, "pull_off_force").sel(resampling="block", drop=True)
+    intervals = statistics.bootstrap(ds, "pull_off_force")
     print(intervals[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")

@@ -104,7 +104,7 @@ def _points(ax, name: str, values: np.ndarray, order: int, label: str | None):
 
 def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
     """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
-    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence).sel(resampling="block")
+    interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
     low, mean, high = (float(interval[part].item()) for part in ("low", "estimate", "high"))
     row = 1.03 + 0.05 * order
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}

@@ -133,7 +133,7 @@ def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | 
     """Draw 95 % intervals of a statistic of the force at some displacements."""
     some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
     intervals = statistics.bootstrap(some, "force", statistics=[statistic], resamples=399)
-    low, high = (intervals[end].sel(resampling="block", statistic=statistic).values for end in ("low", "high"))
+    low, high = (intervals[end].sel(statistic=statistic).values for end in ("low", "high"))
     ax.vlines(some["delta"].values, low, high, color=color, linewidth=0.8, label=label)
 
 

@@ -122,8 +122,7 @@ def _intervals(forces: Samples, statistics: list[str], confidence: float, resamp
             dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in forces.places.T)))
         )
     out = bootstrap(ds, _NAME, statistics=statistics, confidence=confidence, resamples=resamples, seed=seed)
-    block = out.sel(resampling="block")
-    return [("statistic", block[name].values) for name in ("estimate", "low", "high")]
+    return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
 
 
 def _ratio(predicted: list, measured: list) -> list:

@@ -119,7 +119,7 @@ def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
         return out
     known = out[["remaining_here"]].dropna("subregion")
     band = bootstrap(known, "remaining_here", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
-    ends = band.sel(resampling="block", statistic="mean", drop=True).transpose("friction_velocity", "time")
+    ends = band.sel(statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))
     return out

@@ -183,7 +183,7 @@ def main_numbers(run: Run) -> pd.DataFrame:
         if known < 2:
             continue
         chosen = [name for name in _MAIN if known >= _MANY or name in ("mean", "q50")]
-        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull).sel(resampling="block")
+        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull)
         for name in chosen:
             at = ends.sel(statistic=name)
             words = sure(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")

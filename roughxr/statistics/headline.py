@@ -101,7 +101,7 @@ def answered(ds: xr.Dataset, *, mesh_error: float | None = None) -> xr.Dataset:
     if not (force > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
-    low, high = (np.nan if ends is None else float(ends[end].sel(resampling="block").item()) for end in ("low", "high"))
+    low, high = (np.nan if ends is None else float(ends[end].item()) for end in ("low", "high"))
     own = next((name for name in ("pull_off_error", "cell_error") if name in pull), None)
     if mesh_error is None:
         mesh_error = float(np.abs(pull[own]).median()) if own else np.nan

@@ -121,7 +121,7 @@ def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarr
     parts = [
         part.isel({dim: np.isfinite(part[name].values)}) for part in parts
     ]  # padding to other scans' samples does not count as missing
-    intervals = [bootstrap(part, name, **options).sel(resampling="block") for part in parts]
+    intervals = [bootstrap(part, name, **options) for part in parts]
     estimate = np.stack([interval["estimate"].values for interval in intervals])
     count = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
     widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(count) - 1)

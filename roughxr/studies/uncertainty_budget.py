@@ -248,7 +248,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
     if count < 2:
         return _none(f"needs at least two places that pull, found {count}")
     intervals = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
-    independent = float(intervals["independent_places"].sel(resampling="block"))
+    independent = float(intervals["independent_places"])
     mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
     value = deviation / np.sqrt(independent) / mean
     words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
