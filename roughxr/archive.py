@@ -81,15 +81,19 @@ def save(
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
     [1.0, 2.0]
     """
-    root = {"Conventions": "CF-1.11", "title": title, "source": f"roughxr {__version__}", **(attrs or {})}
-    return add(groups, Path(path), root, onto=False)
+    return add(groups, Path(path), {"title": title, **(attrs or {})}, onto=False)
 
 
 def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:
-    """Add groups to an archive, or make one of them, and set attributes of its root; None removes one.
+    """Add the groups that an archive lacks, or make one of them, and set attributes of its root; None removes one.
 
     The file is copied first: whatever ends the process, it is as before or as it is to be.
     """
+    if onto:
+        with raw(path) as file:
+            groups = {name: ds for name, ds in groups.items() if name not in group_names(file)}
+    else:
+        attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
     present = {name: value for name, value in attrs.items() if value is not None}
     stored = {name: _storable(entered(ds), name) for name, ds in groups.items()}
     lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}

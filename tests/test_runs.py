@@ -291,7 +291,7 @@ def test_a_scheduler_that_is_not_there_leaves_no_trace(tmp_path):
 def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
     path = tmp_path / "run.nc"
     path.write_text("a diary")
-    with pytest.raises(ValueError, match="another run"):
+    with pytest.raises(ValueError, match="expected an intact archive"):
         a_run.run(path)
     assert path.read_text() == "a diary"
     only(path)

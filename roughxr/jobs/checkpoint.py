@@ -1,8 +1,9 @@
 """A run that keeps its results: whatever stops it costs at most the batches in flight; called again, it resumes.
 
 Beside the archive ``OUTPUT`` lies the folder ``OUTPUT.checkpoint`` until the archive is complete: the identity of the
-run, its log, and a file for each batch of results, named by a hash of all that they depend on. Each file is written to
-a temporary name and renamed. Only the main process writes, under a lock that ends with it.
+run, its log, and a file for each batch of results, named by a hash of its items, each in turn a hash of all that its
+result depends on. Each file is written to a temporary name and renamed. Only the main process writes, under a lock
+that ends with it.
 """
 
 from __future__ import annotations
@@ -36,12 +37,6 @@ from .spread import Failure, Work
 #: Results larger than this many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
 
-#: Subregions whose scalars are read at once where they are stored among fields.
-_SLAB = 256
-
-#: Bytes of the hash of an item.
-_HASH = 16
-
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
 
@@ -53,8 +48,7 @@ def checkpointed(
     scan: xr.Dataset,
     arguments: Mapping[str, Any] | None = None,
     title: str = "",
-    missing: Callable[[], str] | None = None,
-    derived: Sequence[str] = (),
+    missing: Callable[[], str] = lambda: "some of its groups are missing",
 ) -> dict[str, xr.Dataset]:
     """Compute the groups of an archive so that a crash costs only the batches in flight.
 
@@ -77,8 +71,6 @@ def checkpointed(
         Stored as an attribute of the archive.
     missing : callable, optional
         Where ``compute`` yields: returns in words what is missing so far.
-    derived : sequence of str, optional
-        Names of arguments that follow from the others: a refusal names them only where nothing else differs.
 
     Returns
     -------
@@ -111,21 +103,17 @@ def checkpointed(
     """
     output, identity = Path(output), _identity(schema.entered(scan), arguments or {})
     with Checkpoint(output) as checkpoint:
-        root = {archive.UNFINISHED: "nothing"}
+        root = archive.root_of(output) if output.exists() else {archive.UNFINISHED: "all of it"}
         if output.exists():
-            with output.open("rb") as file:
-                is_archive = file.read(4) == b"\x89HDF"
-            root = archive.root_of(output) if is_archive else {}
-            _refuse_other(json.loads(root.get(_IDENTITY, "{}")), identity, output, derived)
+            _refuse_other(json.loads(root.get(_IDENTITY, "{}")), identity, output)
         if archive.UNFINISHED in root:
-            resumed = checkpoint.begin(identity, derived)
+            resumed = checkpoint.begin(identity)
             attrs = {"title": title, _IDENTITY: json.dumps(identity)}
             try:
                 with spread.computed_by(checkpoint):
-                    _write(compute(), checkpoint, output, attrs, missing or (lambda: "some of its groups are missing"))
-            except Exception as error:
-                refused = isinstance(error, ValueError) or not checkpoint.stored
-                if refused and not resumed and not _has_solutions(output):
+                    _write(compute(), checkpoint, output, attrs, missing)
+            except Exception:
+                if not (resumed or checkpoint.stored):  # an option was refused before anything was computed
                     output.unlink(missing_ok=True)
                     checkpoint.finished = True
                 raise
@@ -133,33 +121,21 @@ def checkpointed(
     return archive.load(output)
 
 
-def _has_solutions(output: Path) -> bool:
-    if not output.exists():
-        return False
-    with archive.raw(output) as file:
-        return "solutions" in file.groups
-
-
-def _write(groups_or_parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]):
-    """Write the groups as they are computed; those that an unfinished archive has are as they were written."""
+def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]) -> None:
+    """Write groups as they are computed, except those that an unfinished archive contains."""
     groups: dict[str, xr.Dataset] = {}
-    for more in () if isinstance(groups_or_parts, Mapping) else groups_or_parts:
-        groups |= more
-        _add(groups, output, {**attrs, archive.UNFINISHED: missing()})
-    checkpoint.say("all computed")
-    groups |= groups_or_parts if isinstance(groups_or_parts, Mapping) else {}
-    _add(groups | {"log": checkpoint.log()}, output, {**attrs, archive.UNFINISHED: None})
 
+    def add(unfinished: str | None) -> None:
+        with dask.config.set(scheduler="synchronous"):
+            archive.add(groups, output, {**attrs, archive.UNFINISHED: unfinished}, onto=output.exists())
 
-def _add(groups: Mapping[str, xr.Dataset], output: Path, attrs: dict[str, Any]) -> None:
-    """Write the groups that an archive lacks, and the attributes of its root."""
-    with dask.config.set(scheduler="synchronous"):
-        if not output.exists():
-            archive.save(groups, output, attrs={name: value for name, value in attrs.items() if value is not None})
-            return
-        with archive.raw(output) as file:
-            present = set(archive.group_names(file))
-        archive.add({name: ds for name, ds in groups.items() if name not in present}, output, attrs)
+    for part in [parts] if isinstance(parts, Mapping) else parts:
+        groups |= part
+        if part is not parts:
+            add(missing())
+    checkpoint.log("all computed")
+    groups["log"] = checkpoint.logged()
+    add(None)
 
 
 class Checkpoint:
@@ -171,7 +147,7 @@ class Checkpoint:
     def __init__(self, output: Path):
         self.output, self.path = output, output.with_name(output.name + ".checkpoint")
         self.finished = False  # then the folder is removed
-        self.stored: dict[bytes, tuple[str, int]] = {}  # file and row of each item's result
+        self.stored: dict[str, tuple[str, int]] = {}  # file and row of each item's result
         self._lock = filelock.FileLock(self.path / "lock", timeout=0)
 
     def __enter__(self) -> Checkpoint:
@@ -196,7 +172,7 @@ class Checkpoint:
         if ended:
             shutil.rmtree(self.path, ignore_errors=True)
 
-    def begin(self, identity: Mapping[str, Any], derived: Sequence[str] = ()) -> bool:
+    def begin(self, identity: Mapping[str, Any]) -> bool:
         """Log that the run begins or resumes, and return whether it resumes; raise if another run's is stored."""
         file, known = self.path / "identity.json", None
         try:
@@ -209,55 +185,54 @@ class Checkpoint:
             with self._writing(), archive.whole(file) as temporary:
                 temporary.write_text(json.dumps(identity), encoding="utf-8")
         else:
-            _refuse_other(known, identity, self.path, derived)
-        self.say("begun" if known is None else "resumed")
+            _refuse_other(known, identity, self.path)
+        self.log("begun" if known is None else "resumed")
         for batch in sorted(self.path.glob("*.npz")):
             self._note(batch.name, self._read(batch.name)[0])
         return known is not None
 
-    def put(self, items: Sequence[bytes], results: np.ndarray) -> None:
+    def put(self, items: Sequence[str], results: np.ndarray) -> None:
         """Store the results of a batch; once this returns, they are safe on disk."""
-        name = f"{_hash(b''.join(items)).hex()}.npz"
+        name = _file_name(items)
         with self._writing(), archive.whole(self.path / name) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(file, items=np.frombuffer(b"".join(items), np.uint8), results=results)
+            np.savez_compressed(file, items=np.array(items), results=results)
         self._note(name, items)
 
-    def get(self, keys: Sequence[bytes], dtype: np.dtype) -> np.ndarray:
+    def get(self, items: Sequence[str], dtype: np.dtype) -> np.ndarray:
         """Return the stored results of items."""
-        results = np.empty(len(keys), dtype)
-        batches: dict[str, list[int]] = {}
-        for k, key in enumerate(keys):
-            batches.setdefault(self.stored[key][0], []).append(k)
-        for name, places in batches.items():
+        results = np.empty(len(items), dtype)
+        for name in {self.stored[item][0] for item in items}:
             _, batch = self._read(name)
             if batch is None:
                 raise OSError(f"{self.path / name}: it was damaged during the run; call again to repeat it")
-            results[places] = batch[[self.stored[keys[k]][1] for k in places]]
+            for k, item in enumerate(items):
+                file, row = self.stored[item]
+                if file == name:
+                    results[k] = batch[row]
         return results
 
-    def _read(self, name: str) -> tuple[list[bytes], np.ndarray | None]:
-        """Return items and results of a batch; a damaged or foreign file is removed, which the log states."""
+    def _read(self, name: str) -> tuple[list[str], np.ndarray | None]:
+        """Return items and results of a batch; remove a damaged or foreign file, and log it."""
         try:
             with np.load(self.path / name, allow_pickle=False) as file:
-                items, results = file["items"].tobytes(), file["results"]
-            keys = [items[k : k + _HASH] for k in range(0, len(items), _HASH)]
-            if name != f"{_hash(items).hex()}.npz" or len(keys) != len(results):
+                items, results = file["items"].tolist(), file["results"]
+            if name != _file_name(items) or len(items) != len(results):
                 raise ValueError("another batch")
-            return keys, results
+            return items, results
         except Exception:  # of NumPy, zipfile or zlib
-            self.say(f"{name}: damaged or foreign, removed: its results are computed anew")
+            self.log(f"{name}: damaged or foreign, removed: its results are computed anew")
             (self.path / name).unlink(missing_ok=True)
             return [], None
 
-    def _note(self, name: str, items: Sequence[bytes]) -> None:
+    def _note(self, name: str, items: Sequence[str]) -> None:
         self.stored |= {item: (name, row) for row, item in enumerate(items)}
 
-    def say(self, message: str) -> None:
+    def log(self, message: str) -> None:
         """Add a line to the run's log."""
         with self._writing(), (self.path / "log").open("a", encoding="utf-8") as file:
             file.write(f"{datetime.now(UTC).isoformat(timespec='seconds')} {' '.join(message.split())}\n")
 
-    def log(self) -> xr.Dataset:
+    def logged(self) -> xr.Dataset:
         """Return the log: ``time`` and ``message`` along ``entry``."""
         lines = (self.path / "log").read_text(encoding="utf-8", errors="replace").splitlines()
         columns = zip(*(line.partition(" ")[::2] for line in lines))
@@ -277,69 +252,56 @@ class Checkpoint:
 
     def array(self, work: Work) -> Any:
         """Return the results, in memory or, if they are large, lazily from the checkpoint."""
-        keys = item_keys(work)
-        missing = [k for k, key in enumerate(keys) if key not in self.stored]
+        items = item_keys(work)
+        missing = [k for k, item in enumerate(items) if item not in self.stored]
         if missing:
-            self._compute(work, keys, missing)
+            self._compute(work, items, missing)
         else:
-            say(f"{work.name}: {work.each * len(work.arguments)} subregions, all stored")
-        if len(work.arguments) * work.dtype.itemsize <= _IN_MEMORY:
-            return self.get(keys, work.dtype)
+            say(f"{work.name}: {work.each * len(items)} subregions, all stored")
+        if len(items) * work.dtype.itemsize <= _IN_MEMORY:
+            return self.get(items, work.dtype)
         read = dask.delayed(self.get, pure=False)
-        batches = [[keys[k] for k in items] for items in work.batches(range(len(keys)))]
-        return spread.stacked([(read(batch, work.dtype), len(batch)) for batch in batches], work.dtype)
+        return spread.stacked([(read(batch, work.dtype), len(batch)) for batch in work.batches(items)], work.dtype)
 
-    def _compute(self, work: Work, keys: list[bytes], missing: list[int]) -> None:
-        failures, total, begun = [], work.each * len(work.arguments), time.monotonic()
+    def _compute(self, work: Work, items: list[str], missing: list[int]) -> None:
+        failed, total, begun = dict[str, int](), work.each * len(items), time.monotonic()
 
-        def receive(items: Sequence[int], result: Any) -> None:
+        def receive(batch: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
-                failures.append((work.each * len(items), f"{_subregions(work, items)}: {result.reason}"))
-                self.say(f"{work.name}: {_subregions(work, items)} failed: {result.reason}")
+                first, last = batch[0] * work.each, (batch[-1] + 1) * work.each - 1
+                words = f"subregion {first}" if first == last else f"subregions {first} to {last}"
+                failed[f"{words}: {result.reason}"] = work.each * len(batch)
+                self.log(f"{work.name}: {words} failed: {result.reason}")
             else:
-                self.put([keys[k] for k in items], result)
+                self.put([items[k] for k in batch], result)
 
-        self.say(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
+        self.log(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
         spread.compute_each(work, missing, receive)
-        failed = sum(count for count, _ in failures)
-        took = time.monotonic() - begun
-        self.say(f"{work.name}: {total - failed}/{total} subregions, {failed} failed, {took:.3g} s")
-        if failures:
+        lost, took = sum(failed.values()), time.monotonic() - begun
+        self.log(f"{work.name}: {total - lost}/{total} subregions, {lost} failed, {took:.3g} s")
+        if failed:
             raise RuntimeError(
-                f"{work.name}: {failed} of {total} subregions failed, first {failures[0][1]}; the "
+                f"{work.name}: {lost} of {total} subregions failed, first {next(iter(failed))}; the "
                 "results of the others are stored: remove the cause and call again"
             )
 
     def finish(self, ds: xr.Dataset) -> xr.Dataset:
         """Return a result with its scalars in memory, and its fields still on the disk."""
         fields = [name for name, array in ds.data_vars.items() if {"subregion", "x", "y"} <= set(array.dims)]
-        scalars = _in_slabs(ds.drop_vars(fields)) if fields else ds.compute(scheduler="synchronous")
+        scalars = ds.drop_vars(fields).compute(scheduler="synchronous")
         return scalars.assign({name: ds[name] for name in fields})
 
 
-def _in_slabs(ds: xr.Dataset) -> xr.Dataset:
-    """Compute variables cut out of larger chunks, some hundred subregions at a time: all would not fit in memory."""
-    slabs = (ds.isel(subregion=slice(k, k + _SLAB)) for k in range(0, ds.sizes["subregion"], _SLAB))
-    computed = [slab.compute(scheduler="synchronous") for slab in slabs]
-    return xr.concat(computed, "subregion", data_vars="minimal", coords="minimal", compat="override")
-
-
-def _subregions(work: Work, items: Sequence[int]) -> str:
-    """Return the names of the subregions of a batch."""
-    first, last = items[0] * work.each, (items[-1] + 1) * work.each - 1
-    return f"subregion {first}" if first == last else f"subregions {first} to {last}"
-
-
-def item_keys(work: Work) -> list[bytes]:
+def item_keys(work: Work) -> list[str]:
     """Return a hash for the result of each item, of everything that it depends on."""
     task = f"{work.task.__module__}.{work.task.__qualname__}"
     with dask.config.set({"tokenize.ensure-deterministic": True}):
         common = dask.base.tokenize(task, str(work.dtype), work.shared)
-        return [bytes.fromhex(dask.base.tokenize(common, values)) for values in work.arguments]
+        return [dask.base.tokenize(common, values) for values in work.arguments]
 
 
-def _hash(text: bytes) -> bytes:
-    return hashlib.blake2b(text, digest_size=_HASH).digest()
+def _file_name(items: Sequence[str]) -> str:
+    return f"{dask.base.tokenize(list(items))}.npz"
 
 
 def _identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
@@ -368,19 +330,15 @@ def _with_hash(array: np.ndarray) -> str:
     return f"{array.size} values from {array.flat[0]:g} to {array.flat[-1]:g}, {dask.base.tokenize(array)[:12]}"
 
 
-def _refuse_other(
-    stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Path, derived: Sequence[str] = ()
-) -> None:
+def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Path) -> None:
     """Raise if the run on disk is another one, and say how they differ."""
-    keys = [*wanted, *(key for key in stored if key not in wanted)]
-    different = [key for key in keys if stored.get(key) != wanted.get(key)]
+    different = [key for key in {**wanted, **stored} if stored.get(key) != wanted.get(key)]
     if different:
-        named = [key for key in different if key not in derived] or different
+        expected, existing = (
+            ", ".join(textwrap.shorten(f"{key}={run.get(key)!r}", 120, placeholder="…") for key in different)
+            for run in (wanted, stored)
+        )
         raise ValueError(
-            f"{path} holds another run: expected {_listed(wanted, named)}; found {_listed(stored, named)}; "
+            f"{path} holds another run: expected {expected}; found {existing}; "
             "give the output another name, or remove the file"
         )
-
-
-def _listed(values: Mapping[str, Any], keys: list[str]) -> str:
-    return ", ".join(textwrap.shorten(f"{key}={values.get(key)!r}", 120, placeholder="…") for key in keys)

@@ -45,7 +45,7 @@ class Work(NamedTuple):
     each: int = 1  # subregions in one item
     name: str = "solve"  # in logs and messages
 
-    def batches(self, items: Sequence[int]) -> list[Sequence[int]]:
+    def batches(self, items: Sequence[Any]) -> list[Sequence[Any]]:
         """Return items in batches of a fixed size."""
         size = -(-len(self.arguments) // _MOST_BATCHES)
         return [items[k : k + size] for k in range(0, len(items), size)]

@@ -207,7 +207,6 @@ def execute(
             path,
             scan=specimen.scan,
             arguments=plan._asdict(),
-            derived=("direct_deltas", "sweep", "contact_delta"),
             title=specimen.bodies.attrs.get("title", ""),
             missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
         )
