@@ -6,7 +6,9 @@ from unittest.mock import patch
 import numpy as np
 import xarray as xr
 
+from roughxr import scans
 from roughxr.bodies.pair import assign_pair
+from roughxr.contact.rigid.bodies import rigid
 from roughxr.kernels.halfspace.separation import PROFILES
 
 
@@ -36,6 +38,17 @@ def scan(height, pixel=9.77, **attrs):
     height = np.asarray(height, dtype=float)
     axes = {name: (name, (np.arange(n) - (n - 1) / 2) * pixel, {"units": "nm"}) for name, n in zip("xy", height.shape)}
     return xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes, attrs=attrs)
+
+
+def rigid_pull(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
+    """Return the mean pull-off (nN) of rigid bodies on a scan, its roughness cut off or added down to ``wave`` (nm)."""
+    pixel = float(ds.x[1] - ds.x[0])
+    cells = int(np.ceil(max(8 * pixel / wave, pixel)))  # of 1 nm at most
+    if wave < float(scans.self_affine_fit(ds).shortest_wavelength):
+        ds, cells = scans.add_fine_roughness(ds, shortest=wave, seed=seed, refine=cells), 1
+    else:
+        ds = scans.smooth(ds, shortest=wave)
+    return float(rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=cells).pull_off_force.mean())
 
 
 def glass_pair(ds, sphere_radius=3000.0):

@@ -41,7 +41,7 @@ def solved(rough):
 
 @pytest.fixture(scope="module")
 def scales(rough):
-    return roughxr.scale_dependence(rough, seeds=2, subregions=(1, 1), method="adhesive")
+    return roughxr.scale_dependence(rough, seeds=2, subregions=(1, 1))
 
 
 @pytest.fixture(scope="module")
@@ -179,7 +179,7 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
 
 
 def test_added_roughness_comes_from_its_seeds(rough, scales):
-    again = roughxr.scale_dependence(rough, seeds=1, subregions=(1, 1), method="adhesive")
+    again = roughxr.scale_dependence(rough, seeds=1, subregions=(1, 1))
     np.testing.assert_allclose(again.pull_off_force.isel(seed=0), scales.pull_off_force.isel(seed=0), rtol=1e-2)
     shown = scales.attrs["shortest_wavelength"]
     added = scales.pull_off_force.isel(subregion=0, shortest_kept=0).values

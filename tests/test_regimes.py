@@ -138,8 +138,6 @@ def test_finer_waves_weaken_the_pull_and_scatter(rough):
     pull = found.pull_off_force.isel(subregion=0)
     assert (found.pull_off_force.mean(["subregion", "seed"]).diff("shortest_kept") > 0).all()
     assert (pull.std("seed").values[:2] > 0).all() and (pull.std("seed").values[2:] < 1e-12).all()
-    again = rough.contact.scale_dependence(shortest=[8], seeds=1, subregions=(2, 2)).pull_off_force
-    assert float(again[0, 0, 0]) == float(pull[0, 0])
 
 
 def test_what_is_wrong_is_said(rough):

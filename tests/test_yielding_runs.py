@@ -1,7 +1,5 @@
 """Runs, reports, figures and the command line of bodies that yield, or are told to."""
 
-import shlex
-
 import dask
 import numpy as np
 import pytest
@@ -9,8 +7,6 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, cli, figures, report, statistics
-from roughxr.cli.options import command_line
-from roughxr.cli.running import paired
 from roughxr.runs import analysis
 from roughxr.studies.uncertainty_budget import budget_of
 
@@ -52,13 +48,6 @@ def test_its_report_says_what_yields(groups):
     assert f"with {share:.2g} % of the force lies at its hardness, 3 GPa" in words
     assert "in the simulation with adhesion at its preload" in words
     assert "do not include yield" in words
-
-
-def test_the_command_names_the_hardness(groups):
-    words = shlex.split(report.command(groups))
-    options = command_line().parse_args([*words[1:], "-o", "again"])
-    again = paired(surface(), options)
-    assert float(again.hardness) == 3.0 and options.preload == 3000.0
 
 
 @pytest.mark.parametrize("options", [["--hardness", "1"], ["--hardness", "1", "--law", "dugdale"]])

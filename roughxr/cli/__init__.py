@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import shlex
 import sys
 import warnings
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _never_fail_to_print()
     try:
         options = command_line().parse_args(words)
+        options.line = shlex.join(["roughxr", *words])
     except OSError as error:  # of a file of options, @FILE
         tell(in_words(error))
         return 1

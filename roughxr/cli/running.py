@@ -25,7 +25,8 @@ from .words import REFUSALS, in_words, numbers, tell
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
     given = _stated(options, ["materials", "hardness"])
-    _tell_answer(reproduction.paper(options.output, budget=options.budget, **given), options.output)
+    groups = reproduction.paper(options.output, budget=options.budget, command=options.line, **given)
+    _tell_answer(groups, options.output)
 
 
 def run(options: Namespace) -> None:
@@ -68,6 +69,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
             output,
             subregions=_both(options.subregions),
             levelling=options.level,
+            command=options.line,
             **{name: getattr(options, name) for name in same},
         )
 

@@ -5,7 +5,6 @@ Four names are for users; the tables and sentences beside them are what runs and
 # ruff: noqa: F401
 
 from .caveats import cautions, superposed
-from .command_line import command
 from .detachment import DETACHMENT, detachment_notes, detachment_table, moments_of
 from .explorer import explorer_page, write_explorer
 from .report_page import page, write_report

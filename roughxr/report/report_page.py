@@ -23,10 +23,9 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
 from .caveats import cautions
-from .command_line import command
 from .detachment import DETACHMENT, detachment_notes, moments_of, remaining
 from .run_tables import METHOD_WORDS, flagged, prediction, tables
-from .summary import BUDGET, by_place, headline
+from .summary import BUDGET, by_place, headline, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -72,7 +71,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         detachment=detachment_notes(run),
         pictures=_pictures(run, _FIGURES),
         tables=[(name, *_rows(table)) for name, table in tables(run).items()],
-        command=command(run),
+        command=run_summary(run).attrs.get("command", ""),
     )
 
 

@@ -182,10 +182,10 @@ def _named(column: xr.DataArray, suffix: str) -> xr.DataArray:
     return column.assign_attrs(long_name=f"{meaning}, {_METHODS[suffix]}") if suffix in _METHODS else column
 
 
-def recorded(run: Run, **options) -> dict[str, xr.Dataset]:
-    """Return the groups of the summary and of the table of places, with the options of the run in their history."""
+def recorded(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
+    """Return the groups of the summary and of the table of places; they state how the run was made."""
     made = schema.record(run_summary(run), "run", run["scan"], **options)
-    return {PLACES: by_place(run), SUMMARY: made}
+    return {PLACES: by_place(run), SUMMARY: made.assign_attrs(command=command)}
 
 
 def place_table(places: xr.Dataset, label: str) -> xr.Dataset:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -47,6 +48,7 @@ def paper(
     budget: int = 8,
     materials: str | Sequence[str] | None = None,
     hardness: Quantity | None = None,
+    command: str = "roughxr paper",
 ) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
 
@@ -55,7 +57,7 @@ def paper(
     output : path
         A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``,
         ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
-    budget : int
+    budget, command
         As for `run`.
     materials : str or list of str, optional
         Bodies in place of the paper's glass, as for `assign_pair`; the radius stays.
@@ -72,7 +74,8 @@ def paper(
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    groups = execute(scan, wanted, folder / "paper.nc", folder, tables=_tables, notes=[TWIN], drawn=_figures)
+    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN], "drawn": _figures}
+    groups = execute(scan, wanted, folder / "paper.nc", folder, command=command, **files)
     print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
     return groups
 

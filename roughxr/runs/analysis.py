@@ -115,6 +115,7 @@ def run(
     mesh: Mesh | int | str = "auto",
     levelling: str = "plane",
     budget: int = 8,
+    command: str = "",
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures, tables and report; called again after an interruption, it resumes.
 
@@ -139,6 +140,8 @@ def run(
         What is subtracted from the scan first.
     budget : int
         Number of places at which each change of the error budget is simulated; 0: no budget.
+    command : str
+        Shown in the report as the command that repeats the run.
 
     Returns
     -------
@@ -177,7 +180,7 @@ def run(
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
     wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
     alone = output.suffix == ".nc"
-    return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output)
+    return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output, command=command)
 
 
 def execute(
@@ -186,6 +189,7 @@ def execute(
     path: Path,
     folder: Path | None,
     *,
+    command: str = "",
     tables: Callable = report.tables,
     notes: Sequence[str] = (),
     drawn: Callable = figures.run_figures,
@@ -203,7 +207,7 @@ def execute(
         print_line(fill(announced, 100))
     with Stages(expected, _WORDS) as say:
         groups = checkpointed(
-            lambda: analyse(specimen, plan, say),
+            lambda: analyse(specimen, plan, say, command),
             path,
             scan=specimen.scan,
             arguments=plan._asdict(),
@@ -272,14 +276,17 @@ class _Task(NamedTuple):
         return self.adheres and "sphere_radius" in self.specimen.bodies.coords
 
 
-def analyse(specimen: Specimen, plan: Plan, say: Stages = _SILENT) -> Iterator[dict[str, xr.Dataset]]:
+def analyse(
+    specimen: Specimen, plan: Plan, say: Stages = _SILENT, command: str = ""
+) -> Iterator[dict[str, xr.Dataset]]:
     """Yield the groups of a run after each of its stages, at last all."""
     groups: dict[str, xr.Dataset] = {}
     for part in _parts(_Task(specimen, plan)):
         say(part.name)
         groups |= part.make(_Task(specimen, plan, say, groups))
         yield groups
-    yield groups | report.recorded(groups, **_options(specimen, plan))
+    options = {name: getattr(plan, name) for name in ("subregions", "preload", "law", "mesh", "budget")}
+    yield groups | report.recorded(groups, command, **options)
 
 
 def _surface(task: _Task) -> dict[str, xr.Dataset]:
@@ -332,17 +339,6 @@ def _superposed(task: _Task) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _options(specimen: Specimen, plan: Plan) -> dict[str, Any]:
-    """Return the options of `run` that make this plan; places that are no grid, and the usual depths, are left out."""
-    particle = isinstance(plan.subregions, xr.Dataset) and is_rests(plan.subregions)
-    grid = plan.subregions.attrs["landings"] if particle else plan.subregions
-    counts = [int(n) for n in grid] if np.shape(grid) == (2,) else None
-    usual = default_deltas(specimen, specimen.centres(plan.subregions), "highest_peak")
-    delta = None if np.array_equal(plan.direct_deltas, usual) else plan.direct_deltas
-    options = {"subregions": counts, "particle": particle, "delta": delta, "preload": plan.preload}
-    return options | {"law": plan.law, "mesh": plan.mesh.refine, "budget": plan.budget}
-
-
 def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
     plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
@@ -353,7 +349,7 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     groups = {BUDGET: schema.record(out, "error_budget", scan, **how)}
     some = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
     try:
-        scales = scale_dependence(scan, seeds=2, subregions=some, method="adhesive", preload=plan.preload)
+        scales = scale_dependence(scan, seeds=2, subregions=some, preload=plan.preload)
     except ValueError:  # no sphere, or no spectrum to extrapolate
         return groups
     return groups | {"statistics/scale_dependence": scales}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,24 +11,12 @@ import xarray as xr
 
 from ..contact.adhesion import settling
 from ..contact.regimes import of_sphere
-from ..contact.rigid.bodies import rigid
 from ..contact.subpixel import Below
-from ..scans import add_fine_roughness, crop, regions, self_affine_fit, smooth
+from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, whole_number
 from .extrapolation import Question, Surface, next_guess, with_hardness
-
-METHODS = ("rigid", "adhesive")
-
-#: Between rigid bodies finer scales are added around a centre out to where the sphere has risen by this height (nm).
-_RISE_AT_EDGE = 30.0
-
-#: Largest cells (nm), between rigid bodies, on which finer scales are added and cut off.
-_LARGEST_CELL = 1.0
-
-#: Cells along the shortest added wave.
-_PER_WAVE = 8
 
 
 def scale_dependence(
@@ -38,12 +25,10 @@ def scale_dependence(
     shortest: Quantities | None = None,
     seeds: int = 4,
     subregions: Places = (2, 2),
-    method: str = "rigid",
-    law: str | None = None,
-    preload: Quantity | None = None,
+    preload: Quantity = 0.0,
     hurst: float | None = None,
 ) -> xr.Dataset:
-    """Return the pull-off as a function of the shortest wavelength that the surface has.
+    """Return the simulated pull-off as a function of the shortest wavelength that the surface has.
 
     Parameters
     ----------
@@ -52,17 +37,13 @@ def scale_dependence(
     shortest : array_like, optional
         Shortest wavelengths of the surface, nm, ascending; by default the shortest that the scan shows, half an octave
         and an octave below, and 2 and 4 pixels where those are longer. Below the shortest shown, roughness that
-        continues the scan's spectrum is added (`add_fine_roughness`); above, roughness is cut off (`smooth`).
+        continues the scan's spectrum is added; above, roughness is cut off (`smooth`).
     seeds : int
         Number of random surfaces for each wavelength at which roughness is added.
     subregions : (int, int), (array, array) or Dataset
         As in `direct`.
-    method : {"rigid", "adhesive"}
-        Between rigid bodies (`rigid`), or by the simulation with adhesion, solved as in `extrapolated`.
-    law : str, optional
-        Law of attraction for "rigid", by default "hamaker".
-    preload : number or quantity, optional
-        Preload for "adhesive", nN; by default 0.
+    preload : number or quantity
+        nN.
     hurst : float, optional
         Hurst exponent of the added roughness; by default that of the scan.
 
@@ -81,37 +62,28 @@ def scale_dependence(
     Notes
     -----
     From one wavelength to the next a seed's roughness stays and finer roughness is added, so that its curve is smooth.
-    It is added around each centre: between rigid bodies out to where the sphere has risen by 30 nm, in the simulation
-    as far as the sphere can reach. Beyond that rigid bodies face a plane, and the simulation leaves the surface out.
+    It is added around each centre, as far as the sphere can reach; each surface is solved as in `extrapolated`.
 
     Examples
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> found = scale_dependence(scan, shortest=[10, 100], seeds=2, subregions=(1, 1))
+    >>> found = scale_dependence(scan, shortest=[10, 100], seeds=1, subregions=(1, 1))
     >>> dict(found.pull_off_force.sizes)
-    {'subregion': 1, 'shortest_kept': 2, 'seed': 2}
+    {'subregion': 1, 'shortest_kept': 2, 'seed': 1}
     """
     ds = schema.entered(ds)
     ds = of_sphere(ds).scan
-    schema.one_of(method, METHODS, "method")
     count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
     waves = schema.ascending(_usual(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
-    if method == "rigid":
-        schema.refuse_unused("method='rigid'", preload=preload)
-        law = law or "hamaker"
-        forces = _between_rigid_bodies(ds, centres, waves, count, law, spectrum)
-    else:
-        schema.refuse_unused("method='adhesive'", law=law)
-        law, preload = "exponential", 0.0 if preload is None else preload
-        forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
+    forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
     along = {"shortest_kept": waves, "seed": np.arange(count)}
     out = out.assign_coords({**centres.coords, **along, **schema.travelling(ds)})
-    out.attrs = {"method": method, "law": law} | {str(name): float(spectrum[name]) for name in spectrum.data_vars}
-    arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "method": method, "law": law}
-    return schema.record(schema.label(out), "scale_dependence", ds, **arguments, preload=preload, hurst=hurst)
+    out.attrs = {str(name): float(spectrum[name]) for name in spectrum.data_vars}
+    arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "preload": preload, "hurst": hurst}
+    return schema.record(schema.label(out), "scale_dependence", ds, **arguments)
 
 
 def _usual(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
@@ -134,27 +106,6 @@ def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
         guess = next_guess(pulls, guess)
         out.append(np.broadcast_to(pulls[..., 0], (len(places), seeds)))
     return np.stack(out[::-1], axis=1)
-
-
-def _between_rigid_bodies(ds, centres, waves, seeds: int, law: str, spectrum: xr.Dataset) -> np.ndarray:
-    """Return the pull between rigid bodies (place, wavelength, seed)."""
-    (radius,) = schema.pair(ds, "sphere_radius")
-    pixel, shown = schema.square_pixel(ds), float(spectrum["shortest_wavelength"])
-    half = max(np.sqrt(2 * radius * _RISE_AT_EDGE), 8 * pixel)
-    out = np.empty((centres.sizes["subregion"], len(waves), seeds))
-    for place, (x, y) in enumerate(zip(centres["subregion_x"].values, centres["subregion_y"].values)):
-        part = crop(ds, x=(x - half, x + half), y=(y - half, y + half))
-        pull = partial(quietly, rigid, subregions=([x], [y]), delta=[0.0], law=law)
-        for k, wave in enumerate(waves):
-            cells = int(np.ceil(pixel / _LARGEST_CELL))
-            if wave >= shown:
-                out[place, k] = pull(smooth(part, shortest=wave), refine=cells)["pull_off_force"].item()
-                continue
-            cells = max(cells, int(np.ceil(_PER_WAVE * pixel / wave)))
-            for seed in range(seeds):
-                finer = add_fine_roughness(part, shortest=wave, seed=seed, refine=cells, spectrum=spectrum)
-                out[place, k, seed] = pull(finer)["pull_off_force"].item()
-    return out
 
 
 def mean_over_wavelengths(ds: xr.Dataset) -> xr.DataArray:

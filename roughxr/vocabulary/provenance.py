@@ -66,12 +66,6 @@ def _step(line: str) -> dict[str, Any]:
     return {"operation": operation, "arguments": arguments, "roughxr": version}
 
 
-def arguments_of(ds: xr.Dataset | None, operation: str) -> dict[str, Any]:
-    """Return the arguments of the last step of this name, none where there is no such step."""
-    steps = [] if ds is None else history(ds)[::-1]
-    return next((step.get("arguments", {}) for step in steps if step.get("operation") == operation), {})
-
-
 def height_hash(ds: xr.Dataset) -> str:
     """Return the SHA-256 of a scan's heights and axes: scans with the same hash are the same."""
     digest = hashlib.sha256()
