@@ -51,6 +51,13 @@ def rigid_pull(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
     return float(rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=cells).pull_off_force.mean())
 
 
+def turned(ds):
+    """Return a scan of square pixels after a quarter turn anticlockwise."""
+    return scan(np.rot90(ds["height"].values, axes=(0, 1)), float(ds["x"][1] - ds["x"][0])).assign_coords(
+        {name: ds[name] for name in ds.coords if ds[name].ndim == 0}
+    )
+
+
 def glass_pair(ds, sphere_radius=3000.0):
     """Return the scan with the paper's pair of bodies: glass on glass."""
     return assign_pair(ds, sphere_radius=sphere_radius, young_modulus=75, poisson_ratio=0.22, surface_energy=0.6747)

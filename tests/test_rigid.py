@@ -13,7 +13,7 @@ from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.scans.synthetic import self_affine
 
 from .closed_forms import rigid_sphere, sphere_pull
-from .surfaces import scan
+from .surfaces import scan, turned
 
 RADIUS = 3000.0
 LAWS = ("hamaker", "lennard_jones", "exponential", "dugdale")
@@ -127,8 +127,7 @@ def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
 def test_a_moved_scan_pulls_alike_and_a_turned_one_too(rough):
     moved = rough.assign(height=rough.height + 7.0)
     moved["height"].attrs = rough.height.attrs
-    turned = roughxr.scans.rotate90(rough, turns=2)
-    pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, turned)]
+    pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, turned(turned(rough)))]
     np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-9)
     np.testing.assert_allclose(pulls[2], pulls[0], rtol=1e-9)
 

@@ -1,12 +1,10 @@
-"""Fill, crop, resample and rotate: exact where they can be, lazy, and labels follow."""
+"""Fill, crop and resample: exact where they can be, lazy, and labels follow."""
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.scans import crop, fill, resample, rotate90
-from roughxr.scans.regions import centres as contact_centres
-from roughxr.scans.synthetic import self_affine
+from roughxr.scans import crop, fill, resample
 from roughxr.vocabulary import schema
 
 from .surfaces import rough, scan
@@ -76,45 +74,8 @@ def test_resampling_makes_pixels_square_and_keeps_a_plane():
         resample(ds, size=1000)
 
 
-def test_a_quarter_turn_is_anticlockwise():
-    ds = stretched(scan(rough(12)[:, :9], 10.0), 2.0).assign_coords(sphere_radius=3000.0)
-    once = rotate90(ds)
-    assert once.sizes == {"x": 9, "y": 12} and float(once["sphere_radius"]) == 3000
-    assert schema.pixel(once) == pytest.approx((20, 10))
-    np.testing.assert_array_equal(once["height"], np.rot90(ds["height"].values, axes=(0, 1)))
-    right = ds["height"].isel(x=-1)  # what was at the right is at the top
-    np.testing.assert_array_equal(once["height"].isel(y=-1), right.values[::-1])
-    lower_left = [float(ds[axis][0]) - schema.pixel(ds)[k] / 2 for k, axis in enumerate("xy")]
-    found = [float(once[axis][0]) - schema.pixel(once)[k] / 2 for k, axis in enumerate("xy")]
-    assert found == pytest.approx(lower_left)
-
-
-def test_four_quarter_turns_are_none():
-    ds = stretched(scan(rough(12)[:, :9], 10.0), 2.0)
-    back = rotate90(rotate90(rotate90(ds, turns=2)), turns=-3)
-    xr.testing.assert_allclose(back["height"], ds["height"])
-    with pytest.raises(ValueError, match="turns: expected a whole number"):
-        rotate90(ds, turns=0.5)
-
-
-@pytest.mark.parametrize("edit", [fill, lambda ds: crop(ds, x=(-40, 40)), lambda ds: resample(ds, size=7.0), rotate90])
+@pytest.mark.parametrize("edit", [fill, lambda ds: crop(ds, x=(-40, 40)), lambda ds: resample(ds, size=7.0)])
 def test_a_lazy_scan_gives_the_same(edit):
     ds = scan(rough(20), 10.0)
     ds["height"][3, 4] = np.nan
     np.testing.assert_allclose(edit(ds.chunk({"x": 6, "y": 7}))["height"], edit(ds)["height"])
-
-
-def test_contact_centres_turn_with_the_scan():
-    scan = self_affine((24, 32), 10, rms=1, hurst=0.8, rolloff=200, seed=3)
-    scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
-    centres = contact_centres(scan, ([55.0, 171.0], [92.0, 233.0]))
-    scan = scan.assign_coords(centres.coords)
-    turned = rotate90(scan)
-    for place in range(2):
-        at = [dict(x=ds["subregion_x"][place], y=ds["subregion_y"][place]) for ds in (scan, turned)]
-        assert scan.height.sel(**at[0], method="nearest") == turned.height.sel(**at[1], method="nearest")
-    before, after = (ds.contact.direct(delta=[2, 4], datum="highest_peak") for ds in (scan, turned))
-    np.testing.assert_allclose(after.force, before.force, rtol=1e-8)
-    back = rotate90(turned, turns=3)
-    np.testing.assert_allclose(back.subregion_x, scan.subregion_x)
-    np.testing.assert_allclose(back.subregion_y, scan.subregion_y)

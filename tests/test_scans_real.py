@@ -70,10 +70,9 @@ def test_channels_of_a_real_file(shared_scans):
     assert np.unique(a).size == 1055
 
 
-def test_asylums_size_is_the_stored_step_and_the_nominal_one_is_recorded(shared_scans):
+def test_asylums_size_is_the_stored_step(shared_scans):
     scan = open_scan(shared_scans / "asylum_2um_256_film.ibw")
     assert float(scan["x"][1] - scan["x"][0]) == pytest.approx(2000 / 255)
-    assert "nominal ScanSize is 2e-06 m" in scan.attrs["source_remark"]
     assert scan.attrs["direction"] == "retrace"
 
 

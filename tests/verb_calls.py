@@ -136,7 +136,6 @@ CALLS = {
         on("scan", delta=[-1.0], subregions="pulls"),
     ],
     "rolling": [on("scan", directions=6, subregions=PLACES), on("catalogue", directions=6, subregions=PLACES)],
-    "rotate90": [on("scan")],
     "roughness": [on("scan", spectra=True)],
     "self_affine_fit": [on("scan")],
     "smooth": [on("scan", shortest=30.0)],

@@ -6,7 +6,7 @@ from .channel import UnreadableScan
 from .combined_spectra import combined_spectrum
 from .container import open_container
 from .description import describe
-from .editing import crop, fill, resample, rotate90
+from .editing import crop, fill, resample
 from .export import to_file, to_netcdf
 from .files import formats
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
@@ -37,7 +37,6 @@ __all__ = [
     "power_spectrum",
     "regions",
     "resample",
-    "rotate90",
     "roughness",
     "self_affine_fit",
     "smooth",

@@ -75,8 +75,7 @@ def open_scan(
     ----------
     path : str or path
         Bruker, Asylum, Park, Nanosurf, Digital Surf and other vendors' files and ``.gsf`` (these need the extra
-        ``roughxr[afm]``); ``.gwy``; NetCDF of roughxr, SurfaceTopography or CF; matrices as text, in ``.npy`` or, with
-        their path as ``channel``, in HDF5 files of others.
+        ``roughxr[afm]``); ``.gwy``; NetCDF of roughxr, SurfaceTopography or CF; matrices as text or in ``.npy``.
         The content decides, not the extension.
     channel : str or int, optional
         Name (case and direction do not matter) or number of the image; by default the first image of heights, with a
@@ -110,7 +109,7 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file states is improbable, judged by its length or by the heights themselves.
+        If what the file states is improbable, judged by the heights.
 
     Examples
     --------

@@ -40,8 +40,7 @@ class Channel(NamedTuple):
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
     the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. Missing statements are
-    None. ``counted`` is False where the file does not state its number of pixels. ``doubt`` states a contradiction
-    between header and file length.
+    None. ``counted`` is False where the file does not state its number of pixels.
     """
 
     name: str
@@ -52,9 +51,7 @@ class Channel(NamedTuple):
     read: Callable[[], np.ndarray]
     direction: str = ""
     header: Mapping[str, Any] = {}
-    remark: str = ""
     counted: bool = True
-    doubt: str = ""
 
     @property
     def is_length(self) -> bool:

@@ -60,7 +60,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         "rows": channel.shape[0],
         "missing": int(np.isnan(values).sum()),
         "format": channel.header.get("format"),
-        "doubts": [channel.doubt] if channel.doubt else [],
+        "doubts": [],
     }
     if channel.size and is_length(channel.lateral_units):
         row |= zip(("size_x", "size_y"), (v * factor(channel.lateral_units, "nm") for v in channel.size))

@@ -1,4 +1,4 @@
-"""Change what a scan covers or how finely: fill, crop, resample, rotate. Labels follow."""
+"""Change what a scan covers or how finely: fill, crop, resample. Labels follow."""
 
 from __future__ import annotations
 
@@ -9,10 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
-from ..vocabulary.units import Quantity, is_whole, magnitude, plain, positive
-
-#: Pairs of coordinates ``…_x``, ``…_y`` (nm) that are positions on the scan, and turn with it.
-_POSITIONS = ("subregion", "pass", "carrier", "apex")
+from ..vocabulary.units import Quantity, magnitude, plain, positive
 
 
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
@@ -153,52 +150,3 @@ def _places(old: np.ndarray, step: float, axis: str) -> np.ndarray:
     if count < 2:
         raise ValueError(f"size: expected a pixel size below {old[-1] - old[0]:g} nm along {axis}, found {step:g}")
     return np.minimum(old[0] + np.arange(count) * step, old[-1])
-
-
-def rotate90(ds: xr.Dataset, *, turns: int = 1) -> xr.Dataset:
-    """Return a scan turned by quarter turns anticlockwise, as seen with x to the right and y upwards.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan, of square pixels or not.
-    turns : int
-        Quarter turns; negative ones are clockwise.
-
-    Returns
-    -------
-    Dataset
-        Its lower left corner lies where the old one lay. Contact centres on the scan turn with it.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass")
-    >>> turned = rotate90(scan)  # from lower right to upper right
-    >>> turned.height[-1, -1].item() == scan.height[-1, 0].item()
-    True
-    """
-    scan = validate(ds, "scan")
-    if not is_whole(turns):
-        raise ValueError(f"turns: expected a whole number of quarter turns, found {turns!r}")
-    out = scan
-    for _ in range(turns % 4):
-        out = _turned(out)
-    return record(label(out), "rotate90", turns=int(turns))
-
-
-def _turned(scan: xr.Dataset) -> xr.Dataset:
-    """Return a scan after a quarter turn: what lay at (x, y) lies at (y measured from the far end, x)."""
-    steps, out = dict(zip("xy", pixel(scan))), scan.isel(y=slice(None, None, -1)).rename(x="y", y="x")
-    corner = {axis: float(scan[axis][0]) - step / 2 for axis, step in steps.items()}
-    for axis, other in (("x", "y"), ("y", "x")):
-        centres = corner[axis] + steps[other] * (np.arange(scan.sizes[other]) + 0.5)
-        out = out.assign_coords({axis: (axis, centres, scan[axis].attrs)})
-    far = corner["y"] + steps["y"] * scan.sizes["y"]
-    for name in _POSITIONS:
-        if {f"{name}_x", f"{name}_y"} <= set(out.variables):
-            x, y = out[f"{name}_x"], out[f"{name}_y"]
-            turned = {f"{name}_x": (corner["x"] + far - y).assign_attrs(x.attrs)}
-            turned[f"{name}_y"] = (corner["y"] + x - corner["x"]).assign_attrs(y.attrs)
-            out = out.assign_coords(turned)
-    return out.transpose("x", "y", ...)

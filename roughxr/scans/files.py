@@ -24,7 +24,7 @@ from ..vocabulary.units import factor, magnitude
 from . import gwyddion, plain, vendors
 from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
-from .netcdf import is_netcdf, matrices, open_netcdf, variable_names
+from .netcdf import is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
@@ -136,27 +136,14 @@ def read_scan(
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
-        try:
-            return _labelled_netcdf(path, given)
-        except UnreadableScan as error:
-            channels = guarded(path, matrices, path)
-            if not channels:
-                raise
-            if size is None and height_units is None:
-                raise UnreadableScan(
-                    path,
-                    f"{str(error).removeprefix(f'{path}: ')}. Matrices of an HDF5 file open with channel=, size= and, "
-                    f"without units, height_units=: {listing(channels[:12])}",
-                ) from None
-        family = "hdf5"
-    else:
-        channels = guarded(path, read, path)
+        return _labelled_netcdf(path, given)
+    channels = guarded(path, read, path)
     chosen = choose(_completed(channels, height_units, path), channel, direction, path)
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, channels))
     tie = equally_heights(channels, chosen, direction) if channel is None else ""
-    for doubt in filter(None, [tie, chosen.doubt, *_disagreement(channels), *doubts(ds)]):
+    for doubt in filter(None, [tie, *_disagreement(channels), *doubts(ds)]):
         warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
 
@@ -271,7 +258,7 @@ def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -
     """Return the attributes that state a scan's origin."""
     assert chosen.size is not None  # by `sized`
     header = dict(chosen.header)
-    attrs = {
+    return {
         "source_file": path.name,
         "source_sha256": file_hash(path),
         "source_format": str(header.pop("format", family)),
@@ -283,7 +270,6 @@ def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -
         "pixel_registration": "center",
         "header": json.dumps(header, default=str, ensure_ascii=False),
     }
-    return {**attrs, "source_remark": chosen.remark} if chosen.remark else attrs
 
 
 def _disagreement(channels: list[Channel]) -> list[str]:

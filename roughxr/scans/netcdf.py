@@ -16,10 +16,9 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from ..archive import raw
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
-from .channel import Channel, UnreadableScan, direction_in, first_bytes, is_length
+from .channel import UnreadableScan, first_bytes, is_length
 from .plausibility import refuse_absurd
 
 CLASSIC = b"CDF"
@@ -85,30 +84,6 @@ def unread(path: Path) -> xr.Dataset:
         return opened(group="scan")
     except OSError:
         raise UnreadableScan(path, "expected a variable of heights or a group 'scan', found neither") from None
-
-
-def matrices(path: Path) -> list[Channel]:
-    """Return the matrices of an HDF5 file, rows from the top, as images without a size."""
-    if first_bytes(path, len(HDF5)) != HDF5:
-        return []
-    with raw(path) as file:
-        return _matrices(path, file)
-
-
-def _matrices(path: Path, group: Any) -> list[Channel]:
-    images = []
-    for key, variable in group.variables.items():
-        if variable.ndim == 2 and getattr(variable.dtype, "kind", "") in ("f", "i", "u"):
-            name, attrs = f"{group.path.rstrip('/')}/{key}", variable.__dict__
-            units = str(attrs.get("units", attrs.get("unit", ""))) or None
-            read = partial(_matrix, path, name)
-            images.append(Channel(name, units, variable.shape, None, None, read, direction_in(name)))
-    return images + [image for child in group.groups.values() for image in _matrices(path, child)]
-
-
-def _matrix(path: Path, name: str) -> np.ndarray:
-    with raw(path) as file:
-        return np.ma.filled(np.ma.asarray(file[name][:], dtype=float), np.nan)
 
 
 def variable_names(path: Path) -> list[str]:

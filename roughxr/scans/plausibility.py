@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,15 +19,8 @@ _FEWEST_LINES = 16
 #: A scar: a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
 
-#: A fault: a jump between lines this many times the median jump, and `_SCAR_RATIO` times any in the other direction.
-_JUMP_RATIO = 10.0
-
 #: Clipped: this share of the pixels has exactly the highest or lowest value, and this many times those at the next one.
 _CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
-
-#: Wrapped around: neighbours differ by this share of the range, in at least this many pairs, and this share of the
-#: heights lies in the middle half of the range. A grating of two levels has hardly any heights there.
-_WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
 #: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
 _WIDEST_PIXEL = 1000.0
@@ -98,22 +90,18 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
         doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
-    share = _steep_share(height, steps)
+    share = max(float(np.mean(np.abs(np.diff(height, axis=axis)) > step)) for axis, step in enumerate(steps))
     if share > 0.01:
         doubts.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
-    coarse, rms = _height_step(height), float(np.nanstd(height))
-    if coarse > rms:
-        doubts.append(f"height steps of {coarse:.4g} nm are coarser than the roughness, {rms:.4g} nm rms")
     doubts += faults(height)
     return doubts + (_garbled(height) if min(height.shape) >= _FEWEST_LINES else [])
 
 
 def faults(height: np.ndarray) -> list[str]:
-    """Return the faults of recording that heights show: clipped, wrapped around, or lines out of place."""
+    """Return the faults of recording that heights show: clipped, or a line out of place."""
     if np.nanmin(height) == np.nanmax(height):
         return []
-    lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
-    return [*_clipped(height), *_wrapped(height), *lines]
+    return [*_clipped(height), *(_scar(height) if min(height.shape) >= _FEWEST_LINES else [])]
 
 
 def _clipped(height: np.ndarray) -> list[str]:
@@ -127,48 +115,13 @@ def _clipped(height: np.ndarray) -> list[str]:
     ]
 
 
-def _wrapped(height: np.ndarray) -> list[str]:
-    """Return a warning where neighbours lie at opposite ends of the range, most heights between: 16 bits overflow."""
-    low, high = float(np.nanmin(height)), float(np.nanmax(height))
-    jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
-    between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
-    if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
-        return []
-    return [
-        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights "
-        "lie between: values wrapped around, as where 16 bits overflow"
-    ]
-
-
-def _outlying_line(height: np.ndarray, off: Callable[[np.ndarray], np.ndarray]) -> tuple[float, int, str, float]:
-    """Return by how many times the median one line is off, its number and axis, and the same ratio across."""
-    worst = []
-    for axis, lines in zip("xy", (height, height.T)):
-        far = off(lines)
-        worst.append((float(np.nanmax(far) / max(np.nanmedian(far), 1e-12)), int(np.nanargmax(far)), axis))
-    return *max(worst), min(worst)[0]
-
-
-def _line_jump(height: np.ndarray) -> list[str]:
-    """Return a doubt where the heights change by a step from one line to the next, as none do across."""
-
-    def steps(lines):
-        return np.abs(np.nanmedian(np.diff(lines, axis=0), axis=1))
-
-    ratio, line, axis, across = _outlying_line(height, steps)
-    if ratio < max(_JUMP_RATIO, _SCAR_RATIO * across):
-        return []
-    size = steps(height if axis == "x" else height.T).max()
-    return [
-        f"the heights jump by {size:.4g} nm from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"
-    ]
-
-
 def _scar(height: np.ndarray) -> list[str]:
     """Return a doubt where one line stands off its neighbours as none does across: debris is as rough both ways."""
-    ratio, line, axis, across = _outlying_line(
-        height, lambda lines: np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
-    )
+    ratios = []
+    for axis, lines in zip("xy", (height, height.T)):
+        off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
+        ratios.append((float(np.nanmax(off) / max(np.nanmedian(off), 1e-12)), int(np.nanargmax(off)), axis))
+    (across, *_), (ratio, line, axis) = sorted(ratios)
     if ratio < _SCAR_RATIO * across:
         return []
     times = f"{ratio:.2g} times more than the median line"
@@ -194,16 +147,3 @@ def _garbled(height: np.ndarray) -> list[str]:
         words = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
         return [f"neighbouring lines {words}: a damaged header, or lines that are not levelled to each other"]
     return []
-
-
-def _steep_share(height: np.ndarray, steps: tuple[float, float]) -> float:
-    """Return the share of neighbouring pixels whose slope exceeds 1."""
-    slopes = [np.abs(np.diff(height, axis=axis)) / step for axis, step in enumerate(steps)]
-    return max(float(np.mean(slope > 1)) for slope in slopes)
-
-
-def _height_step(height: np.ndarray) -> float:
-    """Return the smallest difference between two different heights, of a million at most."""
-    some = height.ravel()[:: max(1, height.size // 10**6)]
-    levels = np.unique(some[np.isfinite(some)])
-    return float(np.diff(levels).min()) if levels.size > 1 else 0.0

@@ -1,11 +1,10 @@
 """Vendors' formats, read through SurfaceTopography (extra ``afm``) in a separate process with a time limit.
 
-A reader is used only if the file begins with its signature, and redundant statements in a header must agree.
+A reader is used only if the file begins with its signature.
 """
 
 from __future__ import annotations
 
-import re
 import struct
 from functools import partial
 from importlib.util import find_spec
@@ -43,8 +42,7 @@ def channels(path: Path) -> list[Channel]:
     kind, images = answer["format"], [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
         raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
-    doubt = _length_doubt(path, kind)
-    return [_channel(path, k, image, kind)._replace(doubt=doubt) for k, image in images]
+    return [_channel(path, k, image, kind) for k, image in images]
 
 
 def formats() -> list[tuple[str, str]]:
@@ -62,32 +60,6 @@ def _reason(errors: dict[str, str], head: bytes) -> str:
     if own:
         return f"it begins as {own[0]}, but: {errors[own[0]][:300]}"
     return "it begins like no known format (`roughxr info --formats` lists them)"
-
-
-def _length_doubt(path: Path, kind: str) -> str:
-    """Return the contradiction between header and file length, empty where they agree or cannot be compared."""
-    length = path.stat().st_size
-    expected = {"di": _bruker_length, "ibw": _igor_length}[kind](path) if kind in ("di", "ibw") else None
-    if expected is None or expected == length:
-        return ""
-    return f"its header describes {expected} bytes, the file has {length}: damaged, or other data appended"
-
-
-def _bruker_length(path: Path) -> int | None:
-    """Return where the last block of data ends."""
-    header = path.read_bytes().partition(b"\x1a")[0]
-    blocks = re.findall(rb"\\Data offset: (\d+)\s+\\Data length: (\d+)", header)
-    return max((int(offset) + int(length) for offset, length in blocks), default=None)
-
-
-def _igor_length(path: Path) -> int | None:
-    """Return None if the text note stands where the header states; the length of later data is not stated."""
-    with path.open("rb") as file:
-        head = file.read(64)
-        _, _, wave, formula, note, *_ = struct.unpack("<hh15i" if head[0] else ">hh15i", head)
-        file.seek(64 + wave + formula)
-        text = file.read(note)
-    return 64 + wave + formula if re.search(rb"[\x00-\x08\x0e-\x1f]", text) else None
 
 
 def is_park(path: Path) -> bool:
@@ -118,7 +90,6 @@ def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channe
         read=partial(_rows, path, index, units),
         direction=_direction(image["name"], raw),
         header={"format": kind, **image["header"]},
-        remark=_remark(raw) if kind == "ibw" else "",
     )
 
 
@@ -137,9 +108,3 @@ def _direction(name: str, raw: dict[str, Any]) -> str:
     if raw.get("forward") in (0, 1):
         return "trace" if raw["forward"] else "retrace"
     return direction_in(name)
-
-
-def _remark(raw: dict[str, Any]) -> str:
-    """Return a remark on the size of an Igor wave, which states its step, and a nominal size too."""
-    nominal = re.sub(r"[^0-9.eE+-]", "", str(raw.get("ScanSize", "")))
-    return f"lateral size is the stored step times the pixels; the header's nominal ScanSize is {nominal} m"
