@@ -28,7 +28,7 @@ FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
 
 def wet(ds, humidity=0.5, radius=3000.0, **options):
     """Return the scan with water alone between the bodies, or what else is given."""
-    told = {name: options.pop(name) for name in ("contact_angle", "temperature", "liquid", "film") if name in options}
+    told = {name: options.pop(name) for name in ("contact_angle", "liquid", "film") if name in options}
     air = roughxr.HumidAir(humidity, **told)
     return ds.contact.assign_pair(**({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": air} | options))
 
@@ -41,14 +41,12 @@ def flat(radius):
 @pytest.mark.parametrize(("humidity", "expected"), [(0.3, 0.4354), ("50 %", 0.7563), (0.9, 4.9758)])
 def test_kelvin_radius_is_that_of_water_at_25_degrees(humidity, expected):
     assert liquid.kelvin_radius(humidity) == pytest.approx(expected, abs=5e-5)
-    assert liquid.kelvin_radius(humidity, temperature="25 degC") == pytest.approx(expected, abs=5e-5)
     assert liquid.kelvin_radius(humidity, liquid=("72 mN/m", "18.05 cm3/mol")) == pytest.approx(expected, abs=5e-5)
 
 
-def test_a_kelvin_radius_stands_for_the_humidity_that_has_it():
-    ds = wet(flat(3000.0), "2 nm", contact_angle=(20, 60))
-    assert liquid.kelvin_radius(float(ds.humidity)) == pytest.approx(2.0)
-    assert liquid.menisci_of(ds).height == pytest.approx(2 * (np.cos(np.pi / 9) + 0.5))
+def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
+    ds = wet(flat(3000.0), 0.8, contact_angle=(20, 60))
+    assert liquid.menisci_of(ds).height == pytest.approx(LEAST / -np.log(0.8) * (np.cos(np.pi / 9) + 0.5), rel=1e-5)
     assert {ds[name].units for name in ("contact_angle_1", "contact_angle_2")} == {"rad"}
     drier = ds.assign_coords(liquid.at_humidity(ds, 0.5))
     assert float(drier.kelvin_radius) == pytest.approx(liquid.kelvin_radius(0.5))
@@ -69,7 +67,6 @@ def test_a_kelvin_radius_stands_for_the_humidity_that_has_it():
         ({"humidity": 0.95, "sphere_radius": 60.0}, "small beside the sphere's radius"),
         ({"liquid": "oil"}, "'water', 'ethanol'"),
         ({"liquid": 3}, "molar volume"),
-        ({"temperature": 25}, "25 degC"),
         ({"work_of_adhesion": (0.1, 0.05, 0.01)}, "a pair"),
     ],
 )
@@ -361,17 +358,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
 
 def test_the_command_line_takes_the_humid_air(tmp_path):
     roughxr.open_sample("glass").isel(x=slice(32), y=slice(32)).to_netcdf(tmp_path / "scan.nc")
-    given = [
-        "--sphere-radius",
-        "1 um",
-        "--materials",
-        "glass",
-        "--contact-angle",
-        "20",
-        "60",
-        "--temperature",
-        "20 degC",
-    ]
+    given = ["--sphere-radius", "1 um", "--materials", "glass", "--contact-angle", "20", "60"]
     options = command_line().parse_args(["run", str(tmp_path / "scan.nc"), *given, "--humidity", "60 %"])
     pair = paired(roughxr.open_sample("glass"), options)
     assert float(pair.humidity) == 0.6 and float(pair.contact_angle_2) == pytest.approx(np.pi / 3)

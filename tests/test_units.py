@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr import reference
-from roughxr.bodies.liquid import kelvin_radius
 from roughxr.vocabulary import schema, units
 from roughxr.vocabulary.table import VARIABLES
 
@@ -269,12 +268,6 @@ def test_a_decimal_comma_is_refused_by_its_name():
 def test_a_flag_is_no_quantity(flag):
     with pytest.raises(ValueError, match="surface_energy: expected a number in J/m\\^2, found"):
         units.magnitude(flag, "J/m^2", "surface_energy")
-
-
-@pytest.mark.parametrize("given", ["2 degC", pint.Quantity(2, "degC"), "35.6 degF", 275.15, "275.15 K"])
-def test_degrees_are_temperatures_and_not_differences(given):
-    air = roughxr.HumidAir(humidity=0.5, temperature=given)
-    assert kelvin_radius(0.5, temperature=air.temperature) == pytest.approx(kelvin_radius(0.5, temperature=275.15))
 
 
 @pytest.mark.parametrize("given", [".065 nN nm", "+6.5e-20 J", " 6.5e-20 J", "65 zJ"])

@@ -26,8 +26,8 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, factor, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
-#: R_g, nN nm K⁻¹ mol⁻¹ · 10⁻¹⁸ = J/(mol K) (CODATA 2018), and the temperature, K, of the constants below.
-_GAS, _ROOM = 8.314462618, 298.15
+#: R_g T, J/mol, at 25 °C (CODATA 2018).
+_THERMAL = 8.314462618 * 298.15
 
 #: Relative vapour pressure above which this law fills every gap.
 _SATURATION = 0.99
@@ -47,15 +47,14 @@ class Liquid(NamedTuple):
     """A liquid at 25 °C; its Hamaker constant is that of `substances.MEDIA`."""
 
     tension: float  # γ, J/m²
-    change: float  # dγ/dT, J/(m² K)
     volume: float  # V, cm³/mol
     source: str
 
 
-#: By name. Water's 0.07197 and −1.5e-4 are those of IAPWS R1-76(2014), rounded; V at 25 °C is 18.07, at 4 °C 18.02.
+#: By name. Water's 0.07197 is that of IAPWS R1-76(2014), rounded; V at 25 °C is 18.07, at 4 °C 18.02.
 LIQUIDS = {
-    "water": Liquid(0.072, -1.5e-4, 18.05, "IAPWS R1-76(2014)"),
-    "ethanol": Liquid(0.02197, -8.3e-5, 58.7, "CRC Handbook of Chemistry and Physics, surface tension; density 0.785"),
+    "water": Liquid(0.072, 18.05, "IAPWS R1-76(2014)"),
+    "ethanol": Liquid(0.02197, 58.7, "CRC Handbook of Chemistry and Physics, surface tension; density 0.785"),
 }
 
 
@@ -127,11 +126,10 @@ def angles(given: Any) -> tuple[float, float]:
     return math.radians(first), math.radians(second)
 
 
-def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water", temperature: Quantity = _ROOM) -> float:
+def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water") -> float:
     """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
-    kelvin = _kelvin(temperature)
-    tension, volume = _liquid(liquid, kelvin)
-    return 1e3 * tension * volume / (_GAS * kelvin * abs(math.log(_pressure(humidity))))
+    tension, volume = _liquid(liquid)
+    return 1e3 * tension * volume / (_THERMAL * abs(math.log(_pressure(humidity))))  # 1e-6 m = 1e3 nm
 
 
 @dataclass(frozen=True)
@@ -141,13 +139,12 @@ class HumidAir:
     Attributes
     ----------
     humidity : number or str
-        Relative humidity, as 0.6 or "60 %", or Kelvin's radius, as "0.8 nm".
+        Relative humidity, as 0.6 or "60 %".
     contact_angle : number, quantity or pair
         θ on both bodies or on each, degrees up to 90.
-    temperature : number or quantity
-        K, or as "25 degC".
     liquid : {"water", "ethanol"} or pair
-        What condenses; or its surface tension, J/m², and molar volume, cm³/mol.
+        What condenses, at 25 °C; or its surface tension, J/m², and molar volume, cm³/mol. At T multiply the molar
+        volume by 298 K/T.
     film : number or quantity, optional
         Thickness, nm, of an adsorbed film on each body, which widens the gap that fills.
 
@@ -159,7 +156,6 @@ class HumidAir:
 
     humidity: Any
     contact_angle: Any = 0.0
-    temperature: Any = _ROOM
     liquid: Any = "water"
     film: Any = None
 
@@ -169,17 +165,9 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
 
     ``pair`` holds its other coordinates, ``bodies`` the named materials whose own constants set it.
     """
-    humidity, liquid, kelvin = air.humidity, air.liquid, _kelvin(air.temperature)
-    tension, volume = _liquid(liquid, kelvin)
-    unit = 1e3 * tension * volume / (_GAS * kelvin)  # J cm³/(m² J) = 1e-6 m = 1e3 nm
-    if _is_length(humidity):
-        radius = positive(humidity, "nm", "humidity")
-        pressure = math.exp(-unit / radius)
-        if pressure >= _SATURATION:
-            _pressure(pressure)
-    else:
-        pressure = _pressure(humidity)
-        radius = unit / abs(math.log(pressure))
+    liquid, pressure = air.liquid, _pressure(air.humidity)
+    tension, _ = _liquid(liquid)
+    radius = kelvin_radius(pressure, liquid=liquid)
     wetting = angles(air.contact_angle)
     coords = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension, **dict(zip(ANGLES, wetting))}
     if film := single(
@@ -195,7 +183,7 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
 
 
 def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
-    """Return the humidity and Kelvin radius of a wet pair at another humidity, its liquid and temperature kept."""
+    """Return the humidity and Kelvin radius of a wet pair at another humidity, its liquid kept."""
     if "humidity" not in ds.coords:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
@@ -258,30 +246,11 @@ def _is_percent(given: Any) -> bool:
     return isinstance(given, str) and given.strip().endswith("%")
 
 
-def _is_length(given: Any) -> bool:
-    """Return whether a humidity is given as Kelvin's radius: a quantity in a unit of length."""
-    if _is_percent(given):
-        return False
-    units = given.strip().lstrip("+-.0123456789eE ") if isinstance(given, str) else getattr(given, "units", "")
-    try:
-        return bool(units) and factor(f"{units}", "nm") > 0
-    except ValueError:
-        return False
-
-
-def _kelvin(given: Quantity) -> float:
-    """Return a temperature in K; raise where no liquid condenses at it."""
-    kelvin = positive(given, "K", "temperature")
-    if not 200 < kelvin < 650:
-        raise ValueError(f"temperature: expected K, as 298.15, or '25 degC', found {given!r}")
-    return kelvin
-
-
-def _liquid(given: Any, kelvin: float) -> tuple[float, float]:
+def _liquid(given: Any) -> tuple[float, float]:
     """Return surface tension (J/m²) and molar volume (cm³/mol) of a name or of a pair of numbers."""
     if isinstance(given, str):
         known = LIQUIDS[schema.one_of(given.strip().lower(), LIQUIDS, "liquid")]
-        return known.tension + known.change * (kelvin - _ROOM), known.volume
+        return known.tension, known.volume
     if not isinstance(given, (tuple, list)) or len(given) != 2:
         raise ValueError(
             f"liquid: expected one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol), "

@@ -146,8 +146,8 @@ def assign_pair(
         H of the softer body, GPa: the largest pressure that it bears, see `direct`. Without it the bodies stay elastic,
         and results with named materials report the share above the hardness estimated for these.
     humidity : number, str or HumidAir, optional
-        Relative humidity, as 0.6 or "60 %", or Kelvin's radius r_K, as "0.8 nm", or `HumidAir`, where the liquid is not
-        water at 25 °C that wets both bodies. It condenses in gaps below r_K (cos θ₁ + cos θ₂), pulls with γ/r_K and
+        Relative humidity, as 0.6 or "60 %", or `HumidAir`, where the liquid is not water that wets both bodies. It
+        condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
         weakens the solids' own attraction. Without it the pair is dry.
 
     Returns

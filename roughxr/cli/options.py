@@ -53,7 +53,6 @@ _BODIES = (
 _AIR = (
     ("--humidity", "RH", "relative humidity, such as '60 %%' or 0.6; default: dry"),
     ("--contact-angle", "DEG...", "of the liquid on both bodies or on each, degrees; default: 0"),
-    ("--temperature", "T", "of the humid air, K or as in '25 degC'; default: 298.15"),
     ("--liquid", "NAME...", "water, ethanol, or surface tension (J/m²) and molar volume (cm³/mol); default: water"),
     ("--film", "F", "thickness of a liquid film on each body, nm; default: none"),
 )

@@ -42,7 +42,7 @@ def vary(
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
         Values in nm, GPa and J/m², ascending; a parameter that is not given stays as assigned, without a dimension.
     humidity : array_like, optional
-        Relative humidities between 0 and 0.99, ascending, for a humid pair: its liquid and temperature stay.
+        Relative humidities between 0 and 0.99, ascending, for a humid pair: its liquid stays.
     indenter : Dataset, optional
         Result of `placements`, in place of the assigned sphere.
     **options

@@ -28,9 +28,6 @@ _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 _UNIT_TEXT = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
-#: A temperature as text: its number, and its unit if it states one.
-_TEMPERATURE = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
-
 #: A quantity in words begins with its number: pint would read "um" as one micrometre.
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 
@@ -89,8 +86,6 @@ def plain(value: Any, units: str, name: str) -> Any:
     if isinstance(value, (Real, np.ndarray, list, tuple, range)):
         return value
     try:
-        if units == "K":
-            return _temperature(value)
         if isinstance(value, str):
             value = _quantity(value, units)
             if value.unitless and units != "1":
@@ -104,15 +99,6 @@ def plain(value: Any, units: str, name: str) -> Any:
     except Exception as error:
         raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
     return value
-
-
-def _temperature(value: Any) -> Any:
-    """Return a temperature in K; degrees Celsius and Fahrenheit are temperatures, not differences of them."""
-    if isinstance(value, str):
-        number, unit = _TEMPERATURE.fullmatch(value).groups()  # type: ignore[union-attr]
-    else:
-        number, unit = getattr(value, "magnitude", value), str(getattr(value, "units", ""))
-    return _registry().Quantity(float(number), unit or "K").to("K").magnitude
 
 
 def _quantity(text: str, units: str) -> Any:
