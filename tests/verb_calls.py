@@ -104,7 +104,7 @@ CALLS = {
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
-    "particles.parameters": [on("held"), on("held", catalogue="catalogue")],
+    "particles.parameters": [on("held")],
     "particles.with_pull_off": [on("held", "pulls")],
     "dilate": [on("scan", tip_radius=20.0)],
     "direct": [

@@ -75,7 +75,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
     _print_critical(critical, f"{source}, {work}", "places on each surface" if method == "extrapolated" else "places")
     if options.parameters:
-        numbers = particles.parameters(moments, catalogue=groups["asperities"])
+        numbers = particles.parameters(moments)
         print(f"written to {exports.to_table(numbers, options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")

@@ -220,7 +220,7 @@ def _detach(commands: Any) -> None:
     )
     _add(command, ("--method", None, words), choices=("extrapolated", "adhesive", "energy"))
     _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
-    words = "input parameters for Rock'n'Roll, LAMMPS and code_saturne, OUT.csv or OUT.parquet"
+    words = "input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
     _add(command, ("--parameters", "TABLE", words))
     words = f"input lines for a particle code: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated"
     command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=words)

@@ -8,24 +8,19 @@ adhesion_parameters  `parameters`: the parameters of adhesion that other codes n
 dem                  `to_dem`: adhesion as input for LAMMPS, or the distribution of the pull-off as a table
 remaining_fraction   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
 
-A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`, or a `Load` of one's own.
+A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`.
 """
 
 from .adhesion_parameters import parameters
 from .dem import to_dem
 from .force_balance import critical_load, with_pull_off
-from .kinetics import LogNormal, biasi_adhesion, rock_n_roll
-from .loads import LOADS, Body, Flow, Load, Push
+from .kinetics import biasi_adhesion, rock_n_roll
+from .loads import Flow
 from .remaining_fraction import resuspension
 from .resting_places import resting
 
 __all__ = [
-    "LOADS",
-    "Body",
     "Flow",
-    "Load",
-    "LogNormal",
-    "Push",
     "biasi_adhesion",
     "critical_load",
     "parameters",

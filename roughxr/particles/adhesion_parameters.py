@@ -3,8 +3,6 @@
 Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
 LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
                moment is μ_roll R (N + 2 · 3πγR) (its manual, "pair_style granular")
-code_saturne   deposition with resuspension: denasp, rayasp, espasg, rayasg of cs_lagr_reentrained_model_t, of
-               hemispheres at two scales (src/lagr/cs_lagr_adh.c)
 """
 
 from __future__ import annotations
@@ -12,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..scans.regions import extent
 from ..statistics import fit, reduction
 from ..vocabulary import schema
 from .force_balance import expect_moments, refuse_varied, scope_of
@@ -21,17 +18,13 @@ from .force_balance import expect_moments, refuse_varied, scope_of
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
-def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr.Dataset | None = None) -> xr.Dataset:
+def parameters(ds: xr.Dataset) -> xr.Dataset:
     """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
 
     Parameters
     ----------
     ds : Dataset
         Result of `rolling`, or a pull-off with its pair, which then gives no levers.
-    catalogue : Dataset, optional
-        The scan's asperities, for code_saturne's small scale.
-    large : Dataset, optional
-        Asperities of the same scan without short wavelengths (`smooth`), for code_saturne's large scale.
 
     Returns
     -------
@@ -41,19 +34,16 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
         ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off force, with ``_low`` and
         ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`
         ``moment_mean`` (nN nm) and ``moment_spread`` (geometric), ``lever_median`` over the radius, with ``_low`` and
-        ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll. From asperities ``asperity_density`` (denasp),
-        ``asperity_radius`` (rayasp), ``asperity_coverage``, ``large_asperity_spacing`` (espasg) and
-        ``large_asperity_radius`` (rayasg), in nm, where code_saturne expects m.
+        ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll.
 
     Notes
     -----
     A smooth JKR sphere with ``work_of_adhesion_median`` has the pull-off force of the rough contact, but not its area
-    or its stiffness, and no scatter. code_saturne takes asperities as hemispheres; those of an AFM scan are flat caps:
-    where ``asperity_coverage``, π times density and squared radius, is above 1, its number of contacts is meaningless.
+    or its stiffness, and no scatter.
 
     References
     ----------
-    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1; LAMMPS manual, pair_style granular; code_saturne, src/lagr/cs_lagr_adh.c.
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1; LAMMPS manual, pair_style granular.
 
     Examples
     --------
@@ -79,13 +69,6 @@ def parameters(ds: xr.Dataset, *, catalogue: xr.Dataset | None = None, large: xr
         rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
-    if catalogue is not None:
-        density, radius = _of_asperities(catalogue)
-        rows |= {"asperity_density": density, "asperity_radius": radius}
-        rows["asperity_coverage"] = np.pi * radius**2 * density
-    if large is not None:
-        density, radius = _of_asperities(large)
-        rows |= {"large_asperity_spacing": density**-0.5, "large_asperity_radius": radius}
     out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_of(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
@@ -108,14 +91,3 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
     return {f"{name}_{end}": float(values.quantile(share)) for end, share in _QUANTILES.items()}
-
-
-def _of_asperities(catalogue: xr.Dataset) -> tuple[float, float]:
-    """Return density (nm⁻²) and median radius (nm) of the summits of a catalogue."""
-    catalogue = schema.validate(catalogue, "asperities")
-    curvature = catalogue["curvature_min"] * catalogue["curvature_max"]
-    summits = curvature.values[catalogue["curvature_min"].values > 0]
-    if not summits.size:
-        raise ValueError("catalogue: expected asperities with curvature_min > 0, found none")
-    x_low, x_high, y_low, y_high = extent(catalogue)
-    return summits.size / ((x_high - x_low) * (y_high - y_low)), float(np.median(summits**-0.5))

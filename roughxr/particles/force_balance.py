@@ -14,8 +14,9 @@ All directions n count: a sphere pushed along e may tip about any edge of its co
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 import xarray as xr
@@ -27,10 +28,14 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
 from .loads import LOADS, Body, Flow, Load, Push, in_numbers
 
+Verb = TypeVar("Verb", bound=Callable[..., xr.Dataset])
+
 MODES = ("roll", "slide", "lift")
 
 #: Values of ``mode`` where there is no mode.
 NEITHER, NO_CONTACT, NO_REST = "none", "no contact", "no rest"
+
+_MISSING = "NaN where no flow moves the sphere, nothing is in contact or the sphere does not rest; see mode"
 
 #: Strengths tried to bracket the critical one, and bisections after that.
 _STRENGTHS, _HALVINGS = 240, 60
@@ -50,9 +55,29 @@ class Resistance(NamedTuple):
     known: np.ndarray  # (place,): whether there is contact
 
 
+def over_varied(function: Verb) -> Verb:
+    """Return a function of resisting moments that also takes those of `vary`, each entry by itself."""
+
+    @functools.wraps(function)
+    def each(ds: xr.Dataset, *arguments: Any, **options: Any) -> Any:
+        ds = schema.entered(ds)
+        dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
+        name = next((str(dim) for dim in dims if dim not in ("subregion", "direction")), None)
+        if name is None:
+            return function(ds, *arguments, **options)
+        parts = [each(ds.isel({name: k}), *arguments, **options) for k in range(ds.sizes[name])]
+        out = xr.concat(parts, name, combine_attrs="drop_conflicts", coords="different", compat="equals")
+        if name == "scan" and "places" in parts[0].attrs:
+            out.attrs["places"] = sum(part.attrs["places"] for part in parts)
+        return out
+
+    return cast(Verb, each)
+
+
+@over_varied
 def critical_load(
     ds: xr.Dataset,
-    load: str | Load = "wall_shear",
+    load: str = "wall_shear",
     *,
     direction: Quantity = 0.0,
     particle_density: Quantity | None = None,
@@ -66,9 +91,8 @@ def critical_load(
     ----------
     ds : Dataset
         Result of `rolling`, or of `vary` over it, for example for spheres of several radii.
-    load : {"wall_shear", "tilt", "centrifuge", "vibration"} or Load
-        Name in `particles.LOADS`, or a load of your own. "centrifuge" pulls away from the wall, "vibration" shakes
-        along it.
+    load : {"wall_shear", "tilt", "centrifuge", "vibration"}
+        "centrifuge" pulls away from the wall, "vibration" shakes along it.
     direction : number, quantity or "weakest"
         Direction towards which the load pushes, rad from x towards y; "weakest": at each place that in which the
         sphere rolls most easily, the first where several tie.
@@ -105,12 +129,7 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m/s', {'roll'})
     """
-    ds = schema.entered(ds)
-    if (name := varied_dimension(ds)) is not None:
-        given = {"direction": direction, "particle_density": particle_density, "flow": flow}
-        given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-        return for_each(name, ds, critical_load, load=load, **given)
-    kind = load if isinstance(load, Load) else LOADS[schema.one_of(load, LOADS, "load")]
+    kind = LOADS[schema.one_of(load, LOADS, "load")]
     body = body_of(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
@@ -125,10 +144,8 @@ def critical_load(
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"load": load if isinstance(load, str) else kind.words}
-    out.attrs["missing"] = "NaN where nothing gives way, nothing is in contact or the sphere does not rest; see mode"
-    out.attrs["comment"] = scope_of(ds)
-    given = {"load": out.attrs["load"], "direction": direction, "particle_density": particle_density}
+    out.attrs = {"load": load, "missing": _MISSING, "comment": scope_of(ds)}
+    given = {"load": load, "direction": direction, "particle_density": particle_density}
     given |= recorded(body)
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **given)
@@ -194,21 +211,6 @@ def refuse_varied(ds: xr.Dataset):
     if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
         raise ValueError(f"expected one condition, found several along {', '.join(others)}; take one by isel({ways})")
-
-
-def varied_dimension(ds: xr.Dataset) -> str | None:
-    """Return a dimension of resisting moments other than place and direction, for example one of `vary`, or None."""
-    dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
-    return next((str(name) for name in dims if name not in ("subregion", "direction")), None)
-
-
-def for_each(name: str, ds: xr.Dataset, function: Callable, **options: Any) -> xr.Dataset:
-    """Return the results of a function for each entry along a dimension, concatenated along it."""
-    parts = [function(ds.isel({name: k}), **options) for k in range(ds.sizes[name])]
-    out = xr.concat(parts, name, combine_attrs="drop_conflicts", coords="different", compat="equals")
-    if name == "scan" and "places" in parts[0].attrs:
-        out.attrs["places"] = sum(part.attrs["places"] for part in parts)
-    return out
 
 
 def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:

@@ -19,9 +19,6 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from .loads import FLOWS, Flow, in_numbers, lift
 
-#: With turbulent fluctuations; or detachment as soon as the mean force exceeds the adhesion.
-MODELS = ("rock_n_roll", "static")
-
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
 
@@ -81,7 +78,6 @@ def rock_n_roll(
     adhesion: Quantities,
     weights: ArrayLike | None = None,
     time: Quantities = 1.0,
-    model: str = "rock_n_roll",
     flow: str | Flow = "air",
 ) -> np.ndarray:
     """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
@@ -100,7 +96,7 @@ def rock_n_roll(
         Weight of each sample.
     time : number, array or quantity
         s.
-    model, flow
+    flow
         As in `resuspension`.
 
     Returns
@@ -120,7 +116,6 @@ def rock_n_roll(
     >>> round(float(left[0, 0]), 5)
     0.34026
     """
-    schema.one_of(model, MODELS, "model")
     speed, seconds = not_negative(friction_velocity, "m/s", "friction_velocity"), not_negative(time, "s", "time")
     r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
     if forces.size == 0:
@@ -129,7 +124,7 @@ def rock_n_roll(
     pressure = fluid.density * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
     shares = None if weights is None else np.asarray(weights)
-    return np.average(survival(force[:, None] / forces, speed, seconds, model, fluid), axis=1, weights=shares)
+    return np.average(survival(force[:, None] / forces, speed, seconds, fluid), axis=1, weights=shares)
 
 
 def not_negative(values: Any, units: str, name: str) -> np.ndarray:
@@ -140,10 +135,8 @@ def not_negative(values: Any, units: str, name: str) -> np.ndarray:
     return array
 
 
-def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, model: str, flow: Flow) -> np.ndarray:
+def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, flow: Flow) -> np.ndarray:
     """Return the probability (speed, sample, time) that each sample remains, from its ratio F/f_a (speed, sample)."""
-    if model == "static":
-        return np.repeat((ratio < 1).astype(float)[..., None], seconds.size, axis=2)
     return np.exp(-resuspension_rate(ratio, speed[:, None], flow)[..., None] * seconds)
 
 

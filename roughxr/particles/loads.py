@@ -75,9 +75,8 @@ class Push(NamedTuple):
 
 
 class Load(NamedTuple):
-    """A kind of load: the meaning of its strength, and the push that it exerts."""
+    """A kind of load: the name of its critical strength, and the push that it exerts."""
 
-    words: str
     critical: str  # name of the variable for its critical strength
     push: Callable[[Any, Body], Push]
     span: tuple[float, float]  # strengths between which the critical one is searched, in the variable's units
@@ -152,10 +151,10 @@ def _vibration(strength: Any, body: Body) -> Push:
 
 #: All loads, by name.
 LOADS: dict[str, Load] = {
-    "wall_shear": Load("shear flow along the wall", "critical_friction_velocity", _wall_shear, (1e-5, 1e4)),
-    "tilt": Load("weight on a tilted wall", "critical_angle", _tilt, (0.0, np.pi)),
-    "centrifuge": Load("acceleration away from the wall", "critical_acceleration", _centrifuge, (1e-3, 1e14)),
-    "vibration": Load("acceleration along the wall", "critical_acceleration", _vibration, (1e-3, 1e14)),
+    "wall_shear": Load("critical_friction_velocity", _wall_shear, (1e-5, 1e4)),
+    "tilt": Load("critical_angle", _tilt, (0.0, np.pi)),
+    "centrifuge": Load("critical_acceleration", _centrifuge, (1e-3, 1e14)),
+    "vibration": Load("critical_acceleration", _vibration, (1e-3, 1e14)),
 }
 
 

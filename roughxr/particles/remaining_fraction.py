@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 
@@ -12,33 +14,32 @@ from ..vocabulary.units import Quantities, Quantity
 from .force_balance import (
     body_of,
     drive_ratios,
-    for_each,
+    over_varied,
     recorded,
     resistance_of,
     rolls_off,
     scope_of,
-    varied_dimension,
 )
-from .kinetics import MODELS, not_negative, survival
+from .kinetics import not_negative, survival
 from .loads import LOADS, Flow
 
 #: Confidence level of the band over places, and the resamples that make it.
 _CONFIDENCE, _RESAMPLES = 0.95, 399
 
 
+@over_varied
 def resuspension(
     ds: xr.Dataset,
     *,
     friction_velocity: Quantities,
     time: Quantities = 1.0,
-    model: str = "rock_n_roll",
     direction: Quantity = 0.0,
     particle_density: Quantity | None = None,
     flow: str | Flow = "air",
     friction_coefficient: Quantity | None = None,
     shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
-    """Return the fraction of particles that remain on the surface over friction velocity and time.
+    """Return the fraction of particles that remain on the surface in turbulence, over friction velocity and time.
 
     Each place has one particle, or its share of particles from `resting`. F/f_a of Rock'n'Roll is the largest ratio of
     drive to resistance, as in `critical_load`. No adhesion distribution is assumed.
@@ -51,9 +52,6 @@ def resuspension(
         m/s, ascending, not negative.
     time : array_like or quantity
         s, ascending.
-    model : {"rock_n_roll", "static"}
-        The quasi-static model of Reeks & Hall, with normal fluctuations of the force; or "static": a particle leaves at
-        once where the mean force exceeds the resistance.
     direction, particle_density, flow, friction_coefficient, shear_strength
         As in `critical_load`.
 
@@ -78,12 +76,6 @@ def resuspension(
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """
-    ds = schema.entered(ds)
-    schema.one_of(model, MODELS, "model")
-    if (name := varied_dimension(ds)) is not None:
-        given = {"time": time, "model": model, "direction": direction, "particle_density": particle_density}
-        given |= {"flow": flow, "friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-        return for_each(name, ds, resuspension, friction_velocity=friction_velocity, **given)
     speed = not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = not_negative(time, "s", "time")
     body = body_of(ds, particle_density, flow)
@@ -97,16 +89,16 @@ def resuspension(
         )
     limit = limit._replace(known=rests)
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
-    left = survival(np.maximum(ratio, 0.0), speed, seconds, model, body.flow).transpose(1, 0, 2)
+    left = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
     left = np.where(limit.known[:, None, None], left, np.nan)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     out = xr.Dataset({"remaining_here": (("subregion", "friction_velocity", "time"), left)}, place)
     out = out.assign_coords(friction_velocity=speed, time=seconds)
     out["in_range"] = ("friction_velocity", push(speed, body).in_range)
     out = _with_band(out, int(limit.known.sum()))
-    out.attrs = {"model": model, "confidence": _CONFIDENCE, "places": int(limit.known.sum())}
+    out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_of(ds)}
-    given = {"friction_velocity": speed, "time": seconds, "model": model, "direction": direction}
+    given: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
     given |= {"particle_density": particle_density, **recorded(body)}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "resuspension", ds, **given)

@@ -44,7 +44,7 @@ def told(words, ds, critical, held):
     share = share / share.sum()
     contacts = held["contacts"].values
     of = [float(share[contacts == n].sum()) for n in (1, 2)] + [float(share[contacts >= 3].sum())]
-    left = roughxr.particles.resuspension(held, friction_velocity=SPEEDS, model="static").remaining.values[:, 0]
+    left = [share[critical > speed].sum() for speed in SPEEDS]  # of NaN none remain
     print(
         f"  {words:8s} {held.sizes['subregion']:4d} places; on 1, 2, ≥ 3 contacts {of[0]:.2f} {of[1]:.2f} {of[2]:.2f}; "
         f"pull-off {median(held['pull_off_force'].values, share):6.1f} nN; critical "
