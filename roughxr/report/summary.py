@@ -76,7 +76,7 @@ def run_summary(run: Run) -> xr.Dataset:
     pull = at_first_preload(run["statistics/adhesive"])
     if not bool((pull["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
-    out = answered(pull, mesh_error=mesh_error(run)).load()
+    out = answered(pull).load()
     best = best_estimate(run) or (np.nan, np.nan, np.nan)
     out = out.assign(dict(zip(("best_estimate", "best_low", "best_high"), best)))
     if "statistics/extrapolated" in run:
@@ -135,11 +135,6 @@ def mesh_change(run: Run) -> xr.DataArray:
     """Return the relative change of the pull-off on a finer mesh with shorter steps, NaN at places not solved there."""
     force = at_first_preload(run["statistics/adhesive"]["pull_off_force"])
     return force / _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values - 1
-
-
-def mesh_error(run: Run) -> float | None:
-    """Return the median relative error by mesh and step, None where the run has no finer solution."""
-    return None if "solutions/finer" not in run else float(abs(mesh_change(run)).median())
 
 
 def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:

@@ -50,7 +50,7 @@ from ..report.summary import BUDGET
 from ..scans import level, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
-from ..statistics.headline import answered, headline
+from ..statistics.headline import answered, headline, mesh_error
 from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
@@ -135,7 +135,7 @@ def run(
         pressed as deep as it lies below the highest peak.
     preload, law, mesh
         Options of the simulation with adhesion, see `adhesive`; one preload. "auto": the mesh is refined until the
-        pull-off of four places changes by less than its accuracy in the median, or to sixteen cells per pixel.
+        mean pull-off of four places changes by less than its accuracy, or to sixteen cells per pixel.
     levelling : {"plane", "quadratic", "none"}
         What is subtracted from the scan first.
     budget : int
@@ -401,28 +401,29 @@ def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
     specimen, plan, say, options = task.specimen, task.plan, task.say, task.options
     _warn_of_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
-    mesh, finer, error = replace(plan.mesh, accuracy=None), None, None
+    mesh, finer = replace(plan.mesh, accuracy=None), None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with small contacts
         warnings.filterwarnings("ignore", f"[^:]*{SMALL_CONTACTS}")
         some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
-            mesh, finer, error = _fine_enough_mesh(specimen, plan, some, say)
+            mesh, finer = _fine_enough_mesh(specimen, plan, some, say)
         elif some["subregions"].sizes["subregion"] < task.places:
             _expect_pulls(first := adhesive(specimen, mesh=mesh, **some))
             _show_answer(first, say)
         solved = adhesive(specimen, mesh=mesh, **options | how)
-        _show_answer(solved, say, error)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
-    return groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
+    groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
+    _show_answer(groups["statistics/adhesive"], say)
+    return groups
 
 
-def _show_answer(solved: xr.Dataset, say: Stages, mesh_error: float | None = None) -> None:
+def _show_answer(solved: xr.Dataset, say: Stages) -> None:
     """Show the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
     if not bool((solved["pull_off_force"] > 0).any()):
         return
-    first = "" if mesh_error is not None else "First estimate, its mesh not checked yet: "
-    say.answer(first + headline(answered(solved, mesh_error=mesh_error)))
+    first = "" if np.isfinite(mesh_error(solved)) else "First estimate, its mesh not checked yet: "
+    say.answer(first + headline(answered(solved)))
 
 
 def _expect_pulls(first: xr.Dataset) -> None:
@@ -452,8 +453,8 @@ def _warn_of_soft(specimen: Specimen) -> None:
         warn(f"{words}: the simulation may take long, and end without a pull-off; {_REMEDY}")
 
 
-def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any, Any]:
-    """Return the mesh on which the pull-off of most places has settled, results on a finer one, and the change there.
+def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any]:
+    """Return the mesh on which the mean pull-off has settled, and results on a finer one.
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
@@ -468,12 +469,12 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
         each = took / count
         say.expect(budget=17 * plan.budget * each)  # so many changes at a few places
         finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * step_of(specimen, mesh)), **options)
-        change = float(abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1).median())
-        _show_answer(finer, say, change)
-        if not change > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
-            return mesh, finer, change
+        checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
+        _show_answer(checked, say)
+        if not mesh_error(checked) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
+            return mesh, finer
         mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
-    return mesh, None, None
+    return mesh, None
 
 
 def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:
