@@ -31,12 +31,15 @@ def run():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts of a pixel: their maps are looked at, not their numbers
         sticking = roughxr.adhesive(pressed, **how)
+    rigid = roughxr.rigid(pressed, delta=[0.0], subregions=places)
     return {
         "scan": pressed,
         "solutions/direct": roughxr.direct(pressed, delta=DELTAS, subregions=places),
         "solutions/energy": roughxr.superpose(pressed, delta=np.linspace(-2, 14, 81), subregions=places),
         "solutions/adhesive": sticking,
-        "solutions/rigid": roughxr.rigid(pressed, delta=[0.0], subregions=places),
+        "solutions/rigid": rigid,
+        "statistics/adhesive": roughxr.pull_off(sticking),
+        "statistics/rigid": roughxr.pull_off(rigid),
     }
 
 
@@ -85,44 +88,20 @@ def test_curves_and_pull_offs_are_the_archives(data, run):
         assert points["delta"][0] == pytest.approx(float(solved.pull_off_delta[k]) + touch[k], rel=1e-4)
 
 
-def test_several_conditions_are_refused(run):
-    several = run | {"solutions/adhesive": xr.concat([run["solutions/adhesive"]] * 2, "preload")}
-    with pytest.raises(ValueError, match="expected one condition, found several along preload"):
-        report.explorer_page(several)
-
-
-def test_maps_show_the_fields_of_the_archive_as_they_lie_on_the_surface():
-    """A bump to the right of the centre and above it presses in the picture's right upper quarter."""
-    flat = scan(np.zeros((32, 32)), pixel=10.0)
-    bumpy = flat.assign(height=flat.height + 5 * np.exp(-((flat.x - 55) ** 2 + (flat.y - 35) ** 2) / 200))
-    bumpy["height"].attrs = flat.height.attrs
-    bumpy = roughxr.assign_pair(bumpy, sphere_radius=1000, contact_modulus=40)
-    solved = roughxr.direct(bumpy, delta=[3.0, 4.0], subregions=([0.0], [0.0]), fields=True)
-    states = content(report.explorer_page({"scan": bumpy, "solutions/direct": solved}))["maps"]["0"]
-    np.testing.assert_allclose([state["force"] for state in states], solved.force[0], rtol=1e-4)
-    shown = pixels(states[-1]["picture"])[..., 3] > 0
-    x0, x1, y0, y1 = states[-1]["box"]
-    cell = (x1 - x0) * (y1 - y0) / shown.size
-    assert shown.sum() * cell == pytest.approx(float(solved.contact_area[0, -1]), rel=1e-4)
-    rows, columns = np.nonzero(shown)
-    assert x0 + (columns.mean() + 0.5) / shown.shape[1] * (x1 - x0) == pytest.approx(55, abs=10)
-    assert y1 - (rows.mean() + 0.5) / shown.shape[0] * (y1 - y0) == pytest.approx(35, abs=10)
-
-
 def test_missing_groups_are_left_out_and_missing_numbers_are_null(run):
     bare = content(report.explorer_page({"scan": run["scan"], "solutions/direct": run["solutions/direct"]}))
-    assert bare["pulls"] == [] and bare["maps"] == {} and [curve["name"] for curve in bare["curves"]] == ["direct"]
-    spoiled = run["solutions/adhesive"].copy(deep=True)
+    assert bare["pulls"] == [] and [curve["name"] for curve in bare["curves"]] == ["direct"]
+    spoiled = run["statistics/adhesive"].copy(deep=True)
     spoiled["pull_off_force"][dict(subregion=0)] = np.nan
-    text = report.explorer_page(run | {"solutions/adhesive": spoiled})
+    text = report.explorer_page(run | {"statistics/adhesive": spoiled})
     assert named(content(text)["pulls"], "adhesive")["values"][0] is None
 
 
 @pytest.mark.parametrize(
     ("keep", "says"),
     [
-        (["solutions/direct"], "with its scan, found groups: solutions/direct; make one with roughxr run"),
-        (["scan"], "expected results at places of the scan .*, found groups: scan"),
+        (["solutions/direct"], "expected the archive of a run, .* found groups: solutions/direct; make one"),
+        (["scan"], "expected the archive of a run, .* found groups: scan; make one"),
     ],
 )
 def test_an_archive_that_is_no_run_is_refused(run, tmp_path, keep, says, capsys):
@@ -156,8 +135,6 @@ SHOWN = """({
   mark: Number(document.querySelector("#mark")?.dataset.value),
   chosen: Number(document.querySelector("#chosen").dataset.place),
   current: document.querySelector("#current").textContent,
-  map: document.querySelector("#map image")?.getAttribute("href"),
-  words: document.querySelector("#map-words").textContent,
   hash: location.hash,
 })"""
 
@@ -208,19 +185,5 @@ def test_a_bare_archive_is_shown_without_complaint(browser, run, tmp_path):
     bare = {"scan": run["scan"].drop_vars("contact_modulus"), "solutions/direct": nothing.drop_vars("contact_modulus")}
     page.write_text(report.explorer_page(bare), encoding="utf-8")
     browser.open(page, 400)
-    assert browser.complaints() == [] and "holds no fields" in browser.value("document.body.innerText")
+    assert browser.complaints() == []
     assert "querySelector" not in browser.value("document.body.innerText")
-
-
-def test_the_map_follows_the_place_and_the_displacement(browser, run, tmp_path):
-    page = tmp_path / "fields.html"
-    fields = roughxr.direct(run["scan"], delta=DELTAS[-3:], subregions=run["solutions/direct"], fields=True)
-    page.write_text(report.explorer_page({"scan": run["scan"], "solutions/direct": fields}), encoding="utf-8")
-    browser.open(page, 1280)
-    deepest = browser.value(SHOWN)
-    browser.value("document.querySelector('#state').focus()")
-    browser.press("HOME")
-    shallow = browser.value(SHOWN)
-    browser.click('#scan .place[data-place="3"]')
-    assert len({deepest["map"], shallow["map"], browser.value(SHOWN)["map"]}) == 3
-    assert f"δ = {DELTAS[-3]:g} nm" in shallow["words"] and browser.complaints() == []

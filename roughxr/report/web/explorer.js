@@ -2,8 +2,8 @@
 // Draws what the archive contains of the chosen place. All numbers are in nm, nN, GPa; null is a missing number.
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = id => document.getElementById(id);
-const state = { place: 0, map: null, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
-const COLOURS = { adhesive: "#0173b2", direct: "#222222", energy: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
+const state = { place: 0, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
+const COLOURS = { adhesive: "#0173b2", extrapolated: "#56b4e9", direct: "#222222", energy: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
 
 function draw(svg, name, attributes, text = "") {
   const node = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -57,17 +57,17 @@ const force = value => { const [unit, size] = forceUnit(Math.abs(value)); return
 const method = () => data.pulls.find(result => result.name === state.method) || data.pulls[0];
 const pullOffs = () => method()?.values || [];
 
-/** Draw a square picture of part of the surface with its axes; return how numbers become pixels. */
-function drawPicture(svg, picture, [x0, x1, y0, y1], words) {
+/** Draw the scan with its axes; return how numbers become pixels. */
+function drawPicture(svg, picture, [x0, x1, y0, y1]) {
   const left = 60, room = Math.max(240, svg.parentElement.clientWidth) - left - 12, scale = Math.min(room / (x1 - x0), 400 / (y1 - y0));
   const width = (x1 - x0) * scale, height = (y1 - y0) * scale, [unit, size] = Math.max(x1 - x0, y1 - y0) >= 2e3 ? ["µm", 1e3] : ["nm", 1];
   clear(svg, height + 48);
   draw(svg, "image", { x: left, y: 6, width, height, href: picture, preserveAspectRatio: "none" });
-  return axes(svg, { left, top: 6, width, height, x: { low: x0, high: x1, size, words: `x${words} [${unit}]` }, y: { low: y0, high: y1, size, words: `y${words} [${unit}]` } });
+  return axes(svg, { left, top: 6, width, height, x: { low: x0, high: x1, size, words: `x [${unit}]` }, y: { low: y0, high: y1, size, words: `y [${unit}]` } });
 }
 
 function drawScan() {
-  const svg = at("scan"), { sx, sy } = drawPicture(svg, data.scan.picture, data.scan.box, ""), values = pullOffs(), most = Math.max(...values, 0) || 1;
+  const svg = at("scan"), { sx, sy } = drawPicture(svg, data.scan.picture, data.scan.box), values = pullOffs(), most = Math.max(...values, 0) || 1;
   data.places.forEach((place, k) => {
     const fill = missing(values[k]) ? "none" : `hsl(38 100% ${94 - 50 * values[k] / most}%)`, chosen = k === state.place;
     const node = draw(svg, "circle", { cx: sx(place.x), cy: sy(place.y), r: chosen ? 8 : 5, class: "place", "data-place": k, fill, stroke: chosen ? "#d55e00" : place.debris ? "#cc78bc" : "#fff", "stroke-width": chosen ? 3.5 : 1.5 });
@@ -124,18 +124,6 @@ function drawPulls() {
   words.textContent = `Place ${state.place}: ${force(own)}, more than at ${known.filter(value => value < own).length} of the other ${known.length - 1} places.`;
 }
 
-function drawMap() {
-  const states = data.maps[state.place], slider = at("state");
-  slider.style.display = states && states.length > 1 ? "" : "none";
-  if (!states) { clear(at("map"), 10); at("map-words").textContent = Object.keys(data.maps).length ? `The archive holds fields at other places only: ${Object.keys(data.maps).slice(0, 8).join(", ")}.` : "The archive holds no fields."; return; }
-  slider.max = states.length - 1;
-  slider.value = state.map === null ? states.length - 1 : Math.min(state.map, states.length - 1);
-  const shown = states[slider.valueAsNumber];
-  drawPicture(at("map"), shown.picture, shown.box, " from the contact centre");
-  const pulls = shown.pull > 0 ? ` Blue: pulls up to ${digits(shown.pull)} GPa.` : "";
-  at("map-words").textContent = `δ = ${digits(shown.delta)} nm: force ${force(shown.force)}, contact area ${digits(shown.area)} nm². Red to black: pushes up to ${digits(shown.push)} GPa.${pulls}`;
-}
-
 function drawFacts() {
   const place = data.places[state.place], rows = [["x", place.x, "nm"], ["y", place.y, "nm"], ...data.facts.map(fact => [fact.label, fact.values[state.place], fact.unit])];
   at("facts").replaceChildren(...rows.map(([words, value, unit]) => html("tr", {}, html("th", { scope: "row" }, words), html("td", {}, unit === "nN" ? force(value) : `${digits(value)} ${missing(value) ? "" : unit}`))));
@@ -145,7 +133,7 @@ function drawAll() {
   const place = data.places[state.place], own = pullOffs()[state.place];
   at("current").textContent = `Place ${state.place} at x = ${digits(place.x)}, y = ${digits(place.y)} nm${missing(own) ? "" : `, pull-off force ${force(own)}`}.`;
   at("place").value = state.place;
-  for (const panel of [drawScan, drawForce, drawPulls, drawMap, drawFacts]) panel();
+  for (const panel of [drawScan, drawForce, drawPulls, drawFacts]) panel();
   try { history.replaceState(null, "", `#place=${state.place}`); } catch { /* a page inside another page */ }
 }
 
@@ -175,7 +163,6 @@ at("scan").addEventListener("keydown", event => {
   choose(event.key in steps ? nearest(...steps[event.key]) : ends[event.key]);
 });
 at("place").onchange = event => choose(event.target.valueAsNumber);
-at("state").oninput = event => { state.map = event.target.valueAsNumber; drawMap(); };
 at("method").onchange = event => { state.method = event.target.value; drawAll(); };
 
 /** Show the state that the address names. */
