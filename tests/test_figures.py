@@ -18,11 +18,11 @@ from roughxr.bodies.pair import assign_pair
 from roughxr.contact.elastic import direct
 from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
-from roughxr.statistics import LAWS, bootstrap, debris, force_ratio, pull_off
+from roughxr.statistics import LAWS, bootstrap, debris, pull_off
 from roughxr.vocabulary import schema
 
 #: Labels of numbers without a unit.
-UNIT_ONE = ("samples", "superposed / direct", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c")
+UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c")
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,6 @@ DRAWN = {
     "asperity_statistics": lambda run: figures.asperity_statistics(run["asperities"]),
     "sweep": lambda run: figures.sweep(run["solutions/energy"]),
     "mean_force": lambda run: figures.mean_force({"direct": run["solutions/direct"], "hertz": run["solutions/hertz"]}),
-    "force_ratio": lambda run: figures.force_ratio(force_ratio(run["solutions/hertz"], run["solutions/direct"])),
 }
 
 
@@ -237,8 +236,6 @@ def test_a_density_is_drawn_between_its_edges(run):
     (steps,) = density.contact.plot(ax=Figure().subplots()).patches
     np.testing.assert_array_equal(steps.get_data().edges, density.attrs["bin_edges"])
     np.testing.assert_array_equal(steps.get_data().values, density.values)
-    kde = run["statistics/energy"].contact.pdf("pull_off_force", method="kde")
-    assert len(kde.contact.plot(ax=Figure().subplots()).lines) == 1
 
 
 def test_a_cycle_is_refused_with_what_to_select(run):

@@ -348,7 +348,7 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
     assert "for the surface as scanned at 70 % relative humidity" in explored
     assert {"solutions/adhesive", "solutions/rigid", "statistics/regime"} <= set(groups)
     assert {"solutions/rolling", "statistics/formulas", "statistics/detachment"} <= set(groups)
-    assert not {"solutions/published", "solutions/energy", "solutions/rolling_superposed"} & set(groups)
+    assert not {"solutions/published", "solutions/energy"} & set(groups)
     places = report.by_place(groups)
     assert float(places.critical_friction_velocity.min()) > 0
     assert "adhesive" in capsys.readouterr().out

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import roughxr
-from roughxr import archive
+from roughxr import archive, report
 from roughxr.cli import main
 
 from .surfaces import bare_runs, rough, scan
@@ -70,10 +70,10 @@ def test_the_explorer_shows_the_rests_each_with_its_share(folder, groups):
 
 
 def test_detach_counts_particles_not_places(folder, groups, capsys):
-    assert main(["detach", str(folder), "--method", "energy"]) == 0
+    assert main(["detach", str(folder), "--method", "adhesive"]) == 0
     told = capsys.readouterr().out
     assert "5 % of particles where they came to rest" in told
-    rests, share = groups["solutions/rolling_superposed"], groups["statistics/rests"].landing_share.values
+    rests, share = report.moments_of(groups, "adhesive"), groups["statistics/rests"].landing_share.values
     at_rest = roughxr.particles.critical_load(rests).critical_friction_velocity.values
     printed = float(re.search(r"median ([\d.]+)", told).group(1))
     assert printed == pytest.approx(median(at_rest, share), rel=0.02)

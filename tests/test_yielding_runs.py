@@ -59,10 +59,6 @@ def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, cap
     assert "assign no hardness" in told and "yielding=" not in told
 
 
-def test_a_flow_is_told_with_elastic_levers(groups):
-    assert "Superposed asperities stay elastic" in " ".join(report.detachment_notes(groups))
-
-
 def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
     solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}

@@ -61,6 +61,8 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     """Print and write what is given of one run, and return its table of places."""
     groups = _load(path)
     method = options.method or leading(groups)
+    if report.CRITICAL[method] not in groups:
+        raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
     moments = report.moments_of(groups, method)
     humid = is_wet(moments)
     if options.fluid == "water" and humid:

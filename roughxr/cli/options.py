@@ -215,10 +215,10 @@ def _detach(commands: Any) -> None:
     _add(slides, ("--friction-coefficient", "MU", "default: the sphere cannot slide"), type=float)
     _add(slides, ("--shear-strength", "TAU", "of the contact, GPa, or text such as '5 MPa'"))
     words = (
-        "source of the pull-off forces: the simulation with roughness extrapolated below the scan, that on the scan "
-        "as it is, or superposed asperities; default: the first of these that the run has"
+        "source of the pull-off forces: the simulation with roughness extrapolated below the pixel, or that on the "
+        "scan as it is; default: the first of these that the run has"
     )
-    _add(command, ("--method", None, words), choices=("extrapolated", "adhesive", "energy"))
+    _add(command, ("--method", None, words), choices=("extrapolated", "adhesive"))
     _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
     words = "input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
     _add(command, ("--parameters", "TABLE", words))

@@ -10,8 +10,8 @@ from .distributions import asperity_statistics, distribution
 from .maps import scan_map, subregion_map
 from .measured_figure import predicted_and_measured
 from .particle_figures import fraction_remaining, moment_rose
-from .run_figure import overview, run_figures
-from .sweeps import force_ratio, mean_force, sweep
+from .run_figure import overview
+from .sweeps import mean_force, sweep
 from .uncertainty_bars import cut_off, error_budget
 
 __all__ = [
@@ -20,14 +20,12 @@ __all__ = [
     "distribution",
     "error_budget",
     "field_map",
-    "force_ratio",
     "fraction_remaining",
     "mean_force",
     "moment_rose",
     "overview",
     "plot",
     "predicted_and_measured",
-    "run_figures",
     "scan_map",
     "subregion_map",
     "sweep",

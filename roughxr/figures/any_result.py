@@ -115,15 +115,13 @@ def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> An
 
 
 def _density(array: xr.DataArray, ax: Any, **options: Any):
-    """Draw a density or a cumulative probability: as steps where it has bins or samples, else as a line."""
+    """Draw a density or a cumulative probability as steps."""
     (name,) = map(str, array.dims)
     look = {**stroke(0), **options}
     if "bin_edges" in array.attrs:
         ax.stairs(array.values, np.asarray(array.attrs["bin_edges"]), **look)
-    elif array.name == "cdf":
-        ax.step(array[name], array.values, where="post", **look)
     else:
-        ax.plot(array[name], array.values, **look)
+        ax.step(array[name], array.values, where="post", **look)
     label_density(ax, name)
     if array.name == "cdf":
         label_axis(ax.xaxis, name)

@@ -13,13 +13,10 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
 from .images import COLOURS, colorbar, colour_map, image
-from .style import BLACK, BLUE, GREEN, ORANGE, SMALL, Axes, axes, label_axes, styled
+from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, styled
 
 #: Colours of the modes of detachment; light where there is none.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT, NO_REST), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8", "#969696")))
-
-#: Largest number of tiles that carry their mode's first letter, for print in grey.
-_MOST_LETTERS = 150
 
 #: Depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn.
 _OUTLINE_DEPTH = 0.2
@@ -76,7 +73,7 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
         With ``name`` along ``subregion`` and the centres ``subregion_x``, ``subregion_y``.
     name : str
         A variable; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with the number of places in the
-        legend and, on up to 150 tiles, its first letter.
+        legend.
 
     Returns
     -------
@@ -95,16 +92,12 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
 
 def _modes(ax, ds: xr.Dataset):
     """Draw the mode of detachment at each place, with a legend that counts the places."""
-    from matplotlib.collections import QuadMesh
     from matplotlib.colors import ListedColormap
 
     mode = ds["mode"].values.astype(str)
     order = np.array([list(_MODES).index(word) for word in mode], float)
     colours = {"cmap": ListedColormap(list(_MODES.values())), "vmin": -0.5, "vmax": len(_MODES) - 0.5}
-    drawn = _centre_values(ax, ds, order, **colours)
-    if mode.size <= _MOST_LETTERS and isinstance(drawn, QuadMesh):
-        for x, y, word in zip(ds["subregion_x"].values, ds["subregion_y"].values, mode):
-            ax.text(x, y, word[0] if word in MODES else "", ha="center", va="center", color="white", fontsize=SMALL)
+    _centre_values(ax, ds, order, **colours)
     counts = {word: int((mode == word).sum()) for word in _MODES if word in mode}
     keys = [
         ax.scatter([], [], color=_MODES[word], marker="s", s=22, label=f"{word} ({counts[word]})") for word in counts

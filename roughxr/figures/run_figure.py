@@ -1,8 +1,8 @@
-"""The figures of a run: the scan, one contact on it and the pull-off forces in one, and the uncertainty."""
+"""The overview of a run: the scan, one contact on it and the pull-off forces."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
@@ -13,8 +13,7 @@ from ..vocabulary.numbers import number, quantity
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import scan_map
-from .style import BLACK, COLUMN, PAGE, TITLE, styled, tidy
-from .uncertainty_bars import cut_off, error_budget
+from .style import BLACK, PAGE, TITLE, styled
 
 #: The methods whose pull-off is drawn, and their labels.
 _METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperities"}
@@ -62,26 +61,3 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     if np.isfinite(ax.dataLim.y1):
         ax.set_ylim(top=1.05 * ax.dataLim.y1)
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
-
-
-def run_figures(run: Mapping[str, xr.Dataset]) -> Iterator[tuple[str, object]]:
-    """Yield name and Figure of what a run draws beside its report: "overview", "error-budget", "shortest-wave".
-
-    Takes the groups of a run; the Figures belong to no pyplot window.
-    """
-    if "scan" in run:
-        yield "overview", overview(run)
-    if "statistics/error_budget" in run:
-        yield "error-budget", _on_own_figure(run["statistics/error_budget"], draw=error_budget)
-    if "statistics/scale_dependence" in run:
-        yield "shortest-wave", _on_own_figure(run["statistics/scale_dependence"], draw=cut_off)
-
-
-@styled
-def _on_own_figure(ds: xr.Dataset, *, draw):
-    """Return a new Figure that belongs to no pyplot window; its axes are made in the style, labels included."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(COLUMN, 0.8 * COLUMN), layout="constrained")
-    draw(ds, ax=tidy(figure.subplots()))
-    return figure

@@ -1,4 +1,4 @@
-"""Force over displacement: all places, mean forces of several solutions, and their ratio."""
+"""Force over displacement: all places, and mean forces of several solutions."""
 
 from __future__ import annotations
 
@@ -13,15 +13,12 @@ from ..vocabulary import schema
 from .style import (
     BLACK,
     BLUE,
-    DASHED,
     GREY,
     VERMILION,
     Axes,
     axes,
     label_axes,
-    label_axis,
     legend,
-    log_ticks,
     stroke,
     styled,
 )
@@ -159,40 +156,3 @@ def _zero_line(ax, force: xr.DataArray):
     """Draw the line between push and tension where there is any tension."""
     if float(force.min()) < 0:
         ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-
-
-@styled
-def force_ratio(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw superposed over direct force against displacement: places, their middle half, and their median.
-
-    Parameters
-    ----------
-    ds : Dataset
-        From `statistics.force_ratio`.
-
-    Returns
-    -------
-    Axes
-        The ratio on a logarithmic axis, unit 1. The band of agreement is grey; the dashed line is the median
-        displacement from which on the places differ by more.
-    """
-    ax = axes(ax)
-    ratio = (1 + ds["force_difference"]).transpose("delta", "subregion").clip(min=1e-3)
-    delta, within = ds["delta"].values, ds.attrs["agree_within"]
-    ax.axhspan(1 - within, 1 + within, color=GREY, alpha=0.25, linewidth=0, label=f"within {100 * within:g} %")
-    ax.plot(delta, ratio.values, color=BLUE, linewidth=0.35, alpha=0.5)
-    ax.plot([], [], color=BLUE, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
-    touching = ratio.notnull().any("subregion").values
-    middle = ratio.isel(delta=touching).quantile([0.25, 0.5, 0.75], "subregion").values
-    ax.fill_between(delta[touching], middle[0], middle[2], color=BLUE, alpha=0.25, linewidth=0, label="middle half")
-    ax.plot(delta[touching], middle[1], color=BLACK, linewidth=1.4, label="median")
-    if "parting_delta" in ds and bool(ds["parting_delta"].notnull().any()):
-        parting = float(ds["parting_delta"].median())
-        ax.axvline(parting, color=VERMILION, linewidth=0.9, linestyle=DASHED, label=f"{parting:.3g} nm")
-    ax.set_yscale("log")
-    high = float(np.nanmax(ratio.values, initial=1.2))
-    ax.set_ylim(max(0.5 * float(np.nanmin(ratio.values, initial=1.0)), 0.05), max(3 * high, 3.0))
-    log_ticks(ax.yaxis)
-    ax.set_ylabel("superposed / direct force")
-    label_axis(ax.xaxis, "delta")
-    return legend(ax, loc="upper left", ncols=2)

@@ -5,7 +5,7 @@ Four names are for users; the tables and sentences beside them are what runs and
 # ruff: noqa: F401
 
 from .caveats import cautions, superposed
-from .detachment import DETACHMENT, detachment_notes, detachment_table, moments_of
+from .detachment import CRITICAL, DETACHMENT, detachment_notes, detachment_table, moments_of
 from .explorer import explorer_page, write_explorer
 from .report_page import page, write_report
 from .run_tables import budget_table, contact_table, force_table, formula_table, main_numbers, scan_table, tables, text

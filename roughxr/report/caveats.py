@@ -168,30 +168,6 @@ def _resolution(run: Run) -> Iterator[str]:
         )
 
 
-def _superposition(run: Run) -> Iterator[str]:
-    """Yield what to expect of superposed asperities, and how many of their contacts or peaks do not fit the sum."""
-    yield from superposed(run)
-    if {"solutions/energy", "statistics/energy"} <= set(run):
-        beyond, over = (_share_at_pull_off(run, f"contacts_{kind}") for kind in ("beyond_patch", "overlapping"))
-        if max(beyond, over) >= _SOME:
-            yield (
-                f"At pull-off {percent(beyond)} of the superposed contacts are wider than the patch of their fitted "
-                f"paraboloid, and {percent(over)} overlap a neighbour. Superposition is not valid for these."
-            )
-    saddles = run["asperities"]["saddle"] if "saddle" in run.get("asperities", xr.Dataset()) else None
-    if saddles is not None and (share := float(saddles.astype(bool).mean())) >= _SOME:
-        yield f"{percent(share)} of the peaks are fitted by a saddle, and left out of superposition."
-
-
-def _share_at_pull_off(run: Run, name: str) -> float:
-    """Return the share of superposed contacts at the pull-off of their subregion that are counted as ``name``."""
-    sweep, at = run["solutions/energy"], run["statistics/energy"]["pull_off_delta"]
-    pulling = sweep.isel(subregion=np.flatnonzero(at.notnull().values))
-    nearest = pulling.sel(delta=at.dropna("subregion"), method="nearest")
-    contacts = float(nearest["contacts"].sum())
-    return float(nearest[name].sum()) / contacts if contacts else 0.0
-
-
 #: What looks for cautions, in the order of the page.
 _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _of_the_scan,
@@ -202,5 +178,5 @@ _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _truncated,
     _pull_offs,
     _resolution,
-    _superposition,
+    superposed,
 )

@@ -22,12 +22,8 @@ Run = Mapping[str, xr.Dataset]
 #: The groups that are needed.
 DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
 
-#: Columns of the table, by the method of the pull-off force.
-_CRITICAL = {
-    "extrapolated": "statistics/detachment_extrapolated",
-    "adhesive": "statistics/detachment",
-    "energy": "statistics/detachment_superposed",
-}
+#: Groups of the critical flow, by the method of the pull-off force.
+CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}
 
 #: Number of contacts from which on a sphere does not settle sideways.
 _STABLE_CONTACTS = 3
@@ -35,21 +31,14 @@ _STABLE_CONTACTS = 3
 
 def detachment_table(run: Run) -> pd.DataFrame:
     """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
-    columns = {way: _column(moments_of(run, way), run[group]) for way, group in _CRITICAL.items() if group in run}
+    columns = {way: _column(moments_of(run, way), run[group]) for way, group in CRITICAL.items() if group in run}
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
 def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
-    moments, method = run["solutions/rolling"], method or leading(run)
-    if f"statistics/{method}" not in run:
-        present = [name for name in ("extrapolated", "adhesive", "energy") if f"statistics/{name}" in run]
-        raise ValueError(
-            f"--method: expected a method of this run ({', '.join(present)}), found {method!r}, which it does not have"
-        )
-    if method == "energy":
-        return run["solutions/rolling_superposed"]
-    if method == "extrapolated":
+    moments = run["solutions/rolling"]
+    if (method or leading(run)) == "extrapolated":
         return _as_extrapolated(moments, run)
     return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
@@ -96,7 +85,7 @@ def detachment_notes(run: Run) -> list[str]:
     """Return the conditions of the table, one sentence or two each; none for a run without its groups."""
     if not set(DETACHMENT) <= set(run):
         return []
-    critical, moments = run[_CRITICAL[leading(run)]], run["solutions/rolling"]
+    critical, moments = run[CRITICAL[leading(run)]], run["solutions/rolling"]
     speed, at_rest = critical["critical_friction_velocity"], RESTS in run
     stress = AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
@@ -107,8 +96,6 @@ def detachment_notes(run: Run) -> list[str]:
         f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
         f"pull-off force times the lever arm of {levers}."
     ]
-    if "hardness" in moments.coords:
-        notes.append("Superposed asperities stay elastic: yielded ones would be flatter, with longer lever arms.")
     if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
         notes.append(
             f"At {out} of {speed.size} places the critical flow is beyond the range of the formulas for drag and "
@@ -133,7 +120,7 @@ def detachment_notes(run: Run) -> list[str]:
 
 def remaining(run: Run) -> xr.Dataset:
     """Return the fraction remaining in a flow of air, from below the first critical speed to above the last."""
-    speed = run[_CRITICAL[leading(run)]]["critical_friction_velocity"].values
+    speed = run[CRITICAL[leading(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere detaches at no place in a flow")

@@ -81,7 +81,7 @@ def paper(
 
 
 def _figures(run: Run) -> Iterator[tuple[str, object]]:
-    yield from figures.run_figures(run)
+    yield "overview", figures.overview(run)
     yield from paper_figures(run)
 
 

@@ -7,8 +7,8 @@ A run is a dictionary of Datasets, the groups of its archive:
     /rigid, /direct, /contact (fields of one place), /smooth (the same sphere on a flat), /hertz,
     /energy (superposed asperities), /rolling (resisting moments)
     statistics/adhesive, /rigid, /energy, /roughness, /regime (the recommended model), /formulas (pull-off by the
-    usual formulas), /extrapolated, /detachment, /detachment_extrapolated and /detachment_superposed (the critical
-    flow), /error_budget, /scale_dependence
+    usual formulas), /extrapolated, /detachment and /detachment_extrapolated (the critical flow), /error_budget,
+    /scale_dependence, /summary (the answer), /places (one row a place)
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from .. import figures, report
 from ..archive import remove_leftovers, whole
 from ..asperity.asperity_sum import fit_of
 from ..asperity.catalogue import asperities
-from ..asperity.moments import rolling
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
@@ -192,7 +191,7 @@ def execute(
     command: str = "",
     tables: Callable = report.tables,
     notes: Sequence[str] = (),
-    drawn: Callable = figures.run_figures,
+    drawn: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
     """Return the groups of a run, computed as far as its archive lacks them; write its files, or print its tables."""
     task = _Task(specimen, plan)
@@ -378,22 +377,17 @@ def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
 def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     """Return resisting moments and the flow that overcomes them.
 
-    Moments are those of the simulation's own contacts; beside its own pull-off stand those of superposed asperities. In
-    humid air, where a simulation takes minutes and no asperities are summed, they are those of rigid bodies.
+    Moments are those of the simulation's own contacts; in humid air, where the simulation takes minutes, those of rigid
+    bodies.
     """
-    specimen, groups, places, humid = task.specimen, task.groups, task.plan.subregions, task.is_wet
-    catalogue, solved = specimen.derived(asperities), groups["solutions/adhesive"]
-    moments = rigid_moments(specimen, solved) if humid else simulated_moments(specimen, solved)
-    out, more = {"solutions/rolling": moments}, {"detachment": "adhesive"}
-    if not humid:
-        out["solutions/rolling_superposed"] = rolling(catalogue, subregions=places)
-        more["detachment_superposed"] = "energy"
-    more |= {"detachment_extrapolated": "extrapolated"} if "solutions/extrapolated" in groups else {}
+    groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
+    moments = (rigid_moments if task.is_wet else simulated_moments)(task.specimen, solved)
+    out = {"solutions/rolling": moments}
     known = groups | out
-    out |= {f"statistics/{name}": quietly(critical_load, report.moments_of(known, way)) for name, way in more.items()}
-    if is_rests(places):
-        out["statistics/rests"] = places
-    return out
+    for way, group in report.CRITICAL.items():
+        if f"solutions/{way}" in groups:
+            out[group] = quietly(critical_load, report.moments_of(known, way))
+    return out | ({"statistics/rests": places} if is_rests(places) else {})
 
 
 def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
