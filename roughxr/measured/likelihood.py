@@ -1,14 +1,14 @@
 """Fit one quantity so that predicted and measured forces have the same mean logarithm.
 
-The pull-off of each place is known at a few values of the number, added where they are needed, and interpolated between
-them on logarithms (`Emulator`). Logarithms of forces are taken as normal. The likelihood's interval then contains the
-values for which the two means differ by no more than
+Logarithms of forces are taken as normal. The likelihood's interval contains the values of the quantity for which the
+two means differ by no more than
 
     t √(s²/n + σ²/m + ε²)
 
 with the spreads s and σ over n measured and m predicted independent places, ε the error common to all places, and
-Student's t for Welch's number of degrees of freedom. Differences in the shape of the distributions are reported, not
-fitted.
+Student's t for Welch's number of degrees of freedom. The fit and both ends of its interval are roots on the logarithm
+of the quantity, each solved until a solved value is near it. Differences in the shape of the distributions are
+reported, not fitted.
 """
 
 from __future__ import annotations
@@ -27,52 +27,25 @@ _LEVELS = np.linspace(0.05, 0.95, 19)
 #: Factor on a fixed quantity, to find how the fitted value depends on it.
 CHANGE = 1.2
 
-#: Most values solved; longest step between two values, and largest distance of a solved value from the fit (both ln).
-_MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 12, np.log(4.0), 0.05
+#: Most values solved; longest step beyond them, and largest distance of a root from a solved value (both ln).
+_MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 14, np.log(4.0), 0.05
 
-#: The values that are tried: up to so many times the first one, and down to that part of it.
-_FARTHEST = 1e3
+#: The values that are tried, over the first one (ln).
+_FARTHEST = -np.log(1e3), np.log(1e3)
 
 #: Below this number all places count as independent.
 _FEW_PLACES = 16
 
-#: Points at which the interval is evaluated.
-_INTERVAL_POINTS = 2001
-
 
 class Predicted(NamedTuple):
-    """Forces at all places for one value of the number, and the relative error that all of them share."""
+    """Forces at all places for one value of the quantity, and the relative error that all of them share."""
 
     forces: Samples
     error: float = 0.0
 
 
-class Emulator(NamedTuple):
-    """Logarithm of each place's force as a function of the logarithm of the fitted quantity."""
-
-    ln_value: np.ndarray  # (values), ascending
-    ln_force: np.ndarray  # (values, places)
-    error: np.ndarray  # (values), common to all places
-
-    def at(self, x: np.ndarray | float) -> np.ndarray:
-        """Return the logarithms of the forces, (…, places)."""
-        from scipy.interpolate import PchipInterpolator
-
-        return PchipInterpolator(self.ln_value, self.ln_force, axis=0)(x)
-
-
-class Compared(NamedTuple):
-    """What is compared with predictions: logarithms of measured forces, and how many places on both sides count."""
-
-    ln_force: np.ndarray
-    error: float  # relative, common to all
-    independent: float
-    predicted: float  # independent places of the prediction
-    confidence: float
-
-
 class Fitted(NamedTuple):
-    """The fitted value and its interval; NaN beyond the solved values."""
+    """The fitted value and its interval; NaN beyond the values that could be solved."""
 
     value: float
     low: float
@@ -85,44 +58,111 @@ class Fitted(NamedTuple):
     left_out: tuple[float, ...]  # values that could not be solved
 
 
-class _Test(NamedTuple):
-    """Difference of the means, and the largest that the interval allows, at many values of the number."""
-
-    x: np.ndarray
-    difference: np.ndarray  # predicted less measured, of the mean logarithms
-    allowed: np.ndarray
-    best: float  # where the means agree, or nearly so
-    inside: bool  # whether they agree
-
-    @property
-    def accepted(self) -> np.ndarray:
-        """Which values lie in the interval."""
-        return np.abs(self.difference) <= self.allowed
-
-
-def ln_quantiles(ln_values: np.ndarray) -> np.ndarray:
-    """Return the quantiles that are compared, along the last axis."""
-    return np.log(np.moveaxis(np.quantile(np.exp(ln_values), _LEVELS, axis=-1), 0, -1))
-
-
 def matching(
     forces: Samples, predict: Callable[[float], Predicted], start: float, *, confidence: float, error: float
 ) -> Fitted:
     """Return the value whose predicted forces, roughly proportional to it, agree in the mean, and its interval."""
-    ln_force, first = np.log(counted_equally(forces, "fit_pair").values), predict(start)
-    compared = Compared(ln_force, error, _independent(forces), _independent(first.forces), confidence)
-    known, failed = {float(np.log(start)): first}, list[float]()
-    ends = np.log(start) - np.log(_FARTHEST), np.log(start) + np.log(_FARTHEST)
-    gap = float(ln_force.mean() - np.log(first.forces.values).mean())
-    guess = gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5)
-    x: float | None = float(np.clip(np.log(start) + guess, *ends))
-    while x is not None and len(known) + len(failed) < _MOST_VALUES:
+    search = _Search(
+        np.log(counted_equally(forces, "fit_pair").values), predict, _independent(forces), confidence, error
+    )
+    search.solve(np.log(start), required=True)
+    gap = -float(search.difference[0])
+    search.solve(np.log(start) + float(np.clip(gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5), *_FARTHEST)))
+    best = search.root(0.0)
+    low, high = (search.root(sign) if np.isfinite(best) else np.nan for sign in (1.0, -1.0))
+    return search.fitted(best, low, high)
+
+
+class _Search:
+    """The values of the quantity that were solved, as logarithms, and the comparison of their forces."""
+
+    def __init__(self, ln_force: np.ndarray, predict, independent: float, confidence: float, error: float):
+        self.ln_force, self.predict, self.independent = ln_force, predict, independent
+        self.confidence, self.error = confidence, error
+        self.known: dict[float, Predicted] = {}
+        self.failed: list[float] = []
+
+    def solve(self, x: float, required: bool = False) -> None:
+        """Predict the forces at a value, and keep the values in ascending order."""
         try:
-            known[x] = predict(float(np.exp(x)))
-        except ValueError:  # such as a contact beyond the scan's edge: the others can be fitted
-            failed.append(x)
-        x = _next(known, failed, ends, compared)
-    return _fitted(_emulator(known), compared, failed)
+            self.known = dict(sorted({**self.known, x: self.predict(float(np.exp(x)))}.items()))
+        except ValueError:  # such as a contact beyond the scan's edge: other values can be fitted
+            if required:
+                raise
+            self.failed.append(x)
+
+    @property
+    def x(self) -> np.ndarray:
+        """The solved values."""
+        return np.array(list(self.known))
+
+    @property
+    def predicted(self) -> np.ndarray:
+        """Logarithms of the predicted forces, (values, places)."""
+        return np.log([known.forces.values for known in self.known.values()])
+
+    @property
+    def difference(self) -> np.ndarray:
+        """Predicted less measured mean logarithm."""
+        return self.predicted.mean(axis=-1) - self.ln_force.mean()
+
+    def allowed(self) -> np.ndarray:
+        """Return the largest difference that the interval allows, at each value."""
+        from scipy.stats import t
+
+        places = _independent(next(iter(self.known.values())).forces)
+        own, theirs = self.ln_force.var(ddof=1) / self.independent, self.predicted.var(axis=-1, ddof=1) / places
+        shared = np.nan_to_num([known.error for known in self.known.values()])
+        whole = own + theirs + self.error**2 + shared**2
+        freedom = whole**2 / np.maximum(own**2 / (self.independent - 1) + theirs**2 / (places - 1), 1e-30)
+        return t.ppf(0.5 + self.confidence / 2, np.minimum(freedom, 1e6)) * np.sqrt(whole)
+
+    def root(self, sign: float) -> float:
+        """Return the value at which the difference plus ``sign`` times the allowed one is 0; NaN if none is reached."""
+        first = next(iter(self.known))
+        while True:
+            x = self._guess(self.difference + sign * self.allowed())
+            near = float(self.x[np.argmin(np.abs(self.x - x))])
+            blocked = [value for value in self.failed if min(near, x) <= value <= max(near, x)]
+            if blocked:  # short of what could not be solved
+                x = 0.5 * (near + min(blocked, key=lambda value: abs(value - near)))
+            if abs(x - near) <= _CLOSE_ENOUGH:
+                return np.nan if blocked else x
+            if len(self.known) + len(self.failed) >= _MOST_VALUES or not _FARTHEST[0] <= x - first <= _FARTHEST[1]:
+                return np.nan
+            self.solve(x)
+
+    def _guess(self, y: np.ndarray) -> float:
+        """Return where a function of the solved values is 0, interpolated or extrapolated linearly."""
+        x, k = self.x, int(np.argmin(np.abs(y)))
+        crossings = np.flatnonzero(np.diff(np.sign(y)) != 0)
+        if crossings.size:
+            k = int(crossings[np.argmin(np.abs(y[crossings]))])
+            return float(x[k] - y[k] * (x[k + 1] - x[k]) / (y[k + 1] - y[k]))
+        slope = max(np.polyfit(x, y, 1)[0], 0.1) if x.size > 1 else 1.0
+        return float(x[k] - np.clip(y[k] / slope, -_LONGEST_STEP, _LONGEST_STEP))
+
+    def fitted(self, best: float, low: float, high: float) -> Fitted:
+        """Return the fit with its interval, and how the distributions agree."""
+        k = int(np.argmin(np.abs(self.x - best))) if np.isfinite(best) else int(np.argmin(np.abs(self.difference)))
+        measured, predicted = (_ln_quantiles(values) for values in (self.ln_force, self.predicted))
+        slopes = np.gradient(self.difference, self.x) if len(self.known) > 1 else [np.nan]
+        return Fitted(
+            value=float(np.exp(best)),
+            low=float(np.exp(low)),
+            high=float(np.exp(high)),
+            exponent=float(slopes[k]),
+            spread_ratio=float(measured.std() / predicted[k].std()) if predicted[k].std() > 1e-12 else np.nan,
+            mean=float(self.ln_force.mean()),
+            values=np.exp(self.x),
+            distance=np.sqrt(np.mean((predicted - measured) ** 2, axis=-1)),
+            left_out=tuple(np.exp(sorted(self.failed))),
+        )
+
+
+def _ln_quantiles(ln_values: np.ndarray) -> np.ndarray:
+    """Return the quantiles that are compared, along the last axis."""
+    return np.log(np.moveaxis(np.quantile(np.exp(ln_values), _LEVELS, axis=-1), 0, -1))
 
 
 def _independent(forces: Samples) -> float:
@@ -130,83 +170,3 @@ def _independent(forces: Samples) -> float:
     if forces.places is None or forces.values.size < _FEW_PLACES or np.ptp(forces.values) == 0:
         return float(forces.values.size)
     return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))
-
-
-def _emulator(known: dict[float, Predicted]) -> Emulator:
-    x = sorted(known)
-    ln_force = np.log([known[value].forces.values for value in x])
-    return Emulator(np.array(x), ln_force, np.nan_to_num([known[value].error for value in x]))
-
-
-def _tested(emulator: Emulator, compared: Compared) -> _Test:
-    """Return the difference of the means over the values covered, and the largest that the interval allows."""
-    from scipy.stats import t
-
-    x = np.unique(np.r_[np.linspace(emulator.ln_value[0], emulator.ln_value[-1], _INTERVAL_POINTS), emulator.ln_value])
-    predicted = emulator.at(x)
-    own = compared.ln_force.var(ddof=1) / compared.independent, compared.independent - 1
-    theirs = predicted.var(axis=-1, ddof=1) / compared.predicted, compared.predicted - 1
-    whole = own[0] + theirs[0] + compared.error**2 + np.interp(x, emulator.ln_value, emulator.error) ** 2
-    freedom = whole**2 / np.maximum(own[0] ** 2 / own[1] + theirs[0] ** 2 / theirs[1], 1e-30)
-    allowed = t.ppf(0.5 + compared.confidence / 2, np.minimum(freedom, 1e6)) * np.sqrt(whole)
-    difference = predicted.mean(axis=-1) - compared.ln_force.mean()
-    cross = np.flatnonzero(np.diff(np.sign(difference)) != 0)
-    if not cross.size:
-        k = int(np.argmin(np.abs(difference)))
-        return _Test(x, difference, allowed, float(x[k]), 0 < k < x.size - 1)
-    a, b = difference[cross], difference[cross + 1]
-    roots = x[cross] + (x[cross + 1] - x[cross]) * a / (a - b)
-    nearest = np.argmin(_distances(emulator.at(roots), compared))  # if there are several
-    return _Test(x, difference, allowed, float(roots[nearest]), True)
-
-
-def _next(
-    known: dict[float, Predicted], failed: list[float], ends: tuple[float, float], compared: Compared
-) -> float | None:
-    """Return the logarithm of the value to solve next; None where the fit and both ends are known, or cannot be."""
-    if len(known) < 2:
-        return 0.5 * (min(known) + failed[-1])
-    emulator = _emulator(known)
-    tested = _tested(emulator, compared)
-    if tested.inside and np.abs(emulator.ln_value - tested.best).min() > _CLOSE_ENOUGH:
-        return tested.best
-    slope = np.polyfit(emulator.ln_value, emulator.ln_force.mean(axis=1), 1)[0]
-    for side, index in ((-1, 0), (1, -1)):
-        at_fit = not tested.inside and tested.best == tested.x[index]
-        if not (at_fit or (tested.inside and tested.accepted[index])):
-            continue
-        difference = abs(tested.difference[index])
-        missing = difference if at_fit else tested.allowed[index] - difference
-        edge, far = tested.x[index], np.clip(1.3 * missing / max(abs(slope), 1e-3), 4 * _CLOSE_ENOUGH, _LONGEST_STEP)
-        beyond = [abs(value - edge) for value in failed if (value - edge) * side > 0]
-        if beyond and far >= min(beyond):  # short of what could not be solved
-            far = 0.5 * min(beyond)
-        x = float(np.clip(edge + side * far, *ends))
-        if (x - edge) * side > _CLOSE_ENOUGH:
-            return x
-    return None
-
-
-def _distances(ln_force: np.ndarray, compared: Compared) -> np.ndarray:
-    """Return the rms difference between predicted and measured logarithms of quantiles, at each value."""
-    return np.sqrt(np.mean((ln_quantiles(ln_force) - ln_quantiles(compared.ln_force)) ** 2, axis=-1))
-
-
-def _fitted(emulator: Emulator, compared: Compared, failed: list[float]) -> Fitted:
-    tested = _tested(emulator, compared)
-    best, accepted = tested.best, tested.accepted
-    low, high = np.exp(tested.x[accepted][[0, -1]] if accepted.any() else [best, best])
-    predicted = emulator.at(best)
-    target, own = ln_quantiles(compared.ln_force), ln_quantiles(predicted)
-    near = np.clip(best + np.array([-0.05, 0.05]), emulator.ln_value[0], emulator.ln_value[-1])
-    return Fitted(
-        value=float(np.exp(best)) if tested.inside else np.nan,
-        low=np.nan if accepted[0] or not tested.inside else float(low),
-        high=np.nan if accepted[-1] or not tested.inside else float(high),
-        exponent=float(np.diff(emulator.at(near).mean(axis=-1))[0] / np.diff(near)[0]),
-        spread_ratio=float(target.std() / own.std()) if own.std() > 1e-12 else np.nan,
-        mean=float(predicted.mean()),
-        values=np.exp(emulator.ln_value),
-        distance=_distances(emulator.ln_force, compared),
-        left_out=tuple(np.exp(sorted(failed))),
-    )
