@@ -57,18 +57,15 @@ def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
     xr.testing.assert_identical(roughxr.open_pull_off(volume[0]), whole)
 
 
-def test_kept_curves_are_forces_over_the_distance_from_contact(volume):
-    found = roughxr.measured.curves_pull_off(roughxr.measured.open_curves(volume[0]), curves=True)
-    assert found.force.dims == ("subregion", "branch", "piezo_distance")
+def test_recorded_forces_less_their_baselines_are_the_spheres(volume):
+    curves = roughxr.measured.open_curves(volume[0])
+    found, drawn = roughxr.measured.curves_pull_off(curves), curves.sel(branch="retraction")
     fine = np.linspace(150.0, -800.0, 100_000)
-    zero = fine[np.flatnonzero(made.sphere(fine) > 0)[-1]]
-    assert found.contact_point.mean() == pytest.approx(zero, abs=1.0)
-    ends = found.where((found.piezo_distance < 170) | (found.piezo_distance > 220)).force.mean("subregion")
-    there = zero - found.piezo_distance.values
-    for branch, piezo in (("loading", there[::-1]), ("retraction", there)):
-        expected = made.sphere(piezo)[:: -1 if branch == "loading" else 1]
-        off = ends.sel(branch=branch) - np.where(np.abs(there) < 5, np.nan, expected)
-        assert float(np.abs(off).quantile(0.99)) < 5.0
+    assert found.contact_point.mean() == pytest.approx(fine[np.flatnonzero(made.sphere(fine) > 0)[-1]], abs=1.0)
+    left = drawn.force - found.baseline_offset - found.baseline_tilt * (drawn.piezo - found.contact_point)
+    away = abs(drawn.piezo.values[0] - fine[np.argmin(made.sphere(fine))]) > 25  # else before or after the detachment
+    off = left.mean("subregion") - made.sphere(drawn.piezo.values[0])
+    assert float(abs(off[away]).quantile(0.99)) < 5.0
 
 
 WRITERS = {

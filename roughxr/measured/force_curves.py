@@ -10,7 +10,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
-from .baselines import Baseline, baseline_of, recorded_curves
+from .baselines import Baseline, baseline_of
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
@@ -55,9 +55,7 @@ class _Pull(NamedTuple):
     reason: str = ""
 
 
-def curves_pull_off(
-    ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 1.0, curves: bool = False
-) -> xr.Dataset:
+def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, baseline: float = 1.0) -> xr.Dataset:
     """Return the pull-off forces of force-distance curves.
 
     Parameters
@@ -71,10 +69,7 @@ def curves_pull_off(
         the cantilever from the distance.
     baseline : float
         The share of the travel, farthest from the surface, in which the baseline is sought: the longest stretch, from
-        the far end, that a line explains within the noise, or a line with an interference fringe.
-    curves : bool
-        Keep the curves: ``force`` less its baseline (nN) along (subregion, branch, piezo_distance), the distance
-        counted from the contact point in steps of the recorded samples, NaN beyond a curve's ends.
+        the far end, that a line explains within the noise.
 
     Returns
     -------
@@ -84,7 +79,8 @@ def curves_pull_off(
         largest pull, less the bending of the cantilever where its spring constant is known; ``work_of_separation``
         (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at
         zero force; ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact
-        point and ``baseline_tilt`` (nN/nm); ``reason``, why a curve has no pull-off, which then is NaN.
+        point and ``baseline_tilt`` (nN/nm), of the line to subtract from the recorded force; ``reason``, why a curve
+        has no pull-off, which then is NaN.
 
     Warns
     -----
@@ -114,8 +110,6 @@ def curves_pull_off(
     out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Pull._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
-    if curves:
-        out = out.merge(recorded_curves(recorded, out["contact_point"].values, baseline))
     _warn_of_slope(out["contact_slope"].values, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
