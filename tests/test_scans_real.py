@@ -33,7 +33,7 @@ def test_size_and_range(name, shared_scans):
     found = [scan.sizes[axis] * float(scan[axis][1] - scan[axis][0]) for axis in "xy"]
     np.testing.assert_allclose(found, size, rtol=1e-6)
     assert float(scan["height"].max() - scan["height"].min()) == pytest.approx(relief, rel=1e-6)
-    about_plane = float(roughness(scan, spectra=False)["s_q"])
+    about_plane = float(roughness(scan)["s_q"])
     assert about_plane == pytest.approx(plane, rel=0.005, abs=0.005)
     assert float(level(scan, method="quadratic")["height"].std()) == pytest.approx(quadratic, rel=0.005, abs=0.005)
 
@@ -78,6 +78,6 @@ def test_asylums_size_is_the_stored_step(shared_scans):
 
 def test_a_quarter_of_a_rough_scan(shared_scans):
     scan = open_scan(shared_scans / "bruker_10um_512_rough.di")
-    quarter = roughness(crop(scan, x=(0, 5000), y=("5 um", "10 um")), spectra=False)
+    quarter = roughness(crop(scan, x=(0, 5000), y=("5 um", "10 um")))
     assert float(quarter["size_x"]) == 5000
     assert 13.5 < float(quarter["s_q"]) < 14.8

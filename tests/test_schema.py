@@ -38,8 +38,8 @@ def test_heights_of_any_real_type_are_taken(kind):
     assert 180 < whole.max() < 256
     surface = scan(whole)
     typed = surface.assign(height=(("x", "y"), whole.astype(kind), {"units": "nm"}))
-    expected = roughness(surface, spectra=False)
-    xr.testing.assert_allclose(roughness(typed, spectra=False), expected, rtol=1e-5)
+    expected = roughness(surface)
+    xr.testing.assert_allclose(roughness(typed), expected, rtol=1e-5)
 
 
 def test_a_lazy_masked_array_means_what_one_in_memory_does():

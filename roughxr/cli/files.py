@@ -51,7 +51,7 @@ def info(options: Namespace) -> None:
     scan = opened(options.file, options).load()
     channel = printable(str(scan.attrs.get("channel", "height")))
     print(f"\nroughness of {channel}, nm about its mean plane where not said otherwise:")
-    for variable, value in scans.roughness(scan, spectra=False).data_vars.items():
+    for variable, value in scans.roughness(scan).data_vars.items():
         if value.ndim == 0:
             print(f"  {variable!s:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
     if options.picture:

@@ -46,7 +46,7 @@ from ..particles import critical_load, resting
 from ..particles.resting_places import is_rests
 from ..particles.simulated_moments import rigid_moments, simulated_moments
 from ..report.summary import BUDGET
-from ..scans import level, regions, roughness
+from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import answered, headline, mesh_error
@@ -303,7 +303,7 @@ def _surface(task: _Task) -> dict[str, xr.Dataset]:
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
         "asperities": catalogue,
         "reconstruction": reconstruct(scan, catalogue),
-        "statistics/roughness": roughness(scan, spectra=True),
+        "statistics/roughness": roughness(scan).merge(power_spectrum(level(scan)), combine_attrs="override"),
     }
 
 

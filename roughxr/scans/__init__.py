@@ -14,7 +14,7 @@ from .levelling import level
 from .plausibility import ImplausibleScan
 from .roughness_parameters import roughness
 from .samples import open_sample
-from .spectra import autocorrelation, power_spectrum
+from .spectra import power_spectrum
 from .tip import dilate, erode, tip_flags
 
 __all__ = [
@@ -22,7 +22,6 @@ __all__ = [
     "RoughxrBackend",
     "UnreadableScan",
     "add_fine_roughness",
-    "autocorrelation",
     "combined_spectrum",
     "crop",
     "describe",

@@ -1,4 +1,4 @@
-"""Roughness numbers: the paper's two, the height and hybrid parameters of ISO 25178-2, and two spectra.
+"""Roughness numbers: the paper's two, and the height and hybrid parameters of ISO 25178-2.
 
 The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean: R_a = mean |Z|,
 R_q = sqrt(mean Z²). (The values that it prints are sqrt(sum Z²) / MN instead, too small by 512 for its 512 x 512
@@ -14,32 +14,22 @@ import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
 from .levelling import level
-from .spectra import autocorrelation, power_spectrum
-
-#: Polynomial order of the reference surface of the ISO parameters.
-_REFERENCES = {"plane": 1, "mean": 0}
 
 
-def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False) -> xr.Dataset:
+def roughness(ds: xr.Dataset) -> xr.Dataset:
     """Return the roughness parameters of a scan.
 
     Parameters
     ----------
     ds : Dataset
-        A scan; missing pixels are left out of the numbers and of ``acf``; over one in a hundred leave ``psd`` NaN.
-    reference : {"plane", "mean"}
-        Reference of the ISO parameters and the spectra: the least-squares plane, or the mean height only.
-    spectra : bool
-        Whether to add ``psd`` and ``acf``, thousands of numbers beside some dozen; they need the whole height map in
-        memory at once. `power_spectrum` and `autocorrelation` give them alone.
+        A scan; missing pixels are left out.
 
     Returns
     -------
     Dataset
         Scalars ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z`` in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of
-        unit 1 (about the reference), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0); ``psd`` over
-        ``wavevector`` and ``acf`` over ``lag``. Size and pixel are coordinates, origin and levelling history
-        attributes. Lazy where the scan is.
+        unit 1 (about the least-squares plane), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0). Size and pixel
+        are coordinates, origin and levelling history attributes. Lazy where the scan is.
 
     Notes
     -----
@@ -56,16 +46,12 @@ def roughness(ds: xr.Dataset, *, reference: str = "plane", spectra: bool = False
     1.9
     """
     scan = validate(ds, "scan")
-    if reference not in _REFERENCES:
-        raise ValueError(f"reference: expected one of {tuple(_REFERENCES)}, found {reference!r}")
-    flat = scan.assign(height=level(scan, method="polynomial", order=_REFERENCES[reference])["height"])
+    flat = scan.assign(height=level(scan)["height"])
     own = scan["height"]  # the paper's numbers are about height 0
     datum = {"r_a_datum": abs(own).mean(), "r_q_datum": np.sqrt((own**2).mean())}
     out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **datum})
-    if spectra:
-        out = out.merge(power_spectrum(flat)).merge(autocorrelation(flat))
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
-    return record(label(out), "roughness", reference=reference, spectra=spectra)
+    return record(label(out), "roughness")
 
 
 def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:

@@ -1,13 +1,10 @@
-"""Power spectrum and autocorrelation of a height map, averaged over directions, with their normalisation.
+"""Power spectrum of a height map, averaged over directions, with its normalisation.
 
 Convention of Jacobs, Junge and Pastewka, Surf. Topogr.: Metrol. Prop. 5 (2017) 013001: with
 h~(q) = dx dy sum h exp(-i q r) the two-dimensional spectrum is C(q) = |h~(q)|² / A, in nm⁴, A being the area
 of all pixels, so that sum C / A = mean h² (Parseval). ``psd`` is the mean of C over the modes of a ring and
 ``psd_modes`` their number; rings cover every mode, corners and mean included, so that
 sum(psd * psd_modes) / A = mean h² to rounding.
-
-The autocorrelation is that of a surface that does not repeat: acf(lag) = mean of h(r) h(r + lag) over the
-pixels that have a partner, in nm², hence acf(0) = mean h².
 """
 
 from __future__ import annotations
@@ -69,38 +66,6 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     return out
 
 
-def autocorrelation(ds: xr.Dataset) -> xr.Dataset:
-    """Return the autocorrelation of a scan's heights, not levelled first, averaged over rings of lags.
-
-    Parameters
-    ----------
-    ds : Dataset
-        A scan; level it first, since the mean is not subtracted. Pairs with a missing pixel are left out.
-
-    Returns
-    -------
-    Dataset
-        ``acf`` nm² over ``lag`` nm, up to half the shorter side.
-
-    Examples
-    --------
-    >>> import roughxr
-    >>> scan = roughxr.open_sample("glass")
-    >>> bool(abs(autocorrelation(scan).acf.sel(lag=0) / (scan.height**2).mean() - 1) < 1e-9)
-    True
-    """
-    scan = validate(ds, "scan")
-    shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
-    lags = [np.arange(n // 2 + 1) * step for n, step in zip(shape, steps)]
-    # lags along y of both signs: two of the four quadrants are enough, the others mirror them
-    both = np.concatenate([-lags[1][:0:-1], lags[1]])
-    radius = np.hypot(lags[0][:, None], both)
-    radius[0, : lags[1].size - 1] = np.nan  # mirrored by the other half of the same row
-    radius[radius > (1 + 1e-9) * min(lags[0][-1], lags[1][-1])] = np.nan
-    lag, acf, _ = ring_means(_correlation(scan["height"].values), radius, max(steps))
-    return label(xr.Dataset({"acf": ("lag", acf)}, {"lag": lag}, scan.attrs))
-
-
 def ring_means(values: np.ndarray, radius: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return mean radius, mean value and number of members of rings of this width; NaN radii are left out."""
     inside = ~np.isnan(radius)
@@ -130,24 +95,3 @@ def _spectrum(height: np.ndarray, scale: np.ndarray | float, steps: tuple[float,
         height = np.where(known, height, height[known].mean())
     transformed = np.fft.fft2(height * scale)
     return np.abs(transformed) ** 2 * (steps[0] * steps[1] / height.size)
-
-
-def _correlation(height: np.ndarray) -> np.ndarray:
-    """Return the mean product of heights over lags 0 … nx/2 along x and -ny/2 … ny/2 along y, in nm²."""
-    from scipy.fft import irfft2, next_fast_len, rfft2
-
-    shape, known = height.shape, np.isfinite(height)
-    padded = [next_fast_len(n + n // 2, real=True) for n in shape]
-    half = [n // 2 for n in shape]
-
-    def sums(values: np.ndarray) -> np.ndarray:
-        both = irfft2(np.abs(rfft2(values, padded)) ** 2, padded)
-        return np.roll(both, half[1], axis=1)[: half[0] + 1, : 2 * half[1] + 1]
-
-    if known.all():
-        lags = np.arange(half[0] + 1), abs(np.arange(-half[1], half[1] + 1))
-        return sums(height) / np.multiply.outer(shape[0] - lags[0], shape[1] - lags[1])
-    partners = np.rint(sums(known.astype(float)))
-    return np.divide(
-        sums(np.where(known, height, 0.0)), partners, out=np.full(partners.shape, np.nan), where=partners > 0
-    )

@@ -23,7 +23,7 @@ SCALES = [1.0, 1.0, 0.1, 3.0, 40.0]
 
 #: Not compared: see `test_identities`; heights about 0; what follows from gravity; the order of equal things.
 LEFT = {*identities.LEFT, "r_a_datum", "r_q_datum", "critical_friction_velocity", "carrier_x", "carrier_y"}
-LEFT |= {"lag", "pass_x", "pass_y", "pass_to", "aic", "log_likelihood", "rest_height", "in_range"}
+LEFT |= {"pass_x", "pass_y", "pass_to", "aic", "log_likelihood", "rest_height", "in_range"}
 
 #: Not scaled: Hamaker's forces begin at a fixed closest approach. Resting positions decide between equal pixels.
 AS_IT_IS = ("rigid", "formulas", "regime")
@@ -45,7 +45,6 @@ MORE = {
     "reconstruct": lambda scan, at, s: roughxr.reconstruct(scan),
     "power_spectrum": lambda scan, at, s: scans.power_spectrum(roughxr.level(scan)),
     "self_affine_fit": lambda scan, at, s: scans.self_affine_fit(scan),
-    "autocorrelation": lambda scan, at, s: scans.autocorrelation(roughxr.level(scan)),
     "tip_flags": lambda scan, at, s: scans.tip_flags(roughxr.asperities(scan), tip_radius=10.0 * s),
     "formulas": lambda scan, at, s: roughxr.formulas(scan, subregions=at, refine=2),
     "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)).drop_sel(statistic="count"),

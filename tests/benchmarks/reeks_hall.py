@@ -101,7 +101,7 @@ def describe(rms, scan, held, words):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "fit: each place counts as one")  # the law is of places here
         numbers = particles.parameters(held)
-    slope = float(scan.contact.roughness(spectra=False).s_dq)
+    slope = float(scan.contact.roughness().s_dq)
     print(
         f"  rms {rms:g} nm, {words} (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, "
         f"spread {float(numbers.adhesion_spread):.2f}; lever over radius {float(numbers.lever_median):.4f}; "
