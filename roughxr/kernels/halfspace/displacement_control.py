@@ -18,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..jit import kernel
 from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
 from .working_set import Guess, box_below, contact_in
@@ -59,24 +60,24 @@ def sweep_arrays(
     the last ``keep``.
     """
     separation = np.where(np.isnan(separation), np.inf, separation)
+    lowest = separation.min(1), separation.min(0)
+    touch = lowest[0].min(initial=np.inf)
     cap, limit = hardness.scaled(dx / contact_modulus)
-    states, pressures, displacements = records(len(deltas), separation.shape, keep)
-    trail = []
-    for k, delta in enumerate(deltas):
-        box, count = box_below(separation, delta)
-        if count == 0:
+    states, *fields = records(len(deltas), separation.shape, max(keep, 2))
+    last = (-np.inf, *(field[0] for field in fields))
+    older = last
+    for k, delta in enumerate(deltas, -len(deltas)):
+        if not touch < delta:
             continue
+        box = box_below(lowest, delta)
         depth = delta - separation[box]
-        guess = ahead_of(trail, delta, box, depth, cap) if trail else None
+        guess = extrapolated(older, last, delta, box, depth, cap) if last[0] > -np.inf else None
         contact = contact_in(depth, tolerance, max_iterations, cap, guess)
         describe(states[k], contact, depth, cap, limit)
-        pressure, displacement = np.zeros(separation.shape), np.full(separation.shape, np.nan)
+        pressure, displacement = (field[k % len(field)] for field in fields)  # boxes grow: older ones are overwritten
         pressure[box], displacement[box] = contact.pressure, contact.displacement
-        trail = [*trail[-1:], (delta, pressure, displacement)]
-        field = k - len(deltas) + keep
-        if field >= 0:
-            pressures[field], displacements[field] = pressure, displacement
-    return in_units(states, pressures, displacements, dx, contact_modulus, hardness)
+        older, last = last, (delta, pressure, displacement)
+    return in_units(states, *(field[len(field) - keep :] for field in fields), dx, contact_modulus, hardness)
 
 
 def records(count, shape, keep):
@@ -95,23 +96,36 @@ def in_units(states, pressures, displacements, dx, contact_modulus, hardness):
     return states, pressures, displacements
 
 
-def ahead_of(trail, delta, box, depth, cap):
-    """Return a guess in a box, extrapolated from the last two solutions, or from one with half of the step.
+def extrapolated(older, last, delta, box, depth, cap):
+    """Return a guess in a box from two states (δ, pressure, displacement) of the window; δ = -inf if one is unknown."""
+    (rows, columns), step = box, delta - last[0]
+    ahead = step / (last[0] - older[0])
+    return Guess(*_extrapolated(depth, step, ahead, *last[1:], *older[1:], cap, rows.start, columns.start))
+
+
+@kernel
+def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, older_displacement, cap, row, column):
+    """Extrapolate linearly: return the pressures, the cells in contact and those that may touch.
 
     With increasing δ the contact grows, and displacements outside it grow faster than linearly (the inverse of A has
     positive entries on its diagonal only). Linear extrapolation therefore overestimates the contact: a cell that will
-    touch penetrates, a slight penetration seldom leads to contact.
+    touch penetrates, a slight penetration seldom leads to contact. Where the older displacement is unknown, the last
+    one is taken for cells that may touch, and grows by half of the step for cells in contact.
     """
-    before, pressure, displacement = trail[-1][0], *(field[box] for field in trail[-1][1:])
-    touching, step = pressure > 0.0, delta - before
-    grown = displacement + 0.5 * step
-    if len(trail) == 2:
-        ahead = step / (before - trail[0][0])
-        grown = displacement + ahead * (displacement - trail[0][2][box])
-        pressure = pressure + ahead * (pressure - trail[0][1][box])
-    gap, pressure = grown - depth, np.clip(pressure, 0.0, cap)
-    touching = (touching | (gap < -_JOINING_PART * step)) & (pressure < cap)
-    return Guess(pressure, touching, touching | ~(gap >= 0.0))
+    guess, touching = np.empty(depth.shape), np.empty(depth.shape, np.bool_)
+    possible = np.empty(depth.shape, np.bool_)
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            k, m = row + i, column + j
+            p, u = pressure[k, m], displacement[k, m]
+            growth, doubt = ahead * (u - older_displacement[k, m]), 0.0
+            if np.isnan(growth):
+                growth, doubt = 0.0, 0.5 * step
+            gap = u + growth - depth[i, j]
+            guess[i, j] = min(max(p + ahead * (p - older_pressure[k, m]), 0.0), cap)
+            touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING_PART * step) and guess[i, j] < cap
+            possible[i, j] = touching[i, j] or not gap >= 0.0
+    return guess, touching, possible
 
 
 def describe(row, contact, depth, cap, limit):

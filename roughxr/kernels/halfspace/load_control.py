@@ -14,7 +14,8 @@ Inside, unit cells and unit modulus: loads are in units of E* dx, hence in nm as
 import numpy as np
 
 from .active_set import CONVERGED, ITERATION_LIMIT
-from .displacement_control import ELASTIC, STATUS, ahead_of, describe, in_units, records
+from .displacement_control import ELASTIC, STATUS, describe, extrapolated, in_units, records
+from .products import DENSE_LIMIT
 from .working_set import (
     COARSE_ITERATIONS,
     COARSE_TOLERANCE,
@@ -53,17 +54,15 @@ def loaded_arrays(
     deltas, arrays = np.full(len(loads), np.nan), records(len(loads), separation.shape, keep)
     states, pressures, displacements = arrays
     states[:, STATUS] = ITERATION_LIMIT  # where there is nothing to press on, no load is carried
-    windows, touch = [separation], separation.min(initial=np.inf)
-    while min(windows[-1].shape) >= _SMALLEST_HALVED:
-        windows.append(halved(windows[-1]))
+    touch = separation.min(initial=np.inf)
     scaled, contact = np.asarray(loads) / (contact_modulus * dx), None
     for k, load in enumerate(scaled if np.isfinite(touch) else ()):
         if contact is None:
-            delta, guess = _coarse_guess(windows, load, cap)
+            delta, start = _first_guess(separation, load, cap)
         else:
             delta = touch + (deltas[k - 1] - touch) * (load / scaled[k - 1]) ** _DEPTH_EXPONENT
-            guess = _onward(separation, delta, deltas[k - 1], contact, cap)
-        deltas[k], contact = _solve(separation, load, delta, guess, tolerance, max_iterations, cap)
+            start = _from_state(deltas[k - 1], contact, cap)
+        deltas[k], contact = _solve(separation, load, delta, start, tolerance, max_iterations, cap)
         describe(states[k], contact, deltas[k] - separation, cap, limit)
         field = k - len(loads) + keep
         if field >= 0:
@@ -71,37 +70,37 @@ def loaded_arrays(
     return deltas, *in_units(*arrays, dx, contact_modulus, hardness)
 
 
-def _coarse_guess(windows, load, cap):
-    """Return displacement and `Guess` of a load on the first of some windows, the others of cells twice as large each.
-
-    The guess is None where there is but one window.
-    """
-    last = len(windows) - 1
-    delta, guess = windows[last].min() + _depth_estimate(windows[last], load / 2**last), None
-    for n in range(last, 0, -1):  # when the side of cells doubles, E* dx doubles and E*/dx halves
-        limits = COARSE_TOLERANCE, COARSE_ITERATIONS, cap * 2**n
-        coarse_delta, coarse = _solve(windows[n], load / 2**n, delta, guess, *limits)
-        finer = windows[n - 1]
-        delta = max(coarse_delta, finer.min() + 0.1 * (coarse_delta - windows[n].min()))
-        guess = refined(coarse, delta - finer, cap * 2 ** (n - 1))
-    return delta, guess
+def _first_guess(separation, load, cap):
+    """Return a displacement and a start: of few cells by an estimate, else from a solution on cells twice as large."""
+    halves = min(separation.shape) >= _SMALLEST_HALVED
+    depth, touch = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size), separation.min()
+    if np.isfinite(depth):
+        return touch + depth, lambda delta, box, depth: half_deep(depth)
+    coarser = halved(separation)  # E* dx doubles and E*/dx halves
+    limits = COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap
+    reached, coarse = _solve(coarser, 0.5 * load, *_first_guess(coarser, 0.5 * load, 2.0 * cap), *limits)
+    delta = max(reached, touch + 0.1 * (reached - coarser.min()))
+    guess = refined(coarse, delta - separation, cap)
+    return delta, lambda delta, box, depth: Guess(*(np.ascontiguousarray(field[box]) for field in guess))
 
 
-def _onward(separation, delta, before, contact, cap):
-    """Return a guess at a displacement from the contact at another, or from one on too few cells."""
-    trail = [(before, contact.pressure, contact.displacement)]
-    return ahead_of(trail, delta, (slice(None), slice(None)), delta - separation, cap)
+def _from_state(before, contact, cap):
+    """Return a start from the contact at another displacement."""
+    last = before, contact.pressure, contact.displacement
+    older = -np.inf, contact.pressure, np.full(contact.pressure.shape, np.nan)
+    return lambda delta, box, depth: extrapolated(older, last, delta, box, depth, cap)
 
 
-def _solve(separation, load, delta, guess, tolerance, max_iterations, cap):
-    """Return displacement and `Contact` on a window, from a displacement and a guess of the contact, if any, there."""
-    touch, products = separation.min(), 0
+def _solve(separation, load, delta, start, tolerance, max_iterations, cap):
+    """Return displacement and `Contact` on a window; ``start(delta, box, depth)`` returns the `Guess` in a box."""
+    lowest, products = (separation.min(1), separation.min(0)), 0
+    touch = lowest[0].min()
     for _ in range(_MOST_CHOICES):
         reach = touch + _DEPTH_FACTOR * (delta - touch)
-        box, _ = box_below(separation, reach)
+        box = box_below(lowest, reach)
         depth, slack = delta - separation[box], reach - delta
-        begin = half_deep(depth) if guess is None else Guess(*(field[box] for field in guess))
-        solved = solve_in_box(depth, begin, 0.5 * tolerance, max_iterations - products, cap, load=load, slack=slack)
+        guess, most = start(delta, box, depth), max_iterations - products
+        solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, load=load, slack=slack)
         products += solved.outcome.iterations
         reached = delta + solved.outcome.shift
         shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
@@ -110,13 +109,17 @@ def _solve(separation, load, delta, guess, tolerance, max_iterations, cap):
         contact = Contact(pressure, displacement, solved.outcome._replace(iterations=products))
         if solved.outcome.status != CONVERGED or (reached <= reach and not shallow):
             return reached, contact
-        delta, guess = reached, _onward(separation, reached, delta, contact, cap)
+        start, delta = _from_state(delta, contact, cap), reached
     return delta, contact._replace(outcome=contact.outcome._replace(status=ITERATION_LIMIT))
 
 
-def _depth_estimate(separation, load):
-    """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load."""
-    depths = np.sort(separation[np.isfinite(separation)]) - separation.min()
+def _depth_estimate(separation, load, most):
+    """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load.
+
+    NaN where more than ``most`` cells overlap there.
+    """
+    values = separation[np.isfinite(separation)]
+    depths = np.sort(np.partition(values, most)[: most + 1] if most < values.size else values) - separation.min()
     estimates = 0.75 * load / np.sqrt(np.arange(1, depths.size + 1) / (2.0 * np.pi))
-    reached = estimates[:-1] <= depths[1:]  # before the next cell overlaps
-    return estimates[np.argmax(reached) if reached.any() else -1]
+    reached = np.flatnonzero(estimates[:-1] <= depths[1:])  # before the next cell overlaps
+    return estimates[reached[0]] if reached.size else estimates[-1] if depths.size == values.size else np.nan

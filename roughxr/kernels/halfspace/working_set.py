@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, solve
 from .products import DENSE_LIMIT, displaced, multiply, operator
 
@@ -39,13 +40,10 @@ class Contact(NamedTuple):
     outcome: Outcome
 
 
-def box_below(separation, delta):
-    """Return the rows and columns of the bounding box of the cells with S < δ, and their number."""
-    within = separation < delta
-    rows, columns = (np.flatnonzero(within.any(axis)) for axis in (1, 0))
-    if rows.size == 0:
-        return (slice(0, 0), slice(0, 0)), 0
-    return (slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)), np.count_nonzero(within)
+def box_below(lowest, delta):
+    """Return the bounding box of the cells with S < δ, from the least S of each row and of each column."""
+    rows, columns = (np.flatnonzero(least < delta) for least in lowest)
+    return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
 def contact_in(depth, tolerance, max_iterations, cap, guess=None):
@@ -103,21 +101,9 @@ def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0
     With a ``load`` the depths shift, and cells within ``slack`` of overlapping are included. No pressure exceeds the
     ``cap``.
     """
-    inside, deepest = depth > -slack, depth.max()
-    few, goal = np.count_nonzero(inside) <= DENSE_LIMIT, part * deepest
-    touching = inside & guess.touching
-    loaded = touching | (inside & (guess.pressure >= cap)) if cap < np.inf else touching
-    pressure = np.where(loaded, guess.pressure, 0.0)
-    chosen = inside if few else (inside & guess.possible) | loaded  # of few cells all are chosen
-    if load > 0.0 and not pressure.any():
-        touching = touching if touching.any() else depth == deepest
-        pressure[touching] = load / np.count_nonzero(touching)
-        chosen = chosen | touching
-    if not chosen.any():
-        chosen = depth == deepest
-    displacement, products, shift = np.full(depth.shape, np.nan), 0, 0.0
-    if np.count_nonzero(chosen) > DENSE_LIMIT:
-        displacement, products = displaced(pressure), 1
+    pressure, touching, chosen, deepest, few, many = _begin(depth, slack, *guess, cap, load)
+    displacement = displaced(pressure) if many else np.full(depth.shape, np.nan)
+    products, shift, goal = int(many), 0.0, part * deepest
     while True:
         left = max_iterations - products
         outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap)
@@ -126,19 +112,44 @@ def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0
             return Contact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
         displacement = displaced(pressure)
         products += 1
-        worst, touching, chosen = _violation(pressure, displacement, depth, cap, goal, chosen)
+        worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
         if outcome.status != CONVERGED or not worst > goal:  # of numbers that are none too
             return Contact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
 
 
+@kernel
+def _begin(depth, slack, pressure, touching, possible, cap, load):
+    """Return pressures to start from, the cells in contact and those to solve on, and the deepest overlap.
+
+    Few cells are all chosen. Also return whether they are few, and whether the chosen ones are many.
+    """
+    start, contact, chosen = np.zeros(depth.shape), np.zeros(depth.shape, np.bool_), np.zeros(depth.shape, np.bool_)
+    inside, deepest, carrying, count, loaded = 0, -np.inf, 0, 0, False
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            inside, deepest = inside + (depth[i, j] > -slack), max(deepest, depth[i, j])
+    few = inside <= DENSE_LIMIT
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            if depth[i, j] > -slack:
+                contact[i, j] = touching[i, j]
+                yielding = pressure[i, j] >= cap and cap < np.inf
+                start[i, j] = pressure[i, j] if contact[i, j] or yielding else 0.0
+                chosen[i, j] = few or possible[i, j] or contact[i, j] or yielding
+                carrying, count, loaded = carrying + contact[i, j], count + chosen[i, j], loaded or start[i, j] != 0.0
+    if count == 0 or (load > 0.0 and not loaded):
+        for i in range(depth.shape[0]):
+            for j in range(depth.shape[1]):
+                if contact[i, j] or (carrying == 0 and depth[i, j] == deepest):
+                    contact[i, j], chosen[i, j] = load > 0.0, True
+                    start[i, j] = load / max(carrying, 1)
+    return start, contact, chosen, deepest, few, count > DENSE_LIMIT
+
+
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap):
     """Solve on the chosen cells in the box, from a displacement that belongs to the pressure, or is NaN."""
-    rows, columns = np.nonzero(chosen)
-    count, products = rows.size, 0
-    cells = operator(rows, columns, dense=count <= DENSE_LIMIT)
-    compact, gap, contact = np.zeros(count + 1), np.zeros(count + 1), np.zeros(count + 1, bool)
-    deep = depth[chosen]
-    compact[:-1], gap[:-1], contact[:-1] = pressure[chosen], displacement[chosen], touching[chosen]
+    rows, columns, deep, compact, gap, contact = _gather(chosen, depth, pressure, displacement, touching)
+    cells, products = operator(rows, columns, dense=rows.size <= DENSE_LIMIT), 0
     if np.isnan(gap[0]):
         multiply(cells, compact, gap)
         products = 1
@@ -146,15 +157,40 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
     status, iterations, violation, shift = solve(
         cells, deep, compact, gap, contact, goal, max_iterations - products, load, cap, PATIENCE
     )
-    pressure[chosen], displacement[chosen] = compact[:-1], gap[:-1] + (deep + shift)
+    _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement)
     return Outcome(status, iterations + products, violation, shift)
 
 
-def _violation(pressure, displacement, depth, cap, goal, chosen):
-    """Return the largest |g| in contact or of the wrong sign outside, what touches, and the cells to choose."""
-    gap, yielding = displacement - depth, pressure >= cap
-    loaded = (pressure > 0.0) & ~yielding
-    wrong = np.where(yielding, gap, np.where(loaded, np.abs(gap), -gap))
-    deep = depth > 0.0
-    touching = loaded | (deep & (wrong > goal))
-    return wrong[loaded | deep].max(initial=0.0), touching, chosen | touching | yielding
+@kernel
+def _gather(chosen, depth, pressure, displacement, touching):
+    """Return rows, columns and values of the chosen cells, with a last entry of zero after all but the depths."""
+    rows, columns = np.nonzero(chosen)
+    deep, compact, gap = np.empty(rows.size), np.zeros(rows.size + 1), np.zeros(rows.size + 1)
+    contact = np.zeros(rows.size + 1, np.bool_)
+    for k in range(rows.size):
+        i, j = rows[k], columns[k]
+        deep[k], compact[k], gap[k], contact[k] = depth[i, j], pressure[i, j], displacement[i, j], touching[i, j]
+    return rows, columns, deep, compact, gap, contact
+
+
+@kernel
+def _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement):
+    """Write the pressures and displacements of the chosen cells into the box."""
+    for k in range(rows.size):
+        pressure[rows[k], columns[k]], displacement[rows[k], columns[k]] = compact[k], gap[k] + (deep[k] + shift)
+
+
+@kernel
+def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
+    """Add the cells that violate a condition; return the largest |g| in contact or of the wrong sign outside."""
+    worst = 0.0
+    for i in range(depth.shape[0]):
+        for j in range(depth.shape[1]):
+            gap, yielding = displacement[i, j] - depth[i, j], pressure[i, j] >= cap
+            loaded = pressure[i, j] > 0.0 and not yielding
+            wrong = gap if yielding else abs(gap) if loaded else -gap
+            touching[i, j] = loaded or (depth[i, j] > 0.0 and wrong > goal)
+            chosen[i, j] |= touching[i, j] or yielding
+            if loaded or depth[i, j] > 0.0:
+                worst = max(worst, wrong)
+    return worst
