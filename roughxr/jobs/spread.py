@@ -17,8 +17,10 @@ from typing import Any, NamedTuple
 import dask
 import dask.array as da
 import dask.callbacks
+import dask.threaded
 import numpy as np
 import xarray as xr
+from dask.base import get_scheduler
 from dask.delayed import Delayed
 
 from .progress import subregion_bar
@@ -128,37 +130,39 @@ def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[i
     """Compute items on the active scheduler; call ``receive(items, result)`` in this thread as each batch finishes."""
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
     batches = work.batches(items)
-    tasks = _delayed(work, batches, _attempt)
-    delayed = {task.key: batch for task, batch in zip(tasks, batches)}
     with subregion_bar(total, done=total - left, label=work.name) as bar:
 
-        def finished(key: Any, result: Any) -> None:
-            if key in delayed:
-                receive(delayed[key], result)
-                bar.update(work.each * len(delayed[key]))
+        def finished(batch: Sequence[int], result: Any) -> None:
+            receive(batch, result)
+            bar.update(work.each * len(batch))
 
         if (client := active_client()) is not None:
-            _compute_on(client, tasks, finished)
+            _compute_on(client, _delayed(work, batches, _attempt), batches, finished)
         else:
-            _compute_locally(tasks, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1), finished)
+            _compute_locally(work, batches, finished)
 
 
-def _compute_locally(tasks: list[Delayed], at_once: int, finished: Callable[[Any, Any], None]) -> None:
-    with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(key, result)):
-        for k in range(0, len(tasks), at_once):
-            dask.compute(*tasks[k : k + at_once], traverse=False, optimize_graph=False)
+def _compute_locally(work: Work, batches: Sequence[Sequence[int]], finished: Callable) -> None:
+    """Compute batches as plain tasks: delayed ones cost a scheduler six times as much."""
+    get, at_once = get_scheduler() or dask.threaded.get, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
+    with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(batches[key], result)):
+        for first in range(0, len(batches), at_once):
+            arguments = {k: [work.arguments[m] for m in batches[k]] for k in range(len(batches))[first:][:at_once]}
+            tasks = {k: (partial(_attempt, work.task, a, work.dtype, *work.shared),) for k, a in arguments.items()}
+            get(tasks, list(tasks))
 
 
-def _compute_on(client: Any, tasks: list[Delayed], finished: Callable[[Any, Any], None]) -> None:
+def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[int]], finished: Callable) -> None:
     _expect_workers(client)
     futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=_RETRIES)
+    batch_of = dict(zip((future.key for future in futures), batches))
     try:
         for future in sys.modules["distributed"].as_completed(futures):
             try:
                 result = future.result()
             except Exception as error:  # such as a worker that was killed at every attempt
                 result = Failure(error)
-            finished(future.key, result)
+            finished(batch_of[future.key], result)
             future.release()
     finally:
         client.cancel([future for future in futures if not future.done()])
