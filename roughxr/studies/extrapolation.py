@@ -1,8 +1,8 @@
 """`extrapolated`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
 
-From the shortest wavelength that the scan shows correctly, half an octave is added after the other, at a few places,
-until the mean pull-off settles. All places are then solved with all wavelengths, and the few places once more with
-every assumption changed, for the interval of the mean.
+From the shortest wavelength that the scan shows correctly, one part of an octave is added after the other, at a few
+places, until the mean pull-off settles. All places are then solved with all wavelengths, and the few places once more
+with every assumption changed, for the interval of the mean.
 
 Few real surfaces are Gaussian and self-affine, and on pixels as large as a grain none shows its slope. Where a scan
 shows no power law over two octaves, or what no self-affine surface has, the truth lies between two sides: the surface
@@ -36,8 +36,9 @@ from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 
-#: Factor between two wavelengths that are added one after the other; nm, below which no continuum exists.
-_WAVELENGTH_FACTOR, _SHORTEST_WAVE = 0.5**0.5, 0.5
+#: Parts of an octave that are added one after the other: to a power law, which the estimate follows to its end, and
+#: to a real surface, where the estimate lies between both sides. Shortest wavelength, nm: no continuum lies below.
+_PARTS_OF_POWER_LAW, _PARTS_OF_REAL, _SHORTEST_WAVE = 2, 1, 0.5
 
 #: Rms of roughness without effect, over the range of adhesion or of a meniscus.
 _NEGLIGIBLE_RMS = 0.1
@@ -170,7 +171,7 @@ def extrapolated(
     problem, adhesion = settling(bodies, preload=preload)
     surface = Surface(resolved, problem, centres)
     question = Question(problem, adhesion, Below(model, model.shown, model.shown))
-    pilot = _pilot(surface, question, end, accuracy)
+    pilot = _pilot(surface, question, _PARTS_OF_REAL if between else _PARTS_OF_POWER_LAW, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
     places = range(centres.sizes["subregion"])
     forces = surface.solve(question, places, count, pilot.guesses[-1])[..., 0]
@@ -344,6 +345,7 @@ class _Pilot(NamedTuple):
     wavelengths: list[float]  # nm, falling
     pulls: list[np.ndarray]  # nN, (place, seed) at each
     guesses: list[tuple[float, float] | None]  # depth (nm) and pull-off (nN) at each
+    parts: int  # of an octave, from one wavelength to the next
     converged: bool
     change: float  # of ln(mean) by the last octave, where shorter wavelengths may follow
 
@@ -353,8 +355,8 @@ class _Pilot(NamedTuple):
         return _means(self.pulls)
 
 
-def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot:
-    """Add half an octave after the other until the mean pull-off settles."""
+def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: float) -> _Pilot:
+    """Add parts of an octave, one after the other, until the mean pull-off settles."""
     count = len(surface.patches)
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
     seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
@@ -369,13 +371,13 @@ def _pilot(surface: Surface, question: Question, end, accuracy: float) -> _Pilot
         guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
             low = rms_of(model.at, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
-            converged = low or _settled(_means(forces), accuracy)
+            converged = low or _settled(_means(forces), parts, accuracy)
         if converged or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
-        wavelengths.append(max(wavelengths[-1] * _WAVELENGTH_FACTOR, smallest))
-    last = _means(forces)[-3:]
-    change = abs(np.log(last[-1] / last[0])) if end is None and len(last) == 3 else 0.0
-    return _Pilot(places, wavelengths, forces, guesses[1:], converged or end is not None, change)
+        wavelengths.append(max(wavelengths[-1] * 0.5 ** (1 / parts), smallest))
+    last = _means(forces)[-parts - 1 :]
+    change = abs(np.log(last[-1] / last[0])) if end is None and len(last) > parts else 0.0
+    return _Pilot(places, wavelengths, forces, guesses[1:], parts, converged or end is not None, change)
 
 
 def _means(pulls: list[np.ndarray]) -> np.ndarray:
@@ -385,12 +387,9 @@ def _means(pulls: list[np.ndarray]) -> np.ndarray:
     return stacked[:, solved].mean(axis=1) if solved.any() else np.full(len(pulls), np.nan)
 
 
-def _settled(means: np.ndarray, accuracy: float) -> bool:
-    """Return whether neither the last octave nor its halves changed the mean by more than the accuracy."""
-    if len(means) < 4:
-        return False
-    last = np.log(means[-3:])
-    return bool(np.ptp(last) < accuracy)
+def _settled(means: np.ndarray, parts: int, accuracy: float) -> bool:
+    """Return whether neither the last octave nor its parts changed the mean by more than the accuracy."""
+    return len(means) > parts + 1 and bool(np.ptp(np.log(means[-parts - 1 :])) < accuracy)
 
 
 def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool) -> dict[str, float]:
@@ -399,28 +398,19 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     Those of the law and the bodies are solved an octave before the last wavelength, where a place takes a fifth of the
     time; that of the spectrum at the last, to which its error grows.
     """
-    before = max(len(pilot.wavelengths) - 3, 0)
+    before = max(len(pilot.wavelengths) - 1 - pilot.parts, 0)
     problem, adhesion, below = question
     coarser = question._replace(below=below._replace(shortest=pilot.wavelengths[before]))
-    changed_questions = {}
+    longer = adhesion._replace(length=adhesion.length * _RANGE_FACTOR)  # a shorter range needs finer cells
+    changed_questions = {"range of adhesion": [coarser._replace(adhesion=longer)]}
     if with_spectrum:
         tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
         changed_questions["spectrum"] = [
             question._replace(below=below._replace(spectrum=variant)) for variant in tilted
         ]
-    changed_questions["range of adhesion"] = [
-        coarser._replace(adhesion=changed)
-        for changed in (
-            adhesion._replace(length=adhesion.length * factor) for factor in (1 / _RANGE_FACTOR, _RANGE_FACTOR)
-        )
-        if not problem.yielding or changed.peak < problem.hardness
-    ]
     if problem.yielding:
-        unsure, least = _ESTIMATE_FACTOR if "estimate" in hardness else _HARDNESS_FACTOR, 1.01 * adhesion.peak
-        changed_questions["hardness"] = [
-            coarser._replace(problem=problem._replace(hardness=max(problem.hardness * factor, least)))
-            for factor in (1 / unsure, unsure)
-        ]
+        harder = problem.hardness * (_ESTIMATE_FACTOR if "estimate" in hardness else _HARDNESS_FACTOR)
+        changed_questions["hardness"] = [coarser._replace(problem=problem._replace(hardness=harder))]
     seeds, out = max(1, -(-_PILOT_PLACES // pilot.places.size)), {}
     for name, questions in changed_questions.items():
         at = -1 if name == "spectrum" else before
