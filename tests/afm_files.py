@@ -78,7 +78,16 @@ def write_native(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> P
 
 
 def write_surfacetopography(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    return scans.to_file(scan_of(rows, size), folder / "surfacetopography.nc")
+    """Write heights along (x, y), y counted downwards, in SurfaceTopography's convention."""
+    axes = {}
+    for axis, n, length in zip("xy", rows.T.shape, size):
+        axes[axis] = (axis, np.arange(n) * length / n, {"unit": "nm", "length": float(length), "periodic": 0})
+    ds = xr.Dataset({"heights": (("x", "y"), rows.T, {"unit": "nm"})}, axes)
+    path = folder / "surfacetopography.nc"
+    ds.to_netcdf(
+        path, engine="scipy", format="NETCDF3_64BIT", encoding={name: {"_FillValue": None} for name in ds.variables}
+    )
+    return path
 
 
 def write_cf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:

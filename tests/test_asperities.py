@@ -70,14 +70,6 @@ def test_the_envelope_matches_peaks_and_its_residual_is_told():
     assert float(np.abs(above).median()) < 0.05 * float(surface.height.std())
 
 
-def test_a_reach_leaves_the_rest_missing():
-    surface = paraboloids([(0.0, 0.0)])
-    envelope = reconstruct(surface, asperities(surface, patch=5), reach="50 nm")
-    known = np.isfinite(envelope.height.values)
-    r = np.hypot(*np.meshgrid(envelope.x, envelope.y, indexing="ij"))
-    np.testing.assert_array_equal(known, r <= 50)
-
-
 @pytest.mark.parametrize(
     ("options", "says"),
     [

@@ -80,7 +80,6 @@ def noise():
 WRITERS = {
     "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path),
     "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
-    "surfacetopography.nc": lambda path: to_file(scan(rough(128)), path),
     "scan.gsf": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),

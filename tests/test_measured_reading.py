@@ -107,22 +107,15 @@ def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):
         roughxr.open_pull_off(written(tmp_path, text), **options)
 
 
-def test_a_histogram_of_counts_is_as_many_pull_offs(tmp_path):
-    """Its three rows were read as three pull-offs of mean 10 nN."""
-    found = roughxr.open_pull_off(written(tmp_path, "force [nN],count\n5,12\n10,40\n15,22\n")).pull_off_force
-    assert found.size == 74 and float(found.mean()) == pytest.approx(10.676, abs=1e-3)
-
-
-@pytest.mark.parametrize("name", ["cumulative fraction", "pdf", "probability", "percentile", "frequency"])
+@pytest.mark.parametrize("name", ["cumulative fraction", "pdf", "percentile", "frequency", "count"])
 def test_a_distribution_is_no_list_of_pull_offs(tmp_path, name):
     with pytest.raises(UnreadableScan, match=f"found a distribution with column '{name}'"):
         roughxr.open_pull_off(written(tmp_path, f"force [nN],{name}\n5,0.16\n10,0.7\n15,1\n"))
 
 
 def test_a_mean_below_an_empty_line_is_no_pull_off(tmp_path):
-    with pytest.warns(UserWarning, match="left out [0-9]+ rows below an empty line, from line 7"):
-        found = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n10\n15\n12\n\n10.5\n"))
-    assert found.pull_off_force.values.tolist() == [5, 10, 15, 12]
+    with pytest.raises(UnreadableScan, match="line 7: expected one table, found an empty line above"):
+        roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n10\n15\n12\n\n10.5\n"))
     noted = roughxr.open_pull_off(written(tmp_path, "force [nN]\n5\n# lost\n10\n15\n", "noted.csv"))
     assert noted.pull_off_force.size == 3
     spaced = roughxr.open_pull_off(written(tmp_path, "force [nN]\n\n5\n\n10\n\n15\n", "spaced.csv"))
@@ -292,13 +285,6 @@ def test_the_scale_of_forces_is_that_by_which_a_second_reader_scales_heights(tmp
     heights = roughxr.open_scan(path, channel=1).height
     assert units == "nm"
     np.testing.assert_allclose((counts * scale)[::-1].T, heights, rtol=1e-9, atol=1e-12)
-
-
-def test_units_in_the_row_below_the_names_are_read(tmp_path):
-    expected = roughxr.open_pull_off(written(tmp_path, "x [um],y [um],force [nN]\n0,0,12.5\n1.5,0,9.5\n"))
-    found = roughxr.open_pull_off(written(tmp_path, "x,y,force\num,um,nN\n0,0,12.5\n1.5,0,9.5\n", "below.csv"))
-    for name in ("pull_off_force", "subregion_x", "subregion_y"):
-        np.testing.assert_allclose(found[name], expected[name])
 
 
 @pytest.mark.parametrize("heading", ["x [um],y [um],force [MN]", "x [Mm],y [um],force [nN]"])

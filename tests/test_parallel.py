@@ -64,7 +64,7 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
     lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
     assert [line for line in lines if "left" in line] == [
         "stage 1 of 3, about 7 min left: choice of the mesh",
-        "stage 2 of 3, about 16 min left, longer than estimated before: simulation with adhesion at 64 places",
+        "stage 2 of 3, about 16 min left: simulation with adhesion at 64 places",
         "stage 3 of 3, about 1 min left: pages",
     ]
     assert "stage 2 of 3:   0%" in stream.getvalue() and "0/64" in stream.getvalue()

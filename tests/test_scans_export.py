@@ -19,17 +19,6 @@ def holed():
     return scan_of(rows, size_of(rows, (5.0, 8.0)))
 
 
-def test_surfacetopography_opens_its_file_with_the_same_numbers(holed, tmp_path):
-    from SurfaceTopography import open_topography
-
-    path = to_file(holed, tmp_path / "scan.nc")
-    topography = open_topography(str(path)).channels[0].topography()
-    assert topography.physical_sizes == pytest.approx((120, 144)) and topography.unit == "nm"
-    heights = np.ma.filled(np.ma.masked_invalid(topography.heights()), np.nan)
-    np.testing.assert_array_equal(heights, holed["height"].values[:, ::-1])
-    np.testing.assert_array_equal(heights.T, holed["height"].values.T[::-1])  # as a picture, top row first
-
-
 def test_gsffile_opens_its_file_with_the_same_numbers(holed, tmp_path):
     from gsffile import read_gsf
 
@@ -41,9 +30,7 @@ def test_gsffile_opens_its_file_with_the_same_numbers(holed, tmp_path):
         to_file(holed, tmp_path / "scan.txt")
 
 
-WRITTEN = pytest.mark.parametrize(
-    ("write", "name"), [(to_netcdf, "scan.nc"), (to_file, "scan.nc"), (to_file, "scan.gsf")]
-)
+WRITTEN = pytest.mark.parametrize(("write", "name"), [(to_netcdf, "scan.nc"), (to_file, "scan.gsf")])
 
 
 @WRITTEN

@@ -173,7 +173,6 @@ OPTIONS = [
     ("fill", "scan", "method", 1.0, {}),
     ("add_fine_roughness", "scan", "shortest", 5.0, {"seed": 1}),
     ("placements", "scan", "sphere_radius", 500.0, {"count": 2}),
-    ("reconstruct", "scan", "reach", 100.0, {}),
     ("tip_flags", "catalogue", "tip_radius", 10.0, {}),
     ("curves_pull_off", "curves", "spring_constant", 0.5, {}),
     ("pdf", "pulls", "bins", [0.0, 50.0, 100.0, 400.0], {"name": "pull_off_force"}),

@@ -7,11 +7,10 @@ import xarray as xr
 
 from ..kernels.topography.envelope import asperity_rows, upper_envelope
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, positive
 from .catalogue import asperities
 
 
-def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Quantity | None = None) -> xr.Dataset:
+def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Dataset:
     """Return the upper envelope of the asperities as a scan on the original's pixels.
 
     Parameters
@@ -20,13 +19,11 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Q
         The scan.
     catalogue : Dataset, optional
         Its asperities; by default those found with the default patch.
-    reach : number or quantity, optional
-        Distance from its vertex (nm) up to which each paraboloid is drawn; without limit by default.
 
     Returns
     -------
     Dataset
-        ``height`` (nm), NaN where no paraboloid reaches; the attributes ``residual_rms`` and ``residual_mean``
+        ``height`` (nm); the attributes ``residual_rms`` and ``residual_mean``
         (nm) give its difference from the scan. It matches the peaks, not the surface between them: expect a
         residual as large as the roughness.
 
@@ -45,9 +42,8 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Q
     """
     ds = schema.validate(ds, "scan")
     catalogue = schema.validate(asperities(ds) if catalogue is None else catalogue, "asperities")
-    limit = np.inf if reach is None else positive(reach, "nm", "reach")
     columns = ("x", "y", "height", "curvature_min", "curvature_max", "orientation")
-    rows = asperity_rows(*(catalogue[name].values for name in columns), reach=limit)
+    rows = asperity_rows(*(catalogue[name].values for name in columns))
     if len(rows) == 0:
         raise ValueError(
             f"expected at least one asperity with curvature_min > 0, found none of {catalogue.sizes['asperity']}"
@@ -56,4 +52,4 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None, *, reach: Q
     residual = envelope - ds["height"].values
     out = ds.assign(height=(("x", "y"), envelope))
     out.attrs |= {"residual_rms": float(np.sqrt(np.nanmean(residual**2))), "residual_mean": float(np.nanmean(residual))}
-    return schema.record(schema.label(out), "reconstruct", ds, reach=reach)
+    return schema.record(schema.label(out), "reconstruct", ds)

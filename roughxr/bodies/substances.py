@@ -50,26 +50,11 @@ class Material(NamedTuple):
 #: By name. Glass is the paper's. Silicon's constants are those along <100>: a crystal that is pressed on
 #: answers with its other directions too, 169 GPa and 0.06 along <110>, and is somewhat stiffer.
 #:
-#: Looked up again: the moduli of steel (207), polystyrene (2.28 to 3.28) and PTFE (0.40 to 0.55) in the handbook's
-#: table B.2; A of polystyrene (65), and of water (37), ethanol (42) and hexadecane (52) below, in Walstra, Physical
-#: Chemistry of Foods, table 12.2, which has 90 for glass; silicon's 130 and 0.279 in MEMS practice (memsnet.org, mems-
-#: talk, 2001); gold's 0.42 in tables of Poisson's ratio, which have 0.27 to 0.30 for steel and 0.18 to 0.3 for glass.
-#: Dowling, Mechanical Behavior of Materials, table 5.2, has 400 and 0.22 for alumina, 70 and 0.18 for fused silica, 69
-#: and 0.20 for soda-lime glass, 212 and 0.293 for steel. Not looked up again: alumina's 380, silica's 73 and 0.17,
-#: gold's 77, and the ratios of polystyrene and PTFE.
-#:
 #: Every A but glass's (silica's), silicon's and gold's, and those of the media below, follows to 5 % from index of
 #: refraction and absorption frequency by Tabor and Winterton's formula (Israelachvili, eq. 13.16), as the tests compute
-#: it; gold's lies between what the formula gives metals, 0.26 and 0.44 (eq. 13.18). Bare silicon (index 3.44, 0.8 to
-#: 1.2 · 10¹⁵ Hz) would have 0.18 to 0.26, three to four times its oxide's; in air it is covered by 1 to 2 nm of that,
-#: which is what pulls at contact. Stainless steel is covered by oxides of iron and chromium; Bergström's silica and
-#: alumina are computed from full spectra, 0.065 and 0.152.
-#:
-#: Of hardness, looked up again: fused silica's at large indents is 7.3 (an interlaboratory comparison of 2008); that of
-#: a gold film of 504 nm is 1.3 (Zhou et al., Mater. Sci. Forum 561-565 (2007) 2005), and on one gold crystal it
-#: differed by more than two times (Virginia Tech, Nanoindentation of gold single crystals); dense alumina of submicron
-#: grain has 25 to 30 at small loads (Krell & Schädlich, Nanoindentation hardness of submicrometer alumina ceramics).
-#: Not looked up again: glass's, silica's and silicon's, and the yield strengths of steel and the polymers.
+#: it; gold's lies between what the formula gives metals, 0.26 and 0.44 (eq. 13.18). Bare silicon would have 0.18 to
+#: 0.26; in air 1 to 2 nm of oxide cover it. Not looked up again: the moduli of alumina, silica and gold, the ratios of
+#: polystyrene and PTFE, the hardness of glass, silica and silicon, and the yield strengths of steel and the polymers.
 MATERIALS = {
     "glass": Material(75.0, 0.22, _PAPER, 6.0, f"{_OLIVER}, of soda-lime glass", 0.065, f"{_BERGSTROM}, of silica"),
     "silica": Material(73.0, 0.17, _HANDBOOK, 9.0, f"{_OLIVER}; 7.3 of large indents", 0.065, _BERGSTROM),

@@ -18,9 +18,6 @@ from tqdm import tqdm
 #: Seconds between two updates of a bar: on a terminal, and in a file.
 _ON_TERMINAL, _IN_FILE = 0.1, 10.0
 
-#: A time left that exceeds the one announced before by this factor is reported as such.
-_LONGER = 1.3
-
 #: Where progress is shown, if anywhere, and the stage of a run.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
 _STAGE: ContextVar[str] = ContextVar("stage", default="")
@@ -91,7 +88,7 @@ class Stages:
 
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
         self._expected, self._words = dict(expected), words
-        self._name, self._answer, self._begun, self._end = "", "", time.monotonic(), float("inf")
+        self._name, self._answer, self._begun = "", "", time.monotonic()
         self._token: Token[str] | None = None
 
     def __enter__(self) -> Stages:
@@ -112,9 +109,7 @@ class Stages:
         names = list(self._expected)
         where = f"stage {names.index(name) + 1} of {len(names)}"
         left = sum(self._expected[later] for later in names[names.index(name) :])
-        before, self._end = self._end - self._begun, self._begun + left
-        longer = ", longer than estimated before" if left > _LONGER * max(before, 60.0) else ""
-        say(f"{where}, {about(left)} left{longer}: {self._words.get(name, name)}{more}")
+        say(f"{where}, {about(left)} left: {self._words.get(name, name)}{more}")
         if self._token is not None:  # within a run, whose end removes the name again
             _STAGE.set(where)
 

@@ -19,7 +19,7 @@ from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
 from .forces import Calibration, converts, forces, magnitudes
-from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table, repeats
+from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
 from .vendor_scales import in_true_units
 
 #: Number of curves in memory at a time.
@@ -190,9 +190,7 @@ def _of_table(path: Path, image: _Selection, place_units: str | None, given: Cal
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
     for axis, place in place_columns(path, columns, column).items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
-    counts = repeats(path, columns, column)
-    if counts is not None and "subregion_x" not in ds.coords:
-        ds = ds.isel(subregion=np.repeat(np.arange(values.size), counts))
+    refuse_distribution(path, columns, column)
     ds = ds.assign_coords(subregion=np.arange(ds.sizes["subregion"]))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import re
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +12,6 @@ import pandas as pd
 
 from ..scans.channel import UnreadableScan, first_bytes
 from ..scans.plain import decoded, separators
-from ..vocabulary.text import warn
 from ..vocabulary.units import factor
 from .forces import converts, measurable
 
@@ -26,9 +24,11 @@ _PLACE = re.compile(
 )
 _PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|position|coord", re.IGNORECASE)
 
-#: Columns with the number of pull-offs of a row, and columns of a distribution, whose rows are not pull-offs.
-_COUNTS = re.compile(r"counts?|number|n|occurrences?|events?|hits|frequency", re.IGNORECASE)
-_DISTRIBUTION = re.compile(r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share", re.IGNORECASE)
+#: Columns of a distribution, whose rows are not pull-offs.
+_DISTRIBUTION = re.compile(
+    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share|^(counts?|occurrences?|events?|hits)$",
+    re.IGNORECASE,
+)
 
 #: Cells that mean a missing value.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
@@ -50,11 +50,15 @@ _Rows = list[tuple[int, list[str]]]
 
 
 def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
-    """Return the columns of numbers of a text table; with ``pull_offs`` only the rows above an empty line."""
-    names, cells, comma = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
-    cells = _above_gap(path, cells) if pull_offs else cells
+    """Return the columns of numbers of a table; of ``pull_offs`` raise for rows below an empty line."""
+    names, cells, comma, lines = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
+    gaps = np.flatnonzero(np.diff(lines) > 1)
+    if pull_offs and 0 < gaps.size < len(lines) - 1:  # a mean, or another table
+        line = lines[gaps[0] + 1]
+        raise UnreadableScan(
+            path, f"line {line}: expected one table, found an empty line above; leave out what follows"
+        )
     _same_width(path, cells, len(names))
-    names, cells = _with_units_below(names, cells)
     columns = [_column(path, name, [(k, row[at]) for k, row in cells], comma) for at, name in enumerate(names)]
     return [column for column in columns if column is not None]
 
@@ -65,8 +69,8 @@ def is_spreadsheet(path: Path) -> bool:
     return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
 
 
-def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool]:
-    """Return names (from the first row that is not empty) and rows of a workbook's first sheet."""
+def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
+    """Return names (from the first row that is not empty) and rows of a workbook's first sheet, as `_in_text`."""
     try:
         frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
     except ImportError as error:
@@ -74,11 +78,11 @@ def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool]:
     rows = [(k + 1, [str(cell).strip() for cell in row]) for k, row in enumerate(frame.to_numpy()) if any(row)]
     if len(rows) < 2:
         raise UnreadableScan(path, "expected a row of names and rows of numbers on the first sheet")
-    return rows[0][1], rows[1:], False
+    return rows[0][1], rows[1:], False, [k for k, _ in rows[1:]]
 
 
-def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
-    """Return names and rows of a text, and whether its numbers have a decimal comma."""
+def _in_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
+    """Return names and rows of a text, whether its numbers have a decimal comma, and the lines that are not empty."""
     lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
@@ -91,25 +95,8 @@ def _in_text(path: Path) -> tuple[list[str], _Rows, bool]:
     delimiter, comma = _separators(rows[first][1])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
     comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
-    width = len(cells[0][1])
-    return _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, width), cells, comma
-
-
-def _above_gap(path: Path, cells: _Rows) -> _Rows:
-    """Return the rows above the first empty line, with a warning; all rows of an evenly spaced table."""
-    lines = [] if is_spreadsheet(path) else decoded(path.read_bytes()).splitlines()
-    numbers = [line for line, _ in cells]
-    empty = [any(not "".join(lines[k : k + 1]).strip() for k in range(a, b - 1)) for a, b in pairwise(numbers)]
-    if not any(empty) or all(empty):
-        return cells
-    first = empty.index(True) + 1
-    line = numbers[first]
-    if len(cells) > 2 * first:
-        raise UnreadableScan(
-            path, f"line {line}: expected one table, found another below an empty line; split the file"
-        )
-    warn(f"{path.name}: left out {len(cells) - first} rows below an empty line, from line {line} on")
-    return cells[:first]
+    names = _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, len(cells[0][1]))
+    return names, cells, comma, [k for k, _ in lines if cells[0][0] <= k <= cells[-1][0]]
 
 
 def _separators(line: str) -> tuple[str | None, bool]:
@@ -157,17 +144,6 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
             raise UnreadableScan(path, f"line {line}: expected {width} columns as named, found {len(row)}; cut short?")
 
 
-def _with_units_below(names: list[str], cells: _Rows) -> tuple[list[str], _Rows]:
-    """Return names with the units from the row below, if that row holds units of lengths or forces."""
-    below = [cell.strip("[]() ") for cell in cells[0][1]]
-    units = [converts(cell, "nm") or converts(cell, "nN") for cell in below]
-    if len(cells) < 2 or not any(units) or not all(known or not cell for known, cell in zip(units, below)):
-        return names, cells
-    if any(_HEADED.match(name) for name in names):
-        return names, cells
-    return [f"{name} [{cell}]" if cell else name for name, cell in zip(names, below)], cells[1:]
-
-
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
     """Return a column of numbers, None for one of text; raise for text among numbers."""
     numbers = [_number(cell, comma) for _, cell in cells]
@@ -192,20 +168,15 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
     return fitting[0]
 
 
-def repeats(path: Path, columns: list[Column], force: Column) -> np.ndarray | None:
-    """Return the number of pull-offs of each row of a histogram, None for a list; raise for densities."""
-    others = [column for column in columns if column is not force and not _axis(column) and not column.units]
-    counts = [column for column in others if _COUNTS.fullmatch(column.name.strip())]
-    if len(counts) == 1 and (counts[0].values >= 0).all() and (counts[0].values % 1 == 0).all():
-        return counts[0].values.astype(int)
-    wrong = [column.name for column in (*counts, *others) if column in counts or _DISTRIBUTION.search(column.name)]
-    if not wrong:
-        return None
-    raise UnreadableScan(
-        path,
-        "expected one row for each pull-off, or whole counts of them, found a distribution with column "
-        f"{wrong[0]!r}; give the pull-offs themselves, or drop the column",
-    )
+def refuse_distribution(path: Path, columns: list[Column], force: Column) -> None:
+    """Raise for a histogram or a distribution, whose rows are not pull-offs."""
+    others = [column.name for column in columns if column is not force and not _axis(column) and not column.units]
+    if wrong := [name for name in others if _DISTRIBUTION.search(name.strip())]:
+        raise UnreadableScan(
+            path,
+            f"expected one row for each pull-off, found a distribution with column {wrong[0]!r}; give the pull-offs "
+            "themselves, or drop the column",
+        )
 
 
 def _named(columns: list[Column], name: str) -> list[Column]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -57,20 +55,6 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     return Path(path)
 
 
-def _surfacetopography(scan: xr.Dataset, path: str | os.PathLike) -> None:
-    """Write ``heights`` along (x, y), y counted downwards from the picture's top, with ``length`` of x and y."""
-    height = scan["height"].isel(y=slice(None, None, -1)).variable
-    coords: dict[str, Any] = {}
-    for axis, step in zip("xy", pixel(scan)):
-        n = scan.sizes[axis]
-        coords[axis] = (axis, np.arange(n) * step, {"unit": "nm", "length": n * step, "periodic": 0})
-    out = xr.Dataset({"heights": (("x", "y"), height.data, {"unit": "nm"})}, coords)
-    out.attrs["json"] = json.dumps({"raw_metadata": {k: str(v) for k, v in scan.attrs.items()}})
-    encoding = {name: {"_FillValue": None} for name in ("x", "y", "heights")}
-    with whole(path) as temporary:
-        out.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT", encoding=encoding)
-
-
 def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
     """Write a map in SI units and 32-bit numbers, all that the format knows."""
     units = str(ds[name].attrs.get("units", "1"))
@@ -89,18 +73,17 @@ def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
         optional("gsffile").write_gsf(temporary, (rows * times).astype(np.float32), header)
 
 
-def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None) -> Path:
-    """Write a scan, or another map along x and y, for other programs; the path's ending states the format.
+def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") -> Path:
+    """Write a scan, or another map along x and y, as a Gwyddion Simple Field for other programs.
 
     Parameters
     ----------
     ds : Dataset
         A scan, or a Dataset with maps such as those of `pull_off_map`.
     path : str or path
-        Ending in ``.gsf``, a Gwyddion Simple Field, or ``.nc``, the NetCDF-3 file of a scan that SurfaceTopography and
-        contact.engineering open.
-    name : str, optional
-        The variable, for ``.gsf``; by default the height.
+        Ending in ``.gsf``.
+    name : str
+        The variable.
 
     Returns
     -------
@@ -110,28 +93,23 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str | None = None)
     Raises
     ------
     ImportError
-        For ``.gsf``, if gsffile is not installed.
+        If gsffile is not installed.
 
     Notes
     -----
-    Missing pixels stay NaN; the picture's top row comes first. ``.gsf`` holds 32-bit numbers (seven digits) in SI
-    units: m, N, Pa, J/m². ``.nc`` is no CF file, and Gwyddion does not open it.
+    Missing pixels stay NaN; the picture's top row comes first. Numbers have 32 bits (seven digits) and SI units: m, N,
+    Pa, J/m².
 
     Examples
     --------
     >>> import tempfile
     >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
-    >>> [to_file(scan, tempfile.mkdtemp() + "/scan" + ending).name for ending in (".gsf", ".nc")]
-    ['scan.gsf', 'scan.nc']
+    >>> to_file(scan, tempfile.mkdtemp() + "/scan.gsf").name
+    'scan.gsf'
     """
-    if schema.one_of(Path(path).suffix.lower(), (".gsf", ".nc"), "path's ending") == ".nc":
-        schema.refuse_unused("a path ending in '.nc'", name=name)
-        _surfacetopography(validate(ds, "scan"), path)
-    elif name in (None, "height"):
-        _gsf(validate(ds, "scan"), path, "height")
-    else:
-        ds = schema.entered(ds)
-        maps = [str(variable) for variable in ds.data_vars if set(ds[variable].dims) == {"x", "y"}]
-        _gsf(ds, path, schema.one_of(name, tuple(maps), "name"))
+    schema.one_of(Path(path).suffix.lower(), (".gsf",), "path's ending")
+    ds = validate(ds, "scan") if name == "height" else schema.entered(ds)
+    maps = [str(variable) for variable in ds.data_vars if set(ds[variable].dims) == {"x", "y"}]
+    _gsf(ds, path, schema.one_of(name, tuple(maps), "name"))
     return Path(path)

@@ -131,29 +131,10 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
                 f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
             )
     ds = entered(ds)
-    if kind == "asperities":
-        _refuse_curvatures(ds)
     if kind in ("scan", "asperities"):
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
     return _validated_scan(ds) if kind == "scan" else ds
-
-
-def _refuse_curvatures(ds: xr.Dataset) -> None:
-    """Raise for curvatures that no fit has; those of saddles and of failed fits are marked, and left out later."""
-    if not {"curvature_min", "curvature_max"} <= set(ds.data_vars) or ds.chunks:
-        return
-    low, high = (np.asarray(ds[name].values, dtype=float) for name in ("curvature_min", "curvature_max"))
-    wrong = (low > high) | np.isinf(low) | np.isinf(high)
-    if "saddle" in ds:
-        wrong |= ~((low > 0) | np.isnan(low)) & ~ds["saddle"].values.astype(bool)
-    if wrong.any():
-        first = int(np.flatnonzero(wrong)[0])
-        raise ValueError(
-            "asperities: expected curvature_min of at most curvature_max, and positive where saddle is false, found "
-            f"{low[first]:g} and {high[first]:g} nm-1 at asperity {first} ({int(wrong.sum())} such); "
-            "make the catalogue again, or exchange them where they are swapped"
-        )
 
 
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
