@@ -19,31 +19,27 @@ t of the flattest direction, the depth of a paraboloid below its vertex is
 
 import numpy as np
 
-#: Boxes of no more pixels than this are drawn without further division.
-_PIXELS_PER_BOX = 512
+from ..jit import kernel
 
-#: Paraboloids that are drawn at a time.
-_ROWS_AT_A_TIME = 1024
+#: Boxes of no more pixels than this are drawn without further division.
+_PIXELS_PER_BOX = 256
 
 
 def upper_envelope(x, y, rows):
     """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`, NaN where none reaches."""
     out = np.full((x.size, y.size), -np.inf)
-    boxes = [(slice(0, x.size), slice(0, y.size), rows)] if out.size else []
+    boxes = [(0, x.size, 0, y.size, rows)] if out.size else []
     while boxes:
-        i, j, candidates = boxes.pop()
-        visible = _visible(candidates, (x[i][0], x[i][-1]), (y[j][0], y[j][-1]))
-        nx, ny = x[i].size, y[j].size
-        if len(visible) <= 1 or nx * ny <= _PIXELS_PER_BOX:
-            for first in range(0, len(visible), _ROWS_AT_A_TIME):
-                heights = _heights(visible[first : first + _ROWS_AT_A_TIME], x[i], y[j])
-                np.maximum(out[i, j], heights.max(axis=0), out=out[i, j])
-        elif nx >= ny:
-            middle = (i.start + i.stop) // 2
-            boxes += [(slice(i.start, middle), j, visible), (slice(middle, i.stop), j, visible)]
+        i0, i1, j0, j1, candidates = boxes.pop()
+        visible = candidates[_are_visible(candidates, x[i0], x[i1 - 1], y[j0], y[j1 - 1])]
+        if len(visible) <= 1 or (i1 - i0) * (j1 - j0) <= _PIXELS_PER_BOX:
+            _draw(visible, x, y, i0, i1, j0, j1, out)
+        elif i1 - i0 >= j1 - j0:
+            middle = (i0 + i1) // 2
+            boxes += [(i0, middle, j0, j1, visible), (middle, i1, j0, j1, visible)]
         else:
-            middle = (j.start + j.stop) // 2
-            boxes += [(i, slice(j.start, middle), visible), (i, slice(middle, j.stop), visible)]
+            middle = (j0 + j1) // 2
+            boxes += [(i0, i1, j0, middle, visible), (i0, i1, middle, j1, visible)]
     return np.where(out > -np.inf, out, np.nan)
 
 
@@ -62,34 +58,41 @@ def asperity_rows(x, y, height, curvature_min, curvature_max, orientation, *, re
     return rows[(curvature_min > 0) & ~np.isnan(rows).any(axis=-1)]
 
 
-def _heights(rows, x, y):
-    """Return the heights (asperity, x, y), nm, −inf beyond reach."""
-    vertex_x, vertex_y, z, px, py, qx, qy, reach2 = rows.T[:, :, None, None]
-    u, v = x[:, None] - vertex_x, y - vertex_y
-    heights = z - ((px * u + py * v) ** 2 + (qx * u + qy * v) ** 2)
-    return heights if np.isinf(reach2).all() else np.where(u**2 + v**2 <= reach2, heights, -np.inf)
+@kernel
+def _depth(row, u, v):
+    return (row[3] * u + row[4] * v) ** 2 + (row[5] * u + row[6] * v) ** 2
 
 
-def _visible(rows, x, y):
-    """Return those of the asperities that may show over a rectangle, x and y from end to end.
+@kernel
+def _draw(rows, x, y, i0, i1, j0, j1, out):
+    """Raise the pixels of a box to the asperities."""
+    for n in range(len(rows)):
+        row = rows[n]
+        for i in range(i0, i1):
+            for j in range(j0, j1):
+                u, v = x[i] - row[0], y[j] - row[1]
+                height = row[2] - _depth(row, u, v) if u * u + v * v <= row[7] else -np.inf
+                out[i, j] = max(out[i, j], height)
 
-    The least depth lies on a side that faces the vertex. The line through the rectangle's point nearest in u holds the
+
+@kernel
+def _are_visible(rows, x0, x1, y0, y1):
+    """Return which of the asperities may show over a rectangle.
+
+    The least depth lies on a side that faces the vertex. The line through the rectangle's point nearest in u contains
     one such side, that nearest in v the other; along each, the least point is known and clipped to the rectangle. The
     greatest depth is at a corner.
     """
-    vertex_x, vertex_y, z, px, py, qx, qy, reach2 = rows.T
-    (u0, u1), (v0, v1) = (x[0] - vertex_x, x[1] - vertex_x), (y[0] - vertex_y, y[1] - vertex_y)
-
-    def depth(u, v):
-        return (px * u + py * v) ** 2 + (qx * u + qy * v) ** 2
-
-    u, v, coupling = np.clip(0.0, u0, u1), np.clip(0.0, v0, v1), px * py + qx * qy
-    lowest_u = np.clip(-v * coupling / (px**2 + qx**2), u0, u1)
-    lowest_v = np.clip(-u * coupling / (py**2 + qy**2), v0, v1)
-    least = np.minimum(depth(u, lowest_v), depth(lowest_u, v))
-    greatest = np.max([depth(corner_u, corner_v) for corner_u in (u0, u1) for corner_v in (v0, v1)], axis=0)
-    farthest2 = np.maximum(-u0, u1) ** 2 + np.maximum(-v0, v1) ** 2
-    low = np.where(farthest2 <= reach2, z - greatest, -np.inf)
-    high = np.where(u**2 + v**2 <= reach2, z - least, -np.inf)
-    high = np.maximum(low, high)  # rounding may not drop the asperity that sets the floor
-    return rows[(high >= np.max(low, initial=-np.inf)) & (high > -np.inf)]
+    highest, floor = np.empty(len(rows)), -np.inf
+    for n in range(len(rows)):
+        row = rows[n]
+        u0, u1, v0, v1 = x0 - row[0], x1 - row[0], y0 - row[1], y1 - row[1]
+        u, v, coupling = min(max(0.0, u0), u1), min(max(0.0, v0), v1), row[3] * row[4] + row[5] * row[6]
+        lowest_u = min(max(-v * coupling / (row[3] ** 2 + row[5] ** 2), u0), u1)
+        lowest_v = min(max(-u * coupling / (row[4] ** 2 + row[6] ** 2), v0), v1)
+        least = min(_depth(row, u, lowest_v), _depth(row, lowest_u, v))
+        greatest = max(_depth(row, u0, v0), _depth(row, u0, v1), _depth(row, u1, v0), _depth(row, u1, v1))
+        low = row[2] - greatest if max(-u0, u1) ** 2 + max(-v0, v1) ** 2 <= row[7] else -np.inf
+        high = row[2] - least if u * u + v * v <= row[7] else -np.inf
+        highest[n], floor = max(low, high), max(floor, low)  # rounding may not drop the asperity that sets the floor
+    return (highest >= floor) & (highest > -np.inf)
