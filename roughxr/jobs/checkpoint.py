@@ -256,8 +256,6 @@ class Checkpoint:
         missing = [k for k, item in enumerate(items) if item not in self.stored]
         if missing:
             self._compute(work, items, missing)
-        else:
-            say(f"{work.name}: {work.each * len(items)} subregions, all stored")
         if len(items) * work.dtype.itemsize <= _IN_MEMORY:
             return self.get(items, work.dtype)
         read = dask.delayed(self.get, pure=False)

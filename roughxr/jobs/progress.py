@@ -66,16 +66,18 @@ def say(words: str) -> None:
 
 def subregion_bar(total: int, *, done: int = 0, label: str = "") -> tqdm:
     """Return a bar of finished subregions, of which some were finished by an earlier call."""
-    stream = _STREAM.get()
+    stream, stage = _STREAM.get(), _STAGE.get()
+    interval = _ON_TERMINAL if stream is not None and stream.isatty() else _IN_FILE
     return tqdm(
-        desc=_STAGE.get() or label,
+        desc=stage or label,
         total=total,
         initial=done,
         unit="subregion",
         file=stream,
         disable=stream is None,
-        leave=not _STAGE.get(),
-        mininterval=_ON_TERMINAL if stream is not None and stream.isatty() else _IN_FILE,
+        leave=not stage,
+        mininterval=interval,
+        delay=interval if stage else 0.0,  # no bar of a short solve between the lines of stages
         dynamic_ncols=True,
     )
 
