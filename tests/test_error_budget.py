@@ -159,7 +159,7 @@ def test_places_that_cannot_be_followed_are_counted(rough, solved, monkeypatch):
     pull_offs = budget_changes.pull_offs
     monkeypatch.setattr(budget_changes, "pull_offs", but_one)
     lost = budget_of(rough, solved, settings={"work of adhesion": [1.1]}, **HOW).sel(entry="work of adhesion")
-    assert int(lost.missing_places) == 1 and "1 place, 1 more could not be followed" in lost.how.item()
+    assert "1 place, 1 more have no result" in lost.how.item()
 
 
 @pytest.mark.parametrize("side", [2, 6])
@@ -225,6 +225,6 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     table = report.budget_table(run)
     assert table.index[-1] == "all of these" and table["± [%]"]["work of adhesion"] >= 0
     assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
-    blurred = budget.assign(contact_radius_pixels=0.7).assign_attrs(resolved="At pull-off … 0.7 pixels …")
-    assert any("0.7 pixels" in said for said in report.cautions(run | {"statistics/error_budget": blurred}))
+    run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.refinement)
+    assert any("a radius of 0.7 pixels" in said for said in report.cautions(run))
     assert report.headline({"scan": rough}) == ""

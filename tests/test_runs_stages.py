@@ -53,7 +53,7 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
     monkeypatch.undo()
     assert path.exists() == (there is not None)
     if there:
-        with pytest.warns(UserWarning, match=r"not finished, missing: .*resisting moments|not finished, missing: its"):
+        with pytest.warns(UserWarning, match=r"not finished, missing: .*detachment|not finished, missing: its"):
             found = archive.load(path)
         assert there in found and "log" not in found
         assert cli.main(["report", str(path)]) == 0

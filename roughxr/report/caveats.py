@@ -9,8 +9,10 @@ import xarray as xr
 
 from ..contact.certificate import SOLVED, checked
 from ..scans.plausibility import doubts
+from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off
 from ..statistics.headline import mesh_error
+from ..studies.assumptions import TIP_RADIUS
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from .run_tables import METHOD_WORDS, flagged
@@ -154,17 +156,21 @@ def _pull_offs(run: Run) -> Iterator[str]:
 
 def _resolution(run: Run) -> Iterator[str]:
     """Yield how well pixels and tip resolve the contacts, where there is doubt."""
-    if BUDGET not in run:
-        yield from filter(None, [run.get("statistics/regime", xr.Dataset()).attrs.get("resolved")])
+    solved = run.get("solutions/adhesive", xr.Dataset())
+    if "pull_off_resolution" in solved:
+        pixels = float((solved["pull_off_resolution"] / solved["refinement"]).median())
+        if pixels < 2:
+            yield (
+                f"At pull-off the smallest relevant contact has a radius of {number(pixels, digits=2)} pixels (median "
+                "place): the pull-off depends on the surface within a pixel, which the scan does not show."
+            )
+    if BUDGET not in run or "asperities" not in run:
         return
-    budget = run[BUDGET]
-    if float(budget["contact_radius_pixels"]) < 2:
-        yield str(budget.attrs["resolved"])
-    sharp, tip = float(budget["sharper_than_tip"]), float(budget["tip_radius"])
+    sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
     if sharp >= _SOME:
         yield (
-            f"{percent(sharp)} of the asperities are too sharp for a tip of {tip:g} nm radius to image them truly. If "
-            "the tip of the scan was as blunt, the surface is rougher than the scan and adheres less."
+            f"{percent(sharp)} of the asperities are too sharp for a tip of {TIP_RADIUS:g} nm radius to image them "
+            "truly. If the tip of the scan was as blunt, the surface is rougher than the scan and adheres less."
         )
 
 

@@ -101,7 +101,7 @@ def _flow(run: Run) -> dict[str, float]:
     name, critical = "critical_friction_velocity", run["statistics/detachment"]
     ends = (float(critical[name].weighted(shares(critical)).quantile(0.5)), np.nan, np.nan)
     if int(critical[name].notnull().sum()) > 1:
-        median = bootstrap(critical[[name]], name, statistics=["q50"]).isel(statistic=0)
+        median = bootstrap(critical[[name]].dropna("subregion"), name, statistics=["q50"]).isel(statistic=0)
         ends = (float(median["estimate"]), float(median["low"]), float(median["high"]))
     flow = dict(zip((name, f"{name}_low", f"{name}_high"), ends))
     stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}

@@ -55,17 +55,13 @@ from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
 from ..vocabulary import schema
-from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
-#: Largest cells (nm) on which the pull between rigid bodies is summed, but no more than eight to a pixel.
+#: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5
 
-#: Places at which the pull-off is computed over the shortest wavelength.
-_SCALE_PLACES = 4
-
-#: Places over which formulas are set beside the sum between rigid bodies.
-_FORMULA_PLACES = 16
+#: Places of the pull-off over the shortest wavelength, and of the usual formulas.
+_SCALE_PLACES, _FORMULA_PLACES = 4, 16
 
 #: Why a run extrapolates nothing in humid air, where so many cells are wetted.
 _SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
@@ -89,16 +85,16 @@ class Plan(NamedTuple):
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
 
 
-#: Stages that are not shown.
-_SILENT = Stages({}, {})
-
 #: Times the scan's side from which on no rough surface keeps a smooth sphere's contact within the scan.
 _WIDEST_CONTACT = 3.0
 
+#: Stages that are not shown.
+_SILENT = Stages({}, {})
+
 #: What helps where bodies are too soft for the scan, or their contacts too large.
 _REMEDY = (
-    "what helps: a larger scan, a smaller sphere or preload, a larger modulus, or less work of adhesion; fewer cells "
-    "(--mesh 1); or, in Python, superpose and direct instead of this simulation"
+    "use a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; or, in Python, "
+    "superpose or direct"
 )
 
 
@@ -195,13 +191,13 @@ def execute(
 ) -> dict[str, xr.Dataset]:
     """Return the groups of a run, computed as far as its archive lacks them; write its files, or print its tables."""
     task = _Task(specimen, plan)
-    expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 15.0}
+    expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 10.0}
     if is_shown() and not path.exists():
         words = ", ".join(_WORDS[name] for name in expected)
         announced = (
             f"{task.places} places on {' x '.join(map(str, specimen.heights.shape))} pixels: {words}. "
-            f"{about(sum(expected.values())).capitalize()} as most runs take, several times that on sharp or soft "
-            "summits. Quicker: fewer subregions, or budget 0. What is finished is kept if it is interrupted."
+            f"This takes {about(sum(expected.values()))} on most scans, longer on sharp or soft summits and for the "
+            "first run on a machine. If it is interrupted, the same call continues it."
         )
         print_line(fill(announced, 100))
     with Stages(expected, _WORDS) as say:
@@ -225,20 +221,19 @@ def execute(
 
 def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the heights of a scan."""
-    deltas = default_deltas(specimen, specimen.centres(subregions), "highest_peak")
-    deepest = deltas[-1]
-    if delta is not None:
-        deltas = schema.ascending(delta, "nm", "delta")
-        deepest = max(deepest, deltas[-1])
+    usual = default_deltas(specimen, specimen.centres(subregions), "highest_peak")
+    deltas = usual if delta is None else schema.ascending(delta, "nm", "delta")
+    deepest = max(usual[-1], deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
-    adhesion = {"mesh": _usual_mesh(specimen)} | adhesion
-    return Plan(subregions, deltas, sweep, float(deltas[-1]), **adhesion)
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), **({"mesh": _usual_mesh(specimen)} | adhesion))
 
 
 def _usual_mesh(specimen: Specimen) -> Mesh:
-    """Return the mesh of a run's simulation with adhesion."""
-    adheres = "work_of_adhesion" in specimen.bodies.coords or schema.is_wet(specimen.bodies)
-    return Mesh(step=LONG_STEP * usual_step(specimen)) if adheres else Mesh()
+    return Mesh(step=LONG_STEP * usual_step(specimen)) if _adheres(specimen) else Mesh()
+
+
+def _adheres(specimen: Specimen) -> bool:
+    return float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(specimen.bodies)
 
 
 class _Task(NamedTuple):
@@ -267,12 +262,12 @@ class _Task(NamedTuple):
     @property
     def adheres(self) -> bool:
         """Whether anything attracts."""
-        return float(self.specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or self.is_wet
+        return _adheres(self.specimen)
 
     @property
-    def has_levers(self) -> bool:
-        """Whether a sphere adheres, which can roll."""
-        return self.adheres and "sphere_radius" in self.specimen.bodies.coords
+    def has_sphere(self) -> bool:
+        """Whether the indenter is a sphere, which can roll."""
+        return "sphere_radius" in self.specimen.bodies.coords
 
 
 def analyse(
@@ -296,8 +291,8 @@ def _surface(task: _Task) -> dict[str, xr.Dataset]:
         catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
-            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); for a "
-            "smooth flat use JKR's formula, or roughxr.direct and roughxr.adhesive, which need no asperities"
+            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); use "
+            "JKR's formula for a smooth flat, or roughxr.adhesive"
         )
     return {
         "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
@@ -326,15 +321,12 @@ def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
 
 def _superposed(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
-    specimen = task.specimen
-    groups: dict[str, xr.Dataset] = {}
-    with warnings.catch_warnings():  # the page deals with where superposition is not valid
-        warnings.simplefilter("ignore", UserWarning)
-        for name in task.plan.superposed:
-            fit = fit_of(name)  # the paper's own asperities for its own formulas
-            summed = asperities(specimen.scan, **fit) if fit else specimen.derived(asperities)
-            swept = superpose(elastic(summed), delta=task.plan.sweep, formulation=name, **task.options)
-            groups |= {f"solutions/{name}": swept, f"statistics/{name}": pull_off(swept)}
+    specimen, groups = task.specimen, dict[str, xr.Dataset]()
+    for name in task.plan.superposed:
+        fit = fit_of(name)  # the paper's own asperities for its own formulas
+        summed = elastic(quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities))
+        swept = quietly(superpose, summed, delta=task.plan.sweep, formulation=name, **task.options)
+        groups |= {f"solutions/{name}": swept, f"statistics/{name}": quietly(pull_off, swept)}
     return groups
 
 
@@ -393,7 +385,8 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
 def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
     specimen, plan, say, options = task.specimen, task.plan, task.say, task.options
-    _warn_of_soft(specimen)
+    if task.has_sphere:
+        _refuse_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
     mesh, finer = replace(plan.mesh, accuracy=None), None
     with warnings.catch_warnings():
@@ -426,25 +419,22 @@ def _expect_pulls(first: xr.Dataset) -> None:
         return
     lost, edge = (int(flags.sum()) for flags in (~first["complete"], first["truncated"]))
     raise ValueError(
-        f"simulation with adhesion: expected a pull-off at some of the first {first['pull_off_force'].size} places, "
-        f"found none ({lost} not completed, {edge} in contact at the scan's edge); {_REMEDY}"
+        f"simulation with adhesion: no pull-off at the first {first['pull_off_force'].size} places ({lost} not "
+        f"completed, {edge} in contact at the scan's edge); {_REMEDY}"
     )
 
 
-def _warn_of_soft(specimen: Specimen) -> None:
-    """Warn before hours pass that JKR's contact of the smooth sphere, without load, is wider than the scan."""
-    if "sphere_radius" not in specimen.bodies.coords:
-        return
+def _refuse_soft(specimen: Specimen) -> None:
+    """Raise before hours pass where JKR's contact of the smooth sphere is much wider than the scan, without load."""
     radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus")
-    work = liquid.work_of(specimen.bodies)
-    wide = 2 * (4.5 * np.pi * work * radius**2 / modulus) ** (1 / 3)
+    wide = 2 * (4.5 * np.pi * liquid.work_of(specimen.bodies) * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
-    if wide > side:
-        words = f"the contact of a smooth sphere, {wide:.3g} nm wide, does not fit on the scan of {side:.3g} nm"
-        if wide > _WIDEST_CONTACT * side:
-            raise ValueError(f"sphere_radius: {words}; {_REMEDY}")
-        warn(f"{words}: the simulation may take long, and end without a pull-off; {_REMEDY}")
+    if wide > _WIDEST_CONTACT * side:
+        raise ValueError(
+            f"sphere_radius: a smooth sphere's contact, {wide:.3g} nm wide, does not fit on a scan of {side:.3g} nm; "
+            f"{_REMEDY}"
+        )
 
 
 def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any]:
@@ -473,28 +463,22 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
 
 def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
-    specimen, options, refine = task.specimen, task.options, _rigid_mesh(task.specimen)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about the size of cells: the report's page has it for all methods
-        summed = rigid(specimen, delta=[0.0], refine=refine, **options)
-        groups = {"solutions/rigid": summed, "statistics/rigid": pull_off(summed)}
-        if "sphere_radius" in specimen.bodies.coords:
-            some = regions.sample(specimen.centres(options["subregions"]), _FORMULA_PLACES)
-            groups["statistics/regime"] = regime(specimen, subregions=some, refine=refine)
-            groups["statistics/formulas"] = formulas(specimen, subregions=some, refine=refine)
+    specimen, refine = task.specimen, int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
+    # without warnings about the size of cells: the report's page has it for all methods
+    summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
+    groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}
+    if task.has_sphere:
+        some = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
+        groups["statistics/regime"] = quietly(regime, specimen, subregions=some, refine=refine)
+        groups["statistics/formulas"] = quietly(formulas, specimen, subregions=some, refine=refine)
     return groups
-
-
-def _rigid_mesh(specimen: Specimen) -> int:
-    return int(np.clip(np.ceil(specimen.pixel / _RIGID_CELL), 1, 8))
 
 
 def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
     """Return the fields at the place of median force among those away from the scan's edge."""
     last = solved.isel(delta=-1)
     inner = last.where(~last["truncated"] & (last["force"] > 0), drop=True)
-    if inner.sizes["subregion"] == 0:
-        inner = last
+    inner = inner if inner.sizes["subregion"] else last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
     return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
 
@@ -512,17 +496,15 @@ class _Part(NamedTuple):
 
 #: The stages of a run, in order.
 _PARTS = (
-    _Part("asperities", "asperities", lambda task: True, 5.0, 0.0, _surface),
-    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 20.0, 1.0, _with_adhesion),
-    _Part(
-        "extrapolated", "roughness extrapolated below the scan", lambda task: task.adheres, 10.0, 0.3, _below_the_scan
-    ),
-    _Part("rigid", "rigid bodies", lambda task: task.adheres, 5.0, 0.3, _rigid_bodies),
-    _Part("direct", "simulation without adhesion", lambda task: True, 3.0, 0.1, _without_adhesion),
+    _Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
+    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _with_adhesion),
+    _Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _below_the_scan),
+    _Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
+    _Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _without_adhesion),
     # neighbours' menisci merge: no sum over asperities
-    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 5.0, 0.0, _superposed),
-    _Part("rolling", "resisting moments and detachment", lambda task: task.has_levers, 5.0, 0.0, _detachment),
-    _Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 70.0, 0.0, _error_budget),
+    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed),
+    _Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
+    _Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
 )
 
 _WORDS = {part.name: part.words for part in _PARTS} | {"pages": "figures and report"}

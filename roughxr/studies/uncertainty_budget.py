@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..asperity.catalogue import asperities
 from ..bodies.liquid import work_of
 from ..bodies.pair import range_of
 from ..contact.adhesion import adhesive, step_of
@@ -26,14 +25,13 @@ from ..contact.cycle import EDGED
 from ..contact.mesh import Mesh, mesh_of
 from ..contact.rigid.bodies import rigid
 from ..scans import regions
-from ..scans.tip import tip_flags
 from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.sampling import at_first_preload, by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
-from .assumptions import FACTORS, HUMID, TIP_RADIUS, factors_of
+from .assumptions import FACTORS, HUMID, factors_of
 from .budget_changes import Base, Case, Change, cells_for, change_of, changes
 from .roughness_scale import quietly
 
@@ -57,7 +55,6 @@ class _Entry(NamedTuple):
 
     change: Change
     how: str
-    missing: int = 0  # places that are known in one case only, or in none
     bias: bool = False
     slope: float = np.nan  # d ln F / d ln parameter
 
@@ -110,13 +107,10 @@ def error_budget(
         Along ``entry``, the factors, ``"sampling"``, and of a humid pair what the law of thin menisci leaves out:
         ``relative_error``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``, with its
         sign, of which those where ``known_bias`` is true are taken off; ``slope``, d ln F/d ln parameter where the
-        change multiplies a parameter; ``places`` at which it is known, ``missing_places``, at which a case could not be
-        followed, and ``how``. ``total_error``, the root of the sum of squares of all computed entries, and
-        ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and ``pull_off_corrected``, the same
-        without known biases; ``shortest_wavelength`` (nm) that the scan shows, ``contact_radius_pixels``, the median
-        radius at pull-off of the smallest relevant contact, in pixels of the scan, and ``sharper_than_tip``, the share
-        of asperities. The attribute ``resolved`` says whether the contacts are larger than the pixels, ``decided`` how
-        well the total is known.
+        change multiplies a parameter; ``places`` at which it is known, and ``how``. ``total_error``, the root of the
+        sum of squares of all computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of
+        `adhesive`, and ``pull_off_corrected``, the same without known biases. The attribute ``decided`` says how well
+        the total is known.
 
     Notes
     -----
@@ -184,7 +178,7 @@ def budget_of(
 
 
 def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], mean: float, count: int) -> xr.Dataset:
-    """Return the entries and their total as a Dataset, with the resolution of contacts and tip."""
+    """Return the entries and their total as a Dataset."""
     columns = {
         "relative_error": [entry.value for entry in entries.values()],
         "standard_error": [entry.change.error for entry in entries.values()],
@@ -192,32 +186,21 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
         "slope": [entry.slope for entry in entries.values()],
         "known_bias": [entry.bias for entry in entries.values()],
         "places": [entry.change.places for entry in entries.values()],
-        "missing_places": [entry.missing for entry in entries.values()],
         "how": [entry.how for entry in entries.values()],
     }
     total, own = _total(entries)
-    catalogue = quietly(asperities, ds)
-    sharp = tip_flags(catalogue, tip_radius=TIP_RADIUS)["sharper_than_tip"]
-    shown = float(catalogue.coords.get("shortest_wavelength", np.nan))
-    pixels = float((solved["pull_off_resolution"] / solved["refinement"]).median())
     scalars = {
         "total_error": total,
         "total_standard_error": own,
         "pull_off_mean": mean,
         "pull_off_corrected": mean * np.prod([1 + np.nan_to_num(e.change.value) for e in entries.values() if e.bias]),
-        "shortest_wavelength": shown,
-        "contact_radius_pixels": pixels,
-        "sharper_than_tip": float(sharp.mean()) if sharp.size else np.nan,
-        "tip_radius": TIP_RADIUS,
     }
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
-    out.attrs = {"law": solved.attrs["law"], "resolved": _resolved(pixels)}
-    known = (
-        f"has a standard error of {percent(own / total)}" if own >= 0 else "has no standard error, by too few places"
-    )
-    out.attrs["decided"] = f"The total {known}: each change is solved at {count} of {solved.sizes['subregion']} places."
+    known = f"is known to ± {percent(own / total)}" if own >= 0 else "has no error of its own, by too few places"
+    decided = f"The total {known}: each change is solved at {count} of {solved.sizes['subregion']} places."
+    out.attrs = {"law": solved.attrs["law"], "decided": decided}
     return schema.label(out)
 
 
@@ -253,7 +236,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
     value = deviation / np.sqrt(independent) / mean
     words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
-    return _Entry(Change(value, float(error), count), words, int(force.isnull().sum()))
+    return _Entry(Change(value, float(error), count), words)
 
 
 def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
@@ -267,8 +250,7 @@ def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
         how += ", which is too sharp for the pixels to show"
     if factor in _BIASES:
         how += ": subtracted from the mean, and half of it counted as error"
-    missing = count - change.places
-    return _Entry(change, f"{how}; {_count(change.places, missing)}", missing, factor in _BIASES, _slope(factor, known))
+    return _Entry(change, f"{how}; {_count(change.places, count)}", factor in _BIASES, _slope(factor, known))
 
 
 def _slope(factor: str, cases: Sequence[Case]) -> float:
@@ -279,8 +261,8 @@ def _slope(factor: str, cases: Sequence[Case]) -> float:
     return float(change[0] / ratio[0]) if len(cases) == 1 else float(np.polyfit(ratio, change, 1)[0])
 
 
-def _count(places: int, missing: int) -> str:
-    return f"{places} place{'s' * (places > 1)}" + f", {missing} more could not be followed" * bool(missing)
+def _count(places: int, tried: int) -> str:
+    return f"{places} place{'s' * (places > 1)}" + f", {tried - places} more have no result" * (places < tried)
 
 
 def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
@@ -292,17 +274,8 @@ def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
         return _none("the error of thin menisci is known at no place")
     error = float(errors.std(ddof=1) / np.sqrt(errors.size)) if errors.size > 1 else np.nan
     words = "the energy of menisci's edges, which their law leaves out, between rigid bodies; subtracted from the mean"
-    missing = some.sizes["subregion"] - errors.size
     change = Change(-float(errors.mean()), error, errors.size)
-    return _Entry(change, f"{words}; {_count(errors.size, missing)}", missing, bias=True)
-
-
-def _resolved(pixels: float) -> str:
-    """Return a sentence on the size of the contacts in the scan's pixels."""
-    words = f"At pull-off the smallest contact that matters has a radius of {pixels:.2g} pixels (median place)"
-    if pixels >= 2:
-        return f"{words}."
-    return f"{words}: the pull-off depends on the surface within a pixel, which the scan does not show."
+    return _Entry(change, f"{words}; {_count(errors.size, some.sizes['subregion'])}", bias=True)
 
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
