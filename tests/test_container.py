@@ -106,7 +106,6 @@ def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
         (META.replace("mode: center", "mode: sphere"), "meta.yml", "sphere"),
         (META, "about.yml", "without meta.yml"),
         ("a: " + "[" * 100_000, "meta.yml", "damaged"),
-        (" " * (2**24 + 1), "meta.yml", "at most 16 MiB"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_the_containers_name(tmp_path, meta, name, reason):

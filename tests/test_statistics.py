@@ -96,12 +96,14 @@ def test_summary_equals_numpy(sample):
 
 def test_weights_count_as_repetition():
     values, counts = [1.0, 2.0, 4.0, 7.0], [3, 1, 2, 5]
-    weighted = xr.Dataset({"height": ("asperity", values, {"units": "nm"}), "area": ("asperity", counts)})
+    weighted = xr.Dataset({"height": ("asperity", values, {"units": "nm"})}).assign_coords(
+        landing_share=("asperity", counts)
+    )
     repeated = xr.Dataset({"height": ("asperity", np.repeat(values, counts), {"units": "nm"})})
     edges = np.array([0.0, 3, 6, 9])
-    np.testing.assert_allclose(pdf(weighted, "height", bins=edges, weights="area"), pdf(repeated, "height", bins=edges))
-    xr.testing.assert_allclose(cdf(weighted, "height", weights="area"), cdf(repeated, "height"))
-    table = summary(weighted, weights="area").height
+    np.testing.assert_allclose(pdf(weighted, "height", bins=edges), pdf(repeated, "height", bins=edges))
+    xr.testing.assert_allclose(cdf(weighted, "height"), cdf(repeated, "height"))
+    table = summary(weighted).height
     assert float(table.sel(statistic="mean")) == pytest.approx(repeated.height.mean().item())
     assert float(table.sel(statistic="std")) == pytest.approx(repeated.height.std().item())
 

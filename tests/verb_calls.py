@@ -138,7 +138,7 @@ CALLS = {
     "roughness": [on("scan")],
     "self_affine_fit": [on("scan")],
     "smooth": [on("scan", shortest=30.0)],
-    "summary": [on("pulls"), on("catalogue"), on("pulls", weights="contacts")],
+    "summary": [on("pulls"), on("catalogue")],
     "superpose": [
         on("scan", delta=[-1.0, 2.0, 5.0], subregions=PLACES),
         on("catalogue", delta=[-1.0, 2.0, 5.0], subregions=PLACES, law="maugis"),

@@ -14,14 +14,6 @@ from ..vocabulary.schema import one_of
 from ..vocabulary.text import printable
 from . import words
 
-#: What `measured` reads besides adhesion images in the formats of scans.
-MEASURED_FORMATS = (
-    ("table of pull-offs, any separator, names above", ".csv, .txt, .dat, .tsv", "roughxr measured"),
-    ("workbook of pull-offs", ".xlsx", "roughxr measured (extra excel)"),
-    ("force-distance curves and force volumes", ".jpk-force, .ibw, .h5, .tab, .csv", "roughxr measured (extra curves)"),
-    ("Bruker's force curves (NanoScope)", ".spm, .pfc", "not read; export as text"),
-)
-
 
 def opened(file: str, options: Namespace) -> xr.Dataset:
     """Return the scan in a file, read with the given options."""
@@ -37,11 +29,7 @@ def image(options: Namespace) -> dict[str, Any]:
 
 
 def info(options: Namespace) -> None:
-    """Print the channels of a file and the roughness of the one that is read, or the formats that are read at all."""
-    if options.formats or options.file is None:
-        for name, endings, through in [*scans.formats(), *MEASURED_FORMATS]:
-            print(f"{name:50s} {endings:36s} {through}")
-        return
+    """Print the channels of a file and the roughness of the one that is read."""
     channels = scans.describe(options.file)
     tell_attributes(channels)
     if options.file.endswith(".nc") and (missing := archive.root_of(options.file).get(archive.UNFINISHED)):

@@ -177,8 +177,7 @@ def _pages(commands: Any) -> None:
 
 def _files(commands: Any) -> None:
     command = _command(commands, "info", "files:info", "print the channels of a file, and the roughness of a scan")
-    command.add_argument("file", metavar="FILE", nargs="?")
-    _flag(command, "--formats", "list the formats of scans and of measured pull-offs")
+    command.add_argument("file", metavar="FILE")
     _add_reading(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
     command = _command(commands, "convert", "files:convert", "write a scan in another format")

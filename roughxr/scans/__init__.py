@@ -8,7 +8,6 @@ from .container import open_container
 from .description import describe
 from .editing import crop, fill, resample
 from .export import to_file, to_netcdf
-from .files import formats
 from .fine_scales import add_fine_roughness, self_affine_fit, smooth
 from .levelling import level
 from .plausibility import ImplausibleScan
@@ -28,7 +27,6 @@ __all__ = [
     "dilate",
     "erode",
     "fill",
-    "formats",
     "level",
     "open_container",
     "open_sample",

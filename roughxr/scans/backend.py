@@ -4,25 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 import xarray as xr
 from xarray.backends import BackendEntrypoint
 
 from ..vocabulary.units import Quantities
-from . import gwyddion, vendors
-from .channel import first_bytes, is_igor
 from .files import read_scan
-
-#: First bytes that only AFM images have. NetCDF is left to its own engines, a Park file (a TIFF) and an Igor wave are
-#: examined further, and files of bare numbers are not claimed.
-_CERTAIN = (
-    gwyddion.GSF,
-    gwyddion.GWY,
-    gwyddion.OLD_GWY,
-    *(start for name in ("di", "sur", "wsxm") for start in vendors.SIGNATURES[name]),
-)
 
 
 class RoughxrBackend(BackendEntrypoint):
@@ -47,17 +35,6 @@ class RoughxrBackend(BackendEntrypoint):
         out = ds.drop_vars(dropped, errors="ignore")
         out.set_close(ds.close)  # a new object from xarray does not keep the old one's close
         return out
-
-    def guess_can_open(self, filename_or_obj: Any) -> bool:
-        """Return whether a file begins as an AFM image does; never raises."""
-        try:
-            path = Path(filename_or_obj)
-            if not path.is_file():
-                return False
-            head = first_bytes(path, 512)
-            return head.startswith(_CERTAIN) or is_igor(head) or vendors.is_park(path)
-        except Exception:
-            return False  # a guess may not fail: xarray asks about anything, even what is no path
 
 
 def open_scan(

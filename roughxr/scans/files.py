@@ -60,29 +60,6 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
     return "vendor", vendors.channels
 
 
-def formats() -> list[tuple[str, str, str]]:
-    """Return the formats of scans that are read.
-
-    Returns
-    -------
-    list of tuple
-        Name, endings (the content decides), and what reads it.
-
-    Examples
-    --------
-    >>> formats()[1]
-    ('Gwyddion simple field', '.gsf', 'gsffile (extra afm)')
-    """
-    own = [
-        ("NetCDF, as roughxr or SurfaceTopography writes it", ".nc", "roughxr"),
-        ("Gwyddion simple field", ".gsf", "gsffile (extra afm)"),
-        ("Gwyddion, version 2", ".gwy", "roughxr"),
-        ("matrix of numbers, with Gwyddion's head or size=", ".txt, .csv, .dat", "roughxr"),
-        ("matrix of NumPy, with size= and height_units=", ".npy", "roughxr"),
-    ]
-    return own + [(*row, "SurfaceTopography (extra afm)") for row in vendors.formats()]
-
-
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
     """Return ``read(...)``; any error of a library is raised again with the file's name."""
     try:
@@ -143,7 +120,7 @@ def read_scan(
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, channels))
     tie = equally_heights(channels, chosen, direction) if channel is None else ""
-    for doubt in filter(None, [tie, *_disagreement(channels), *doubts(ds)]):
+    for doubt in filter(None, [tie, *doubts(ds)]):
         warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
 
@@ -270,16 +247,6 @@ def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -
         "pixel_registration": "center",
         "header": json.dumps(header, default=str, ensure_ascii=False),
     }
-
-
-def _disagreement(channels: list[Channel]) -> list[str]:
-    """Return a warning where the images of one file have several sizes."""
-    sizes = {
-        tuple(float(f"{v * factor(channel.lateral_units, 'nm'):.6g}") for v in channel.size)
-        for channel in channels
-        if channel.size and is_length(channel.lateral_units)
-    }
-    return [f"its channels have several lateral sizes in nm: {sorted(sizes)}"] if len(sizes) > 1 else []
 
 
 def file_hash(path: Path) -> str:

@@ -16,7 +16,6 @@ def pdf(
     name: str = "pull_off_force",
     *,
     bins: int | str | ArrayLike = "auto",
-    weights: str | None = None,
 ) -> xr.DataArray:
     """Return the probability density of a variable over its subregions or asperities.
 
@@ -24,12 +23,10 @@ def pdf(
     ----------
     ds : Dataset
     name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first.
+        A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first. Samples
+        count by their ``landing_share`` where there is one.
     bins : int, str or array
-        As for `numpy.histogram_bin_edges`; edges in the variable's units or with their own. A rule ignores the
-        weights.
-    weights : str, optional
-        Variable of ``ds`` that holds the weight of each sample; by default ``landing_share`` where there is one.
+        As for `numpy.histogram_bin_edges`; edges in the variable's units or with their own.
 
     Returns
     -------
@@ -46,7 +43,7 @@ def pdf(
     ([0.25, 0.75], '1/nm', 1.0)
     """
     ds = schema.entered(ds)
-    some = samples(ds, name, weights=weights)
+    some = samples(ds, name)
     units = ds[name].attrs.get("units", "1")
     bins = plain(bins, units, name) if carries_units(bins) else bins
     edges = np.histogram_bin_edges(some.values, bins=bins)
@@ -61,13 +58,13 @@ def pdf(
     return out
 
 
-def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | None = None) -> xr.DataArray:
+def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
     Parameters
     ----------
     ds : Dataset
-    name, weights
+    name : str
         As in `pdf`.
 
     Returns
@@ -84,7 +81,7 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force", *, weights: str | None = N
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """
     ds = schema.entered(ds)
-    some = samples(ds, name, weights=weights)
+    some = samples(ds, name)
     points, group = np.unique(some.values, return_inverse=True)
     share = np.cumsum(np.bincount(group, some.weights))
     axis = (name, points, dict(ds[name].attrs))

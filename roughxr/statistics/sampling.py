@@ -28,13 +28,13 @@ class Samples(NamedTuple):
     missing: int
 
 
-def samples(ds: xr.Dataset, name: str, *, weights: str | None = None, quiet: bool = False) -> Samples:
+def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``."""
-    weights = weights_of(ds, name, weights)
+    shared = has_shares(ds, name)
     ds = of_a_map(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
-    weight = None if weights is None else _checked(ds[weights], ds[name])
+    weight = ds[SHARE].values.astype(float) if shared else None
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
@@ -110,25 +110,9 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
     return [dim for dim in dims if dim not in own] if own else []
 
 
-def weights_of(ds: xr.Dataset, name: str, weights: str | None) -> str | None:
-    """Return the name of a variable's weights: the given ones, else the shares of particles."""
-    if weights is not None and weights not in ds:
-        raise ValueError(f"weights: expected a variable of the dataset, found no {weights!r}")
-    shared = name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
-    return weights or (SHARE if shared else None)
-
-
-def _checked(weights: xr.DataArray, samples: xr.DataArray) -> np.ndarray:
-    """Return weights; raise unless there is one for each sample, none negative and not all 0."""
-    if weights.dims != samples.dims:
-        raise ValueError(f"weights: expected one for each of {samples.size} samples, found dimensions {weights.dims}")
-    values = weights.values.astype(float)
-    if not np.isfinite(values).all() or (values < 0).any() or not values.any():
-        raise ValueError(
-            f"weights: expected finite numbers of at least 0, not all 0, found {int((~np.isfinite(values)).sum())} "
-            "missing, or negative ones"
-        )
-    return values
+def has_shares(ds: xr.Dataset, name: str) -> bool:
+    """Return whether the samples of a variable have shares of particles, which are then their weights."""
+    return name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
 
 
 def per(units: str) -> str:

@@ -8,15 +8,10 @@ from collections.abc import Sequence
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, of_a_map, warn_of_missing, weights_of
+from .sampling import SAMPLES, SHARE, has_shares, of_a_map, warn_of_missing
 
 
-def summary(
-    ds: xr.Dataset,
-    *,
-    quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95),
-    weights: str | None = None,
-) -> xr.Dataset:
+def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
     """Return mean, standard deviation, extremes and quantiles over subregions or asperities.
 
     Parameters
@@ -26,14 +21,13 @@ def summary(
         all lie along ``x`` and ``y``, as in a map, every pixel is a sample.
     quantiles : sequence of float
         Between 0 and 1.
-    weights : str, optional
-        As in `pdf`.
 
     Returns
     -------
     Dataset
-        The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; with weights the
-        root of the weighted mean square deviation), min, max and one ``q…`` for each quantile, in per cent.
+        The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; of samples that count by
+        their ``landing_share`` the root of the weighted mean square deviation), min, max and one ``q…`` for each
+        quantile, in per cent.
 
     Examples
     --------
@@ -44,14 +38,13 @@ def summary(
     """
     ds = schema.entered(ds)
     along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
-    weights = weights_of(ds, next(iter([*along, *ds.data_vars]), ""), weights)
+    shared = has_shares(ds, str(next(iter(along), "")))
     ds = of_a_map(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
-    weight = None if weights is None else ds[weights]
+    weight = ds[SHARE] if shared else None
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
-    wanted.pop(weights, None)
     for name, array in wanted.items():
         if not array.chunks:  # do not compute lazy values
             missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
