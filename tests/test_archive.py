@@ -1,9 +1,5 @@
 """Archives: read back as written, whole or not there."""
 
-import subprocess
-import sys
-
-import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -62,13 +58,6 @@ def test_a_failed_write_leaves_the_old_archive_and_no_rubbish(groups, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["run.nc"]
 
 
-def test_every_array_has_the_checksum_of_hdf5(groups, tmp_path):
-    with netCDF4.Dataset(save(groups, tmp_path / "run.nc")) as file:
-        nodes = [file[name] for name in groups]
-        arrays = [one for node in nodes for one in node.variables.values() if one.ndim]
-        assert arrays and all(one.filters()["fletcher32"] for one in arrays)
-
-
 def test_a_file_that_is_cut_short_is_refused(groups, tmp_path, capsys):
     path = save(groups, tmp_path / "run.nc")
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
@@ -91,38 +80,18 @@ def test_a_damaged_field_is_refused_where_it_is_read_and_nowhere_else(groups, tm
         found.gap.isel(subregion=slice(1, 3)).load()
 
 
-@pytest.mark.parametrize("attrs", [{"area/pixel": 1.0}, {"a/b": "text"}])
-def test_an_attribute_with_a_slash_is_refused(groups, tmp_path, attrs):
-    with pytest.raises(ValueError, match="scan: expected attribute names without '/', found"):
-        save({"scan": groups["scan"].assign_attrs(attrs)}, tmp_path / "run.nc")
-    with pytest.raises(ValueError, match="scan: expected attribute names without '/', found"):
-        save({"scan": groups["scan"].assign(height=groups["scan"].height.assign_attrs(attrs))}, tmp_path / "run.nc")
+@pytest.mark.parametrize(
+    ("attrs", "words"),
+    [
+        ({"area/pixel": 1.0}, "attribute names without '/'"),
+        ({"pair": {"E": 75}}, "text, numbers or arrays, found pair="),
+    ],
+)
+def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path, attrs, words):
+    for wrong in (
+        groups["scan"].assign_attrs(attrs),
+        groups["scan"].assign(height=groups["scan"].height.assign_attrs(attrs)),
+    ):
+        with pytest.raises(ValueError, match=f"scan: expected .*{words}"):
+            save({"scan": wrong}, tmp_path / "run.nc")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path):
-    with pytest.raises(ValueError, match="scan: expected attributes of text, numbers or arrays, found pair="):
-        save({"scan": groups["scan"].assign_attrs(pair={"E": 75})}, tmp_path / "run.nc")
-    assert list(tmp_path.iterdir()) == []
-
-
-_OPENED_TWICE = """
-import sys, xarray as xr
-from roughxr import archive
-trees = [xr.open_datatree(sys.argv[1]) for _ in range(5)]
-read = archive.load(sys.argv[1])["log"]
-with xr.open_dataset(sys.argv[1], group="log") as again:
-    assert again.identical(read), (again, read)
-print(*(repr(str(message)) for message in read["message"].values))
-"""
-
-
-def test_an_archive_that_is_open_already_can_be_opened_again(tmp_path):
-    """Strings of variable length kill the interpreter here: hence another one."""
-    messages = ["started", "", "µm, not μm: 表面"]
-    log = xr.Dataset({"message": ("line", messages), "time": ("line", [1.0, 2.0, 3.0])}, {"branch": "retraction"})
-    path = save({"log": log, "statistics/none": log.isel(line=[])}, tmp_path / "run.nc")
-    command = [sys.executable, "-c", _OPENED_TWICE, str(path)]
-    found = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert found.returncode == 0, found.stderr
-    assert found.stdout.split("\n")[0] == " ".join(map(repr, messages))

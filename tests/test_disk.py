@@ -3,7 +3,6 @@
 import os
 import signal
 import stat
-import subprocess
 import sys
 
 import dask
@@ -110,44 +109,6 @@ def test_a_full_disk_is_reported_and_no_file_remains(small_disk, name):
         WRITERS[name](again)
         xr.testing.assert_identical(*(xr.open_datatree(file).load() for file in (path, again)))
         assert os.path.getsize(path) > 65536
-
-
-@pytest.mark.parametrize("times", [3, pytest.param(10, marks=pytest.mark.soak)])
-def test_fields_are_read_while_other_files_are(tmp_path, times):
-    """Threads that open archives beside one that reads lazily through xarray crashed the NetCDF library."""
-    command = [sys.executable, "-c", _READERS, str(tmp_path), str(times)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == 0, done.stderr[-2000:]
-
-
-_READERS = """
-import sys, threading
-from pathlib import Path
-import numpy as np, xarray as xr
-from roughxr import archive
-
-folder, times = Path(sys.argv[1]), int(sys.argv[2])
-fields = {name: (("subregion", "x"), np.ones((40, 50000))) for name in ("gap", "pressure")}
-archive.save({"solutions/contact": xr.Dataset(fields)}, folder / "run.nc")
-xr.Dataset({"height": (("x", "y"), np.ones((1000, 100)))}).to_netcdf(folder / "scan.nc")
-scan = xr.open_dataset(folder / "scan.nc", chunks={"x": 10})
-contact, wrong = archive.load(folder / "run.nc")["solutions/contact"], []
-
-
-def read(ds, times):
-    for _ in range(times):
-        total = ds.sum().compute(scheduler="threads", num_workers=3)
-        wrong.extend(name for name in ds if float(total[name]) != ds[name].size)
-
-
-tasks = ((scan, 2 * times), (contact, times), (contact, times))
-threads = [threading.Thread(target=read, args=arguments) for arguments in tasks]
-for thread in threads:
-    thread.start()
-for thread in threads:
-    thread.join()
-assert not wrong
-"""
 
 
 def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):

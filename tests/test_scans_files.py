@@ -356,14 +356,6 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         open_scan(tmp_path / "pipe.spm")
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="this user may read anything")
-def test_a_file_that_may_not_be_read(tmp_path):
-    path = write_npy(tmp_path, picture(), (120, 90))
-    path.chmod(0)
-    with pytest.raises(PermissionError, match=r"scan\.npy"):
-        open_scan(path)
-
-
 def test_one_pixel_is_no_scan(tmp_path):
     np.save(tmp_path / "one.npy", np.ones((1, 1)))
     with pytest.raises(UnreadableScan, match="at least 2 x 2 pixels, found 1 x 1"):

@@ -75,3 +75,10 @@ def test_infinite_heights_are_refused():
     scan = xr.Dataset({"height": (("x", "y"), np.array([[0, np.inf, 1], [0, 2, -np.inf], [0.0, 1, 2]]))}, axes)
     with pytest.raises(ValueError, match=r"expected finite heights, found 2 infinite ones; .*contact\.fill"):
         schema.validate(scan, "scan")
+
+
+def test_a_scan_without_units_is_taken_as_nm_with_a_warning_that_states_its_size():
+    axis = np.arange(8) * 1e-8
+    bare = xr.Dataset({"height": (("x", "y"), 1e-9 * rough(8))}, {"x": axis, "y": axis})
+    with pytest.warns(UserWarning, match="found none; taken as nm, a scan of 8e-08 x 8e-08 nm"):
+        roughness(bare)

@@ -15,7 +15,6 @@ from roughxr import reference
 from roughxr.vocabulary import schema, units
 from roughxr.vocabulary.table import VARIABLES
 
-from .surfaces import glass_pair, rough, scan
 from .verb_calls import (
     CALLS,
     NOT_CALLED,
@@ -131,22 +130,6 @@ def test_results_are_the_same_in_many_units(verb, k, data):
 def test_no_verb_is_forgotten():
     found = public_verbs()
     assert found.keys() - CALLS.keys() - NOT_CALLED.keys() == set()
-
-
-@pytest.mark.parametrize(("unit", "size"), [("µm", 1e-3), ("Å", 10), ("m", 1e-9)])
-def test_a_scan_whose_pair_is_assigned_first_is_what_it_was(unit, size):
-    """`assign_pair` used to write nm over what was µm."""
-    plain, right = scan(rough(24, seed=3), pixel=8.0), {}
-    for names in (("height",), ("x", "y"), ("height", "x", "y")):
-        other = plain
-        for name in names:
-            one = (plain[name] * size).assign_attrs(units=unit)
-            other = other.assign_coords({name: one.variable}) if name in "xy" else other.assign({name: one.variable})
-        for name, solve in (("direct", roughxr.direct), ("map", roughxr.pull_off_map)):
-            options = {"delta": [5.0]} if name == "direct" else {}
-            right.setdefault(name, solve(glass_pair(plain, 800.0), subregions=(2, 2), **options))
-            found = solve(glass_pair(other, 800.0), subregions=(2, 2), **options)
-            assert_same(found, right[name], rtol=1e-6, leave=LEFT)
 
 
 def quantity(value, unit, kind):

@@ -1,4 +1,4 @@
-"""Read foreign files in a separate process, so that no file can hang or crash the caller or use up its memory.
+"""Read foreign files in a separate process, so that no file can hang or crash the caller.
 
 A process serves all files of a session that one reader reads, and ends with its caller. This file is both sides:
 imported, it is the client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and
@@ -23,9 +23,6 @@ from typing import Any
 #: Time limit: seconds, and bytes that allow one second more; a hundred times the need of intact files.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
 
-#: Bytes of memory that a reader may take, where the system can limit them: Windows and macOS cannot.
-MEMORY = 2**33
-
 _LOCK = threading.Lock()
 _running: dict[tuple[int, str], subprocess.Popen] = {}
 
@@ -35,7 +32,7 @@ class ReadingFailed(Exception):
 
 
 def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
-    """Return a reader's result; raise ReadingFailed if it takes too long or too much memory, or its process dies."""
+    """Return a reader's result; raise ReadingFailed if it takes too long, or its process dies."""
     limit = SECONDS + path.stat().st_size / BYTES_PER_SECOND
     with _LOCK:
         process = _process(reader)
@@ -65,13 +62,11 @@ def _process(reader: str) -> subprocess.Popen:
     if process is None or process.poll() is not None:
         if process is not None:
             _ended(process)
-        serial = {**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}  # threads take address space
         process = subprocess.Popen(
             [sys.executable, "-P", __file__, reader, *sys.path],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env=serial,
         )
         _running[os.getpid(), reader] = process
     return process
@@ -99,10 +94,6 @@ def _serve(reader: ModuleType) -> None:
     """Answer requests until the input ends: with the reader's result, or the text of an error."""
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what a library prints must not mix with the answers
-    with suppress(ImportError, ValueError):
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
     while True:
         try:
             question = pickle.load(sys.stdin.buffer)
