@@ -78,7 +78,7 @@ class Specimen:
     @cached_property
     def shortest_wavelength(self) -> float:
         """Shortest wavelength (nm) that the scan resolves."""
-        return wavelength.waves(self.scan["height"].values, schema.pixel(self.bodies)).shortest
+        return wavelength.spectral_measures(self.scan["height"].values, schema.pixel(self.bodies)).shortest
 
     def derived(self, make: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:
         """Return ``make(scan)``, for example the asperities; computed at the first request."""

@@ -50,13 +50,9 @@ def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **
         return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def in_a_process(output, limit=None, told=None, stops_after=None, ends_by=signal.SIGKILL, **options):
-    """Run, as a child that can be killed; with at most ``limit`` bytes in any file, or until it stored so much."""
+def in_a_process(output, stops_after=None, ends_by=signal.SIGKILL, **options):
+    """Run, as a child that can be killed, or until it stored so much."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
-    if limit is not None:
-        import resource
-
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
     if stops_after is not None:
         put, stored = Checkpoint.put, []
 
@@ -72,6 +68,4 @@ def in_a_process(output, limit=None, told=None, stops_after=None, ends_by=signal
     try:
         run(output, **options)
     except BaseException as error:
-        if told is not None:
-            told.put((type(error).__name__, str(error)))
         os._exit(130 if isinstance(error, KeyboardInterrupt) else 1)

@@ -226,12 +226,13 @@ def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels):
 
 def test_a_dry_pair_is_what_it_was():
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    assert not set(liquid.COORDINATES) & set(glass.coords)
+    of_liquid = {"humidity", "kelvin_radius", "surface_tension", *liquid.ANGLES, "liquid_film", "share_under_liquid"}
+    assert not of_liquid & set(glass.coords)
     found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
     assert "meniscus_error" not in found and liquid.described(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
-    assert not set(liquid.COORDINATES) & set(again.coords)
+    assert not of_liquid & set(again.coords)
 
 
 def test_few_molecules_are_said():

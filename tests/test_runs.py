@@ -187,21 +187,6 @@ def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, r
     assert re.match(resumes, told[told.index("resumed") + 1])
 
 
-def test_a_quota_is_said_and_survived(tmp_path, undisturbed):
-    """A limit on the size of a file fails in another way than a full disk."""
-    path, told = tmp_path / "run.nc", CONTEXT.SimpleQueue()
-    child = start(path, limit=1000, told=told)
-    child.join(SECONDS)
-    assert child.exitcode == 1
-    name, message = told.get()
-    assert name == "OSError"
-    assert "run.nc.checkpoint: the checkpoint could not be written" in message
-    assert not path.exists()
-    finish(path)
-    same(path, undisturbed[0])
-    only(path)
-
-
 def stopped(path):
     """Return the checkpoint of a run that was killed; its lock ended with it."""
     child = start(path, stops_after=20)

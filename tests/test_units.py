@@ -119,14 +119,6 @@ def test_results_are_the_same_whatever_the_units_of_what_enters(verb, k, data):
     holds(verb, k, data.draw)
 
 
-@pytest.mark.soak
-@pytest.mark.parametrize(("verb", "k"), EVERY)
-@settings(max_examples=12, **HOW)
-@given(data=st.data())
-def test_results_are_the_same_in_many_units(verb, k, data):
-    holds(verb, k, data.draw)
-
-
 def test_no_verb_is_forgotten():
     found = public_verbs()
     assert found.keys() - CALLS.keys() - NOT_CALLED.keys() == set()

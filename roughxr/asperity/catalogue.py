@@ -13,7 +13,7 @@ from ..kernels.topography.paraboloid import Fit, fit_paraboloids
 from ..kernels.topography.peaks import Peaks, search
 from ..scans import regions, wavelength
 from ..scans.cache import cached
-from ..scans.wavelength import Waves
+from ..scans.wavelength import SpectralMeasures
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, is_whole, positive
@@ -23,7 +23,7 @@ PAPER_PATCH = 5
 
 #: Largest patch, as a part of the shortest wavelength. A narrower one gives the curvature at the very vertex, which a
 #: contact outgrows: sums over asperities fall short of the adhesive simulation; wider patches exceed it.
-_PATCH_PER_WAVE = 0.75
+_PATCH_PER_WAVELENGTH = 0.75
 
 #: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
 RESOLVED = 2.0
@@ -54,7 +54,7 @@ class _Setup(NamedTuple):
     refine: int  # refinement of the scan's pixels
     patch: int  # finer pixels along its side
     vertex: str
-    waves: Waves | None
+    measures: SpectralMeasures | None
 
 
 def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitted") -> xr.Dataset:
@@ -109,8 +109,8 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     schema.one_of(vertex, ("fitted", "pixel"), "vertex")
     height, pixel = ds["height"].values, schema.pixel(ds)
     patch_size = _patch(height.shape, pixel, patch)
-    waves = wavelength.waves(height, pixel) if patch_size == "auto" else None
-    setup = _setup(height.shape, pixel, patch_size, vertex, waves)
+    measures = wavelength.spectral_measures(height, pixel) if patch_size == "auto" else None
+    setup = _setup(height.shape, pixel, patch_size, vertex, measures)
     peaks, fit = _fitted_peaks(schema.finite(height), setup)
     out = _catalogue(peaks, fit, ds.assign_coords(datum_height=height.max()), setup)
     if not (isinstance(patch, str) and patch == "paper"):
@@ -118,17 +118,21 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     return out
 
 
-def _setup(shape: tuple[int, int], pixel: tuple[float, float], patch: Any, vertex: str, waves: Waves | None) -> _Setup:
+def _setup(
+    shape: tuple[int, int], pixel: tuple[float, float], patch: Any, vertex: str, measures: SpectralMeasures | None
+) -> _Setup:
     """Return the set-up for a scan's pixels and a patch of "auto", pixels (int) or nm (float)."""
-    if waves is not None:
-        patch = _PATCH_PER_WAVE * waves.shortest if waves.shortest >= RESOLVED * max(pixel) else _LEAST_PIXELS
+    if measures is not None:
+        patch = (
+            _PATCH_PER_WAVELENGTH * measures.shortest if measures.shortest >= RESOLVED * max(pixel) else _LEAST_PIXELS
+        )
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, shape, pixel)
     if refine**2 * shape[0] * shape[1] > _MOST_VALUES:
         raise ValueError(
             f"patch: expected a wider one, or a smaller scan: pixels {refine} times finer are "
             f"{refine**2 * shape[0] * shape[1]:.2g} heights, and {_MOST_VALUES:.2g} are the most"
         )
-    return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, waves)
+    return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, measures)
 
 
 def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[int, int]:
@@ -179,8 +183,8 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     )
     out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.travelling(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
-    if setup.waves is not None:
-        known = {"shortest_wavelength": setup.waves.shortest, "rms_slope": setup.waves.slope}
+    if setup.measures is not None:
+        known = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
         out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
     done = {"patch": setup.patch, "refine": setup.refine, "vertex": setup.vertex}
     return schema.record(schema.label(out), "asperities", ds, **done)

@@ -4,7 +4,7 @@ Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces
 0.03 to 0.3), each under two spheres with two works of adhesion: with a patch that suits the scan superposed over direct
 was between 0.43 and 1.33 for nine surfaces of ten, and 0.32 to 0.90 for six others, which nothing was tuned on. Slope,
 spacing, overlap and Tabor's parameter do not predict where in `LOW` to `HIGH` a surface lies. A patch wider than
-`WIDEST` of the shortest wave adds a factor that grows with it, up to some forty on three waves.
+`WIDEST` of the shortest wavelength adds a factor that grows with it, up to some forty on three wavelengths.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .catalogue import RESOLVED
 #: Superposed over direct pull-off: the median, and the 5 % and 95 % quantiles over surfaces.
 RATIO, LOW, HIGH = 0.7, 0.3, 1.4
 
-#: Largest patch, over the shortest wave, for which the ratio was measured.
+#: Largest patch, over the shortest wavelength, for which the ratio was measured.
 WIDEST = 0.8
 
 
@@ -47,9 +47,12 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
     smooth = factor * np.pi * work * radius
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
-        width, wave = 2 * float(catalogue["patch_radius"]), float(catalogue.coords.get("shortest_wavelength", np.nan))
+        width, shortest = (
+            2 * float(catalogue["patch_radius"]),
+            float(catalogue.coords.get("shortest_wavelength", np.nan)),
+        )
         cause = "contacts overlap, and each is counted in full; take `adhesive`"
-        if not width <= WIDEST * wave:
+        if not width <= WIDEST * shortest:
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "

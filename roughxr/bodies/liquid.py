@@ -38,9 +38,8 @@ _THIN_SHARE = 0.1
 #: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
 _FEW_MOLECULES = 0.75
 
-#: The angles, on the scan's body and on the other, and all that the pair carries of the liquid.
+#: The angles, on the scan's body and on the other.
 ANGLES = ("contact_angle_1", "contact_angle_2")
-COORDINATES = ("humidity", "kelvin_radius", "surface_tension", *ANGLES, "liquid_film", "share_under_liquid")
 
 
 class Liquid(NamedTuple):

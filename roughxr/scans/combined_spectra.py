@@ -19,7 +19,7 @@ from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, window_of
 
 #: A scan is used at wavelengths shorter than this part of its side, and longer than this many pixels.
-_SIDE_SHARE, _PIXELS_PER_WAVE = 0.5, 4.0
+_SIDE_SHARE, _PIXELS_PER_WAVELENGTH = 0.5, 4.0
 
 #: The model is fitted to a line only with at least this many wavevectors.
 _FEWEST_FITTED = 4
@@ -66,7 +66,9 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = _least(shortest, len(scans))
-    parts = [(_usable if "y" in scan.dims else _of_line)(scan, window, wave) for scan, wave in zip(scans, least)]
+    parts = [
+        (_usable if "y" in scan.dims else _of_line)(scan, window, wavelength) for scan, wavelength in zip(scans, least)
+    ]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
         raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
@@ -109,7 +111,7 @@ def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndar
 
 def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
     """Return a mask of the wavevectors that a scan of this size and step resolves."""
-    return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVE * step, least))
+    return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVELENGTH * step, least))
 
 
 def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

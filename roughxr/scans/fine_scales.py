@@ -117,7 +117,7 @@ def _model_of(
     parts: wavelength.Parts | None, steps: tuple[float, float], hurst: float | None, shown: float | None
 ) -> Spectrum:
     """Fit the model to the spectrum of a scan's parts; NaN where all parts are flat or incomplete."""
-    least = np.nan if parts is None else wavelength.waves_of(parts.squares, steps).shortest
+    least = np.nan if parts is None else wavelength.measures_of(parts.squares, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
     if parts is None or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)

@@ -23,7 +23,7 @@ _SIDE, _PARTS = 256, 4
 _ROUNDING = 1e-11
 
 
-class Waves(NamedTuple):
+class SpectralMeasures(NamedTuple):
     """The shortest wavelength and the slope of a scan, from its spectrum."""
 
     shortest: float  # wavelength, nm
@@ -38,18 +38,18 @@ class Parts(NamedTuple):
 
 
 @cached
-def waves(heights: np.ndarray, steps: tuple[float, float]) -> Waves:
+def spectral_measures(heights: np.ndarray, steps: tuple[float, float]) -> SpectralMeasures:
     """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN where there are none.
 
     Examples
     --------
     >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((256, 256), 10, rms=1.5, hurst=0.8, rolloff=300, cutoff=60, seed=1)
-    >>> 58 < waves(scan.height.values, (10.0, 10.0)).shortest < 63
+    >>> 58 < spectral_measures(scan.height.values, (10.0, 10.0)).shortest < 63
     True
     """
     parts = parts_of(heights)
-    return Waves(np.nan, np.nan) if parts is None else waves_of(parts.squares, steps)
+    return SpectralMeasures(np.nan, np.nan) if parts is None else measures_of(parts.squares, steps)
 
 
 def parts_of(heights: np.ndarray) -> Parts | None:
@@ -78,13 +78,13 @@ def _squares(height: np.ndarray) -> np.ndarray:
     return np.abs(np.fft.fft2(height * window / np.sqrt(np.mean(window**2)))) ** 2 / height.size**2
 
 
-def waves_of(squares: np.ndarray, steps: tuple[float, float]) -> Waves:
+def measures_of(squares: np.ndarray, steps: tuple[float, float]) -> SpectralMeasures:
     """Return shortest wavelength and slope from the mean spectrum of a scan's parts."""
     wavenumber = np.hypot.outer(*map(np.fft.fftfreq, squares.shape, steps))
     slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * squares).sum()))
     order = np.argsort(wavenumber, axis=None, kind="stable")
     summed = np.cumsum((wavenumber**4 * squares).ravel()[order])
     if not summed[-1] > 0:
-        return Waves(np.inf, slope)
+        return SpectralMeasures(np.inf, slope)
     last = np.searchsorted(summed, (1 - _NEGLECTED_SHARE) * summed[-1])
-    return Waves(float(1 / wavenumber.ravel()[order][last]), slope)
+    return SpectralMeasures(float(1 / wavenumber.ravel()[order][last]), slope)
