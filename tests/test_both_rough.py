@@ -81,7 +81,7 @@ def test_placements_vary_with_the_other_parameters(ensemble):
     found = pair.contact.vary(roughxr.direct, contact_modulus=[20.0, 40.0], **options)
     assert found.force.dims[:2] == ("placement", "contact_modulus")
     np.testing.assert_allclose(found.force.sel(contact_modulus=40), 2 * found.force.sel(contact_modulus=20), rtol=1e-9)
-    with pytest.raises(ValueError, match="sphere_radius: expected none beside an indenter"):
+    with pytest.raises(ValueError, match="sphere_radius: expected none with an indenter"):
         pair.contact.vary(roughxr.direct, sphere_radius=[300.0], **options)
     with pytest.raises(ValueError, match="expected a Dataset from `placements`"):
         pair.contact.vary(roughxr.direct, indenter=pair, delta=[2.0])

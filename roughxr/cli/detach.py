@@ -5,7 +5,6 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,20 +17,17 @@ from ..report.detachment import leading
 from ..report.run_tables import METHOD_WORDS
 from ..statistics.sampling import shares
 from ..vocabulary.numbers import number, percent
-from ..vocabulary.schema import is_wet, one_of
+from ..vocabulary.schema import is_wet
 from . import words
 from .files import drawn
-from .options import PARTICLE_CODES
-
-#: Endings of pictures.
-_PICTURES = (".png", ".pdf", ".svg", ".jpg")
 
 
 def detach(options: Namespace) -> None:
     """Print at what strength of a load the spheres of a run, or of each run in a folder, move; write what is given."""
-    _check_files(options)
-    runs = _runs(Path(options.run))
-    tables = {}
+    runs, tables = _runs(Path(options.run)), {}
+    files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
+    if files and len(runs) > 1:
+        raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
     for name, path in runs.items():
         if len(runs) > 1:
             print(f"{name}:")
@@ -70,15 +66,15 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
             f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "
             "run again without --humidity, with the --work-of-adhesion under water"
         )
-    body, slides = _body(options)
-    critical = particles.critical_load(moments, **body, **slides)
+    numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
+    slides = {"friction_coefficient": options.friction_coefficient, **numbers}
+    critical = particles.critical_load(moments, options.load, flow=options.fluid, **slides)
     load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
     source = f"{load}, pull-off forces: {METHOD_WORDS[method]}"
     work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
     _print_critical(critical, f"{source}, {work}", "places on each surface" if method == "extrapolated" else "places")
     if options.parameters:
-        numbers = particles.parameters(moments)
-        print(f"written to {exports.to_table(numbers, options.parameters)}")
+        print(f"written to {exports.to_table(particles.parameters(moments), options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}")
@@ -87,35 +83,13 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     return by_place(moments).merge(critical, compat="override", combine_attrs="override")
 
 
-def _check_files(options: Namespace) -> None:
-    """Raise where a file that is asked for could not be written, before anything is computed."""
-    for path in filter(None, (options.output, options.parameters)):
-        one_of(Path(path).suffix, exports.FORMATS, f"{path}'s ending")
-    if options.picture:
-        one_of(Path(options.picture).suffix, _PICTURES, f"{options.picture}'s ending")
-    for code, _ in options.dem:
-        one_of(code, PARTICLE_CODES, "--dem")
-    files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
-    if files and len(_runs(Path(options.run))) > 1:
-        raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
-
-
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
     groups = archive.load(archive.of_run(run))
     if not set(report.DETACHMENT) <= set(groups):
         raise ValueError(
-            f"{run}: expected a run with resisting moments, found none; a run has none without adhesion, with "
-            "an indenter instead of a sphere, in very humid air, or if an older roughxr made it (then run it again)"
+            f"{run}: expected a run with resisting moments, found none; it needs adhesion and a sphere, no indenter"
         )
     return groups
-
-
-def _body(options: Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the options of a load on the sphere, and those of its sliding."""
-    density = options.particle_density and words.number(options.particle_density)
-    strength = options.shear_strength and words.number(options.shear_strength)
-    slides = {"friction_coefficient": options.friction_coefficient, "shear_strength": strength}
-    return {"load": options.load, "particle_density": density, "flow": options.fluid}, slides
 
 
 def _print_critical(critical: xr.Dataset, source: str, places: str) -> None:

@@ -11,7 +11,6 @@ import xarray as xr
 from .. import archive, figures, scans
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
-from ..vocabulary.text import printable
 from . import words
 
 
@@ -37,8 +36,7 @@ def info(options: Namespace) -> None:
     print("sizes and heights in nm, s_q about the mean plane:")
     print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
     scan = opened(options.file, options).load()
-    channel = printable(str(scan.attrs.get("channel", "height")))
-    print(f"\nroughness of {channel}, nm about its mean plane where not said otherwise:")
+    print(f"\nroughness of {scan.attrs.get('channel', 'height')}, about its mean plane unless stated otherwise:")
     for variable, value in scans.roughness(scan).data_vars.items():
         if value.ndim == 0:
             print(f"  {variable!s:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
@@ -59,12 +57,12 @@ def convert(options: Namespace) -> None:
 
 def tell_attributes(ds: xr.Dataset) -> None:
     """Print what is stated of a file, a line each."""
-    attributes = {key: value for key, value in ds.attrs.items() if key != "history"}
-    print("\n".join(f"{key}: {printable(str(value)) or 'none'}" for key, value in attributes.items()))
+    print("\n".join(f"{key}: {value or 'none'}" for key, value in ds.attrs.items() if key != "history"))
 
 
 def drawn(figure: Any, path: str) -> None:
     """Write a picture, and say so."""
+    one_of(Path(path).suffix, (".png", ".pdf", ".svg", ".jpg"), f"{path}'s ending")
     with archive.whole(path) as temporary:
         figure.savefig(temporary, dpi=150)
     print(f"drawn in {path}")

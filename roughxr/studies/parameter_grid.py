@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import xarray as xr
@@ -69,10 +68,8 @@ def vary(
     ds, indenter = schema.entered(ds), schema.entered(indenter)
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
     given |= {"humidity": humidity}
-    if indenter is not None:
-        return _placed(ds, solve, indenter, given, options)
     axes = {name: _values(values, name, ds) for name, values in given.items() if values is not None}
-    if not axes:
+    if not axes and indenter is None:
         raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
         raise ValueError(
@@ -80,57 +77,51 @@ def vary(
             f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
         )
     parts: list[xr.Dataset] = []
-    for values in itertools.product(*axes.values()):
-        pair = dict(zip(axes, values))
-        derived = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
-        derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
-        bodies = ds.assign_coords(pair | derived)
-        part = solve(bodies, **options).assign_coords(pair).expand_dims(list(pair))
-        if "humidity" in pair:
-            part = part.assign_coords(kelvin_radius=("humidity", [float(bodies["kelvin_radius"])]))
-        if "share_under_liquid" in derived:
-            part = part.assign_coords(share_under_liquid=("work_of_adhesion", [derived["share_under_liquid"]]))
-        parts.append(part)
-    refuse_other_deltas(parts)
-    out = xr.combine_by_coords(parts, **_TOGETHER)
-    assert isinstance(out, xr.Dataset)
-    return schema.record(schema.label(out), "vary", parts[0], solve=verb_name(solve), **axes)
-
-
-def verb_name(solve: Callable) -> str:
-    """Return the name of a function, also of one with bound options, or of a callable object."""
-    while isinstance(solve, functools.partial):
-        solve = solve.func
-    return getattr(solve, "__name__", type(solve).__name__)
-
-
-def _placed(ds: xr.Dataset, solve: Callable, indenter: xr.Dataset, given: dict[str, Any], options: dict[str, Any]):
-    """Return the solutions for every placement of a rough indenter."""
-    if given["sphere_radius"] is not None:
-        raise ValueError(
-            "sphere_radius: expected none beside an indenter, which brings its own; make `placements` of it"
-        )
-    if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
-        raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
-    others = {name: values for name, values in given.items() if values is not None}
-    bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
-    parts = []
-    for k in range(indenter.sizes["placement"]):
-        face = indenter["indenter_height"].isel(placement=k).reset_coords(drop=True)
-        pair = bare.assign(indenter_height=face)
-        parts.append(vary(pair, solve, **others, **options) if others else solve(pair, **options))
-    refuse_other_deltas(parts)
-    out = xr.concat(parts, indenter["placement"].reset_coords(drop=True), **_TOGETHER)
-    placed = {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter.coords}
-    out = schema.label(out.assign_coords(placed))
-    made = schema.history(indenter)[-1:] or [{"arguments": "given"}]
-    return schema.record(out, "vary", parts[0], solve=verb_name(solve), indenter=made[0]["arguments"], **others)
-
-
-def refuse_other_deltas(parts: list[xr.Dataset]) -> None:
-    """Raise where displacements must be given because their default differs from part to part."""
+    for placement, bodies in _placed(ds, indenter, axes):
+        for values in itertools.product(*axes.values()):
+            part = _solved(bodies, solve, dict(zip(axes, values)), options)
+            parts.append(part if placement is None else part.expand_dims(placement=[placement]))
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
         raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
+    out = xr.combine_by_coords(parts, **_TOGETHER)
+    assert isinstance(out, xr.Dataset)
+    recorded: dict[str, Any] = {"solve": getattr(solve, "__name__", type(solve).__name__), **axes}
+    if indenter is not None:
+        out = out.assign_coords(
+            {name: indenter[name] for name in ("patch_x", "patch_y", "rotation") if name in indenter}
+        )
+        recorded["indenter"] = (schema.history(indenter)[-1:] or [{"arguments": "given"}])[0]["arguments"]
+    return schema.record(schema.label(out), "vary", parts[0], **recorded)
+
+
+def _solved(ds: xr.Dataset, solve: Callable[..., xr.Dataset], pair: dict[str, float], options: dict[str, Any]):
+    """Return the solution for one combination of parameters, which become its dimensions."""
+    derived = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
+    derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
+    bodies = ds.assign_coords(pair | derived)
+    part = solve(bodies, **options).assign_coords(pair).expand_dims(list(pair))
+    if "humidity" in pair:
+        part = part.assign_coords(kelvin_radius=("humidity", [float(bodies["kelvin_radius"])]))
+    if "share_under_liquid" in derived:
+        part = part.assign_coords(share_under_liquid=("work_of_adhesion", [derived["share_under_liquid"]]))
+    return part
+
+
+def _placed(ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]) -> Iterator[tuple[Any, xr.Dataset]]:
+    """Yield the pair as assigned, or with each placement of a rough indenter."""
+    if indenter is None:
+        yield None, ds
+        return
+    if "sphere_radius" in axes:
+        raise ValueError("sphere_radius: expected none with an indenter, which has its own; make `placements` of it")
+    if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
+        raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
+    bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
+    for k, placement in enumerate(indenter["placement"].values):
+        yield (
+            placement,
+            bare.assign(indenter_height=indenter["indenter_height"].isel(placement=k).reset_coords(drop=True)),
+        )
 
 
 def _values(given: Any, name: str, ds: xr.Dataset) -> list[float]:
