@@ -13,9 +13,11 @@ from matplotlib.figure import Figure
 from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..particles.adhesion_parameters import by_place
+from ..particles.force_balance import NO_REST
 from ..report.detachment import leading
 from ..report.run_tables import METHOD_WORDS
 from ..statistics.sampling import shares
+from ..studies.roughness_scale import quietly
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.schema import is_wet
 from . import words
@@ -68,11 +70,11 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
         )
     numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
-    critical = particles.critical_load(moments, options.load, flow=options.fluid, **slides)
+    critical = quietly(particles.critical_load, moments, options.load, flow=options.fluid, **slides)
     load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
     source = f"{load}, pull-off forces: {METHOD_WORDS[method]}"
     work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
-    _print_critical(critical, f"{source}, {work}", "places on each surface" if method == "extrapolated" else "places")
+    _print_critical(critical, f"{source}, {work}")
     if options.parameters:
         print(f"written to {exports.to_table(particles.parameters(moments), options.parameters)}")
     for code, file in options.dem:
@@ -92,24 +94,22 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
     return groups
 
 
-def _print_critical(critical: xr.Dataset, source: str, places: str) -> None:
+def _print_critical(critical: xr.Dataset, source: str) -> None:
     """Print the critical strength of a load, and how the sphere detaches."""
     name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
     values = critical[name].where(np.isfinite(critical[name]))
     print(f"{source}; {critical[name].attrs['long_name']}, {critical[name].attrs['units']}:")
-    if bool(values.notnull().any()):
-        least, middle, most = (number(_quantile(values, part)) for part in (0.05, 0.5, 0.95))
+    if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
+        least, middle, most = (number(v) for v in values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values)
         of = "particles where they came to rest" if rests else "places"
-        print(f"  5 % of {of} {least}, median {middle}, 95 % {most}")
-    counts = ((mode, int((critical["mode"] == mode).sum())) for mode in np.unique(critical["mode"].values.astype(str)))
-    print("how it detaches: " + ", ".join(f"{mode} at {count}" for mode, count in counts))
-    inside = int(critical["in_range"].sum())
-    print(f"within the range of the drag formulas: {inside} of {critical.sizes['subregion']} {places}")
-
-
-def _quantile(values: xr.DataArray, part: float) -> float:
-    """Return a quantile over particles, where places hold shares of them, else over places."""
-    return float(values.weighted(shares(values)).quantile(part))
+        print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
+    modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
+    print("first mode of detachment: " + ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts)))
+    if NO_REST in modes:
+        print(
+            f"{NO_REST}: without any load the sphere rolls off; roughxr run --particle analyses where it comes to rest"
+        )
+    print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size}")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:

@@ -91,7 +91,6 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
         ("simplest valid model", _MODELS[str(regime["recommended"].item())] if "recommended" in regime else ""),
         ("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else ""),
-        ("checksum of the heights", scan.attrs.get("input_sha256", "")[:16]),
     ]
     return [(name, str(value)) for name, value in known if value]
 
@@ -104,7 +103,10 @@ def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the pair of bodies, by name."""
     known = {str(name): value for name, value in schema.travelling(scan).items() if value.ndim == 0}
     units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in known}
-    return [(schema.VARIABLES[name].long_name, number(known[name], units[name], digits=5)) for name in known]
+    words = {name: (schema.VARIABLES[name].long_name, number(known[name], units[name])) for name in known}
+    if "hamaker_constant" in known:
+        words["hamaker_constant"] = ("Hamaker constant A", number(1e3 * known["hamaker_constant"], "zJ"))
+    return list(words.values())
 
 
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:

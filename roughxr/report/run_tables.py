@@ -22,7 +22,7 @@ Run = Mapping[str, xr.Dataset]
 #: Methods of the pull-off, by the names of their groups, in words.
 METHOD_WORDS = {
     "adhesive": "simulation as scanned",
-    "extrapolated": "simulation with roughness extrapolated",
+    "extrapolated": "with roughness extrapolated",
     "rigid": "rigid bodies",
     "published": "superposed, as published",
     "self_similar": "superposed, self-similar",
@@ -105,10 +105,8 @@ def force_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
 
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities."""
-    height, catalogue = run["scan"]["height"], run["asperities"]
+    height, catalogue, ratio = run["scan"]["height"], run["asperities"], run["asperities"]["axis_ratio"]
     x_min, x_max, y_min, y_max = extent(run["scan"])
-    envelope = run["reconstruction"]
-    ratio = catalogue["axis_ratio"]
     rows = {
         "size along x [µm]": (x_max - x_min) * _MICRO,
         "size along y [µm]": (y_max - y_min) * _MICRO,
@@ -116,18 +114,10 @@ def scan_table(run: Run) -> pd.DataFrame:
         "height, greatest [nm]": float(height.max()),
         "height, mean [nm]": float(height.mean()),
         "height, std [nm]": float(height.std()),
-        "R_q about zero, original [nm]": float(np.sqrt((height**2).mean())),
-        "R_q about zero, reconstructed [nm]": float(np.sqrt((envelope["height"] ** 2).mean())),
-        "R_a about zero, original [nm]": float(np.abs(height).mean()),
-        "R_a about zero, reconstructed [nm]": float(np.abs(envelope["height"]).mean()),
-        "R_a, reconstructed above original [%]": _above(abs(envelope["height"]), abs(height), 1),
-        "R_q, reconstructed above original [%]": _above(envelope["height"], height, 2),
-        "original - reconstructed, rms [nm]": envelope.attrs["residual_rms"],
         "asperities": float(catalogue.sizes["asperity"]),
         "peak height, median [nm]": float(catalogue["height"].median()),
         "axis ratio b/a, mean": float(ratio.mean()),
         "axis ratio b/a, std": float(ratio.std()),
-        "isotropy of directions (1: all alike)": _isotropy(catalogue["orientation"].values),
         "peaks fitted by a saddle [%]": 100 * float(catalogue["saddle"].mean()),
     }
     return pd.DataFrame({"scan": rows}).rename_axis("quantity")
@@ -158,17 +148,6 @@ def formula_table(run: Run) -> pd.DataFrame:
     table = pd.DataFrame({name: column.values for name, column in columns.items()})
     table.index = pd.Index([_FORMULAS[name] for name in force["formula"].values], name="formula")
     return table
-
-
-def _above(values: xr.DataArray, others: xr.DataArray, power: int) -> float:
-    """Return the excess, in per cent, of one set's mean power over another's, as a length."""
-    return 100 * float(((values**power).mean() / (others**power).mean()) ** (1 / power) - 1)
-
-
-def _isotropy(angles: np.ndarray) -> float:
-    """Return the ratio of the least to the most frequent of twelve bins of directions."""
-    counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
-    return float(counts.min() / counts.max()) if counts.max() else np.nan
 
 
 def main_numbers(run: Run) -> pd.DataFrame:
@@ -230,5 +209,8 @@ def prediction(run: Run) -> xr.Dataset:
 
 def text(table: pd.DataFrame, title: str) -> str:
     """Return a table as lines of text, numbers to four digits at least, a dash for missing ones."""
-    body = table.to_string(float_format=lambda v: number(round(v, 9), digits=4), na_rep="–", justify="right")
-    return f"{title}\n{'=' * len(title)}\n{body}\n"
+    named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
+    words = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
+    left = {name: f"{{:<{width}}}".format for name, width in words.items()}  # text begins on the left
+    numbers = {"float_format": lambda v: number(round(v, 9), digits=4), "na_rep": "–", "justify": "right"}
+    return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left, **numbers)}\n"

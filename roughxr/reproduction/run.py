@@ -93,7 +93,20 @@ def _tables(run: Run) -> dict[str, pd.DataFrame]:
 
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities with the printed ones in the first columns."""
-    return _with_printed(report.scan_table(run), SCAN)
+    table, height, residual = report.scan_table(run), run["scan"]["height"], run["reconstruction"].attrs["residual_rms"]
+    rows = {"original - reconstructed, rms [nm]": residual}
+    for name, power in (("R_q", 2), ("R_a", 1)):
+        own, envelope = (
+            float((abs(h) ** power).mean() ** (1 / power)) for h in (height, run["reconstruction"]["height"])
+        )
+        rows |= {f"{name} about zero, original [nm]": own, f"{name} about zero, reconstructed [nm]": envelope}
+        rows[f"{name}, reconstructed above original [%]"] = 100 * (envelope / own - 1)
+    angles = run["asperities"]["orientation"].values
+    counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
+    rows["isotropy of directions (1: all alike)"] = float(counts.min() / max(counts.max(), 1))
+    whole = pd.concat([table, pd.DataFrame({"scan": rows})])
+    order = [*SCAN, *(name for name in table.index if name not in SCAN)]
+    return _with_printed(whole.loc[order].rename_axis("quantity"), SCAN)
 
 
 def contact_table(run: Run) -> pd.DataFrame:

@@ -295,7 +295,7 @@ def _surface(task: _Task) -> dict[str, xr.Dataset]:
             "JKR's formula for a smooth flat, or roughxr.adhesive"
         )
     return {
-        "scan": scan.assign_attrs(input_sha256=schema.height_hash(scan)),
+        "scan": scan,
         "asperities": catalogue,
         "reconstruction": reconstruct(scan, catalogue),
         "statistics/roughness": roughness(scan).merge(power_spectrum(level(scan)), combine_attrs="override"),

@@ -77,7 +77,7 @@ def changes(
                 cases.append(Case(factor, value, words))
             except ValueError as refused:
                 cases.append(Case(factor, value, str(value), reason=str(refused)))
-    say(f"{len(pairs)} cases at {places.sizes['subregion']} places")
+    say(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     solved, weight = _solved([each for pair in pairs.values() for each in pair], places), shares(places).values
     for k, (changed, reference) in pairs.items():
         change = change_of(solved[changed.key], solved[reference.key], weight)
