@@ -267,11 +267,18 @@ def recorded(change):
     return xr.Dataset({"height": (("x", "y"), change(whole.height.values), {"units": "nm"})}, whole[["x", "y"]].coords)
 
 
+def overflowing(height):
+    counts = np.round(height * 2000).astype(np.int64) + 8000
+    return ((counts + 2**15) % 2**16 - 2**15) / 2000.0
+
+
 @pytest.mark.parametrize(
     "change, words",
     [
         (lambda height: np.minimum(height, 8.0), "have exactly the highest value"),
         (lambda height: np.maximum(height, -9.0), "have exactly the lowest value"),
+        (overflowing, "values wrapped around"),
+        (lambda height: height + 5.0 * (np.arange(128) > 59)[:, None], "jump from line 59 to line 60 along x"),
     ],
 )
 def test_faults_of_recording_are_doubted_and_said_by_level(change, words):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,13 @@ _FEWEST_LINES = 16
 
 #: A scar: a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
+
+#: A fault: a jump between lines this many times the median jump, and `_SCAR_RATIO` times any in the other direction.
+_JUMP_RATIO = 10.0
+
+#: Wrapped around: neighbours differ by this share of the range, in at least this many pairs, and this share of the
+#: heights lies in the middle half of the range. A grating of two levels has hardly any heights there.
+_WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
 #: Clipped: this share of the pixels has exactly the highest or lowest value, and this many times those at the next one.
 _CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
@@ -98,10 +106,11 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
 
 
 def faults(height: np.ndarray) -> list[str]:
-    """Return the faults of recording that heights show: clipped, or a line out of place."""
+    """Return the faults of recording that heights show: clipped, wrapped around, or lines out of place."""
     if np.nanmin(height) == np.nanmax(height):
         return []
-    return [*_clipped(height), *(_scar(height) if min(height.shape) >= _FEWEST_LINES else [])]
+    lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
+    return [*_clipped(height), *_wrapped(height), *lines]
 
 
 def _clipped(height: np.ndarray) -> list[str]:
@@ -115,13 +124,41 @@ def _clipped(height: np.ndarray) -> list[str]:
     ]
 
 
-def _scar(height: np.ndarray) -> list[str]:
-    """Return a doubt where one line stands off its neighbours as none does across: debris is as rough both ways."""
-    ratios = []
+def _wrapped(height: np.ndarray) -> list[str]:
+    """Return a warning where neighbours lie at opposite ends of the range, most heights between: 16 bits overflow."""
+    low, high = float(np.nanmin(height)), float(np.nanmax(height))
+    jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
+    between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
+    if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
+        return []
+    return [
+        f"{jumps} pairs of neighbouring heights differ by the whole range, {high - low:.4g} nm, although most heights "
+        "lie between: values wrapped around, as where 16 bits overflow"
+    ]
+
+
+def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.ndarray]) -> tuple[float, int, str, float]:
+    """Return how many times the median one line deviates, its number and axis, and the same ratio across."""
+    worst = []
     for axis, lines in zip("xy", (height, height.T)):
-        off = np.sqrt(np.nanmean((lines[1:-1] - 0.5 * (lines[:-2] + lines[2:])) ** 2, axis=1))
-        ratios.append((float(np.nanmax(off) / max(np.nanmedian(off), 1e-12)), int(np.nanargmax(off)), axis))
-    (across, *_), (ratio, line, axis) = sorted(ratios)
+        far = deviations(lines)
+        worst.append((float(np.nanmax(far) / max(np.nanmedian(far), 1e-12)), int(np.nanargmax(far)), axis))
+    return *max(worst), min(worst)[0]
+
+
+def _line_jump(height: np.ndarray) -> list[str]:
+    """Return a warning where the heights change by a step from one line to the next, as none do across."""
+    ratio, line, axis, across = _outlying_line(height, lambda z: np.abs(np.nanmedian(np.diff(z, axis=0), axis=1)))
+    if ratio < max(_JUMP_RATIO, _SCAR_RATIO * across):
+        return []
+    return [f"the heights jump from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"]
+
+
+def _scar(height: np.ndarray) -> list[str]:
+    """Return a warning where one line stands off its neighbours as none does across: debris is as rough both ways."""
+    ratio, line, axis, across = _outlying_line(
+        height, lambda z: np.sqrt(np.nanmean((z[1:-1] - 0.5 * (z[:-2] + z[2:])) ** 2, axis=1))
+    )
     if ratio < _SCAR_RATIO * across:
         return []
     times = f"{ratio:.2g} times more than the median line"
