@@ -61,14 +61,15 @@ def surface(name):
     return roughxr.level(xr.Dataset({"height": (("x", "y"), scale * scan.height.values.astype(float), nm)}, axes))
 
 
-def picture(truth, pixels, averaged, tip, noise):
-    """Return the truth as a microscope shows it."""
+def picture(truth, pixels, averaged, tip, noise, *, seed=None):
+    """Return the truth as a microscope shows it, on pixels of so many of its own."""
+    draw = np.random.default_rng(pixels if seed is None else seed)
     dilated = roughxr.scans.dilate(truth, tip_radius=tip)
     if averaged:
         coarse = dilated.coarsen(x=pixels, y=pixels, boundary="trim").mean()
     else:
         coarse = dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
-    return coarse.assign(height=coarse.height + np.random.default_rng(pixels).normal(0, noise, coarse.height.shape))
+    return coarse.assign(height=coarse.height + draw.normal(0, noise, coarse.height.shape))
 
 
 def solved(scan, centres, shortest):
@@ -106,6 +107,25 @@ def spectra():
         print(f"{words}: {fall.mean():.2f} ± {fall.std(ddof=1):.2f}, {fall.size} surfaces")
 
 
+def summary(surfaces, rows):
+    """Print the errors of estimates and how many intervals hold: rows of truth, picture, mean and ends (nN)."""
+    names, (truth, seen, mean, low, high) = np.array(surfaces), np.array(rows).T
+    errors = {"estimate": np.log(mean / truth), "picture": np.log(seen / truth), "0.7 x": np.log(0.7 * seen / truth)}
+    inside, each = (low <= truth) & (truth <= high), [names == name for name in dict.fromkeys(surfaces)]
+    for words, error in errors.items():
+        rms, close = (
+            np.sqrt(np.mean([np.mean(error[which] ** 2) for which in each])),
+            int((abs(error) < np.log(2)).sum()),
+        )
+        print(
+            f"ln({words} / truth), each surface once: rms {rms:.2f}; ratio {np.mean(np.exp(error)):.2f} in the mean, "
+            f"{np.exp(error.mean()):.2f} in the geometric mean; within a factor of 2: {close} of {error.size}"
+        )
+    share = np.mean([inside[which].mean() for which in each])
+    print(f"inside: {inside.sum()} of {inside.size} pictures, {share:.0%} with each surface once")
+    print(f"half width of the interval, median: x {np.exp(np.median(np.log(high / low)) / 2):.2f}")
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--surfaces", nargs="+", choices=SURFACES, default=list(SURFACES))
@@ -133,17 +153,7 @@ def main():
             f"{row['taken for']}{'' if row['lower'] <= row['truth'] <= row['upper'] else ', MISSED'}",
             flush=True,
         )
-    names = np.array([row[0] for row in rows])
-    truth, seen, mean, low, high = np.array([row[1:] for row in rows]).T
-    errors = {"estimate": np.log(mean / truth), "picture": np.log(seen / truth), "0.7 x": np.log(0.7 * seen / truth)}
-    inside = (low <= truth) & (truth <= high)
-    surfaces = [names == name for name in dict.fromkeys(names)]
-    for words, error in errors.items():
-        rms = np.sqrt(np.mean([np.mean(error[which] ** 2) for which in surfaces]))
-        print(f"rms of ln({words} / truth), each surface once: {rms:.2f}")
-    share = np.mean([inside[which].mean() for which in surfaces])
-    print(f"inside: {inside.sum()} of {inside.size} pictures, {share:.0%} with each surface once")
-    print(f"half width of the interval, median: x {np.exp(np.median(np.log(high / low)) / 2):.2f}")
+    summary([row[0] for row in rows], [row[1:] for row in rows])
 
 
 if __name__ == "__main__":
