@@ -67,6 +67,7 @@ class Work(NamedTuple):
 def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, cap, patience):
     """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
 
+    Gaps may be NaN: then they are computed first, by one product.
     Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
     pressures are never negative or above the ``cap``. With a ``load`` > 0 the pressures keep adding up to it, and all
     depths are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further
@@ -76,6 +77,11 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
     changed = np.bool_(False)  # not the literal, for which Numba compiles a function again
+    if np.isnan(gap[0]):
+        multiply(operator, pressure, gap)
+        for k in range(depth.size):
+            gap[k] -= depth[k]
+        iterations = 1
     while True:
         if load > 0.0 and slope == 0.0:
             changed, shift = _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap)

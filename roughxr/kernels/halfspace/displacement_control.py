@@ -66,7 +66,7 @@ def sweep_arrays(
     states, *fields = records(len(deltas), separation.shape, max(keep, 2))
     last = (-np.inf, *(field[0] for field in fields))
     older = last
-    for k, delta in enumerate(deltas, -len(deltas)):
+    for k, delta in enumerate(map(float, deltas), -len(deltas)):
         if not touch < delta:
             continue
         box = box_below(lowest, delta)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, solve
-from .products import DENSE_LIMIT, displaced, multiply, operator
+from .products import DENSE_LIMIT, displaced, operator
 
 #: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
 _MARGIN = 0.05
@@ -149,16 +149,10 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap):
     """Solve on the chosen cells in the box, from a displacement that belongs to the pressure, or is NaN."""
     rows, columns, deep, compact, gap, contact = _gather(chosen, depth, pressure, displacement, touching)
-    cells, products = operator(rows, columns, dense=rows.size <= DENSE_LIMIT), 0
-    if np.isnan(gap[0]):
-        multiply(cells, compact, gap)
-        products = 1
-    gap[:-1] -= deep
-    status, iterations, violation, shift = solve(
-        cells, deep, compact, gap, contact, goal, max_iterations - products, load, cap, PATIENCE
-    )
-    _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement)
-    return Outcome(status, iterations + products, violation, shift)
+    cells = operator(rows, columns, dense=rows.size <= DENSE_LIMIT)
+    outcome = solve(cells, deep, compact, gap, contact, goal, max_iterations, load, cap, PATIENCE)
+    _scatter(rows, columns, deep, compact, gap, outcome.shift, pressure, displacement)
+    return outcome
 
 
 @kernel
@@ -169,7 +163,8 @@ def _gather(chosen, depth, pressure, displacement, touching):
     contact = np.zeros(rows.size + 1, np.bool_)
     for k in range(rows.size):
         i, j = rows[k], columns[k]
-        deep[k], compact[k], gap[k], contact[k] = depth[i, j], pressure[i, j], displacement[i, j], touching[i, j]
+        deep[k], compact[k], contact[k] = depth[i, j], pressure[i, j], touching[i, j]
+        gap[k] = displacement[i, j] - deep[k]
     return rows, columns, deep, compact, gap, contact
 
 
