@@ -76,12 +76,7 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     z = np.zeros((5, pressure.size))
     work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
     iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
-    changed = np.bool_(False)  # not the literal, for which Numba compiles a function again
-    if np.isnan(gap[0]):
-        multiply(operator, pressure, gap)
-        for k in range(depth.size):
-            gap[k] -= depth[k]
-        iterations = 1
+    changed = _count_as_change(depth, pressure, gap, work.change)
     while True:
         if load > 0.0 and slope == 0.0:
             changed, shift = _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap)
@@ -107,6 +102,15 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
                 pressure[k] = min(max(pressure[k], 0.0), cap)
             worst = _violations(pressure, gap, contact, cap, goal)[2]
             return Outcome(ITERATION_LIMIT, iterations, worst, shift)
+
+
+@kernel
+def _count_as_change(depth, pressure, gap, change):
+    """Where gaps are unknown, write those without pressures, whose change is all pressures; return whether they are."""
+    unknown = np.isnan(gap[0])
+    for k in range(depth.size if unknown else 0):
+        gap[k], change[k] = -depth[k], pressure[k]
+    return unknown
 
 
 @kernel
