@@ -16,7 +16,7 @@ def scans(path: Path) -> xr.Dataset:
     """Read, mend and describe a scan, and assign a pair of bodies."""
     scan: xr.Dataset = roughxr.open_scan(path, channel=0, size=("10 um", "10 um"), height_units="nm")
     scan = roughxr.fill(roughxr.scans.crop(scan, x=(0, 500), y=("0 nm", "1 um")), method="nearest")
-    scan = roughxr.level(roughxr.scans.resample(scan, size="8 nm"), method="polynomial", order=3)
+    scan = roughxr.level(roughxr.scans.resample(scan, size="8 nm"), method="cubic")
     written: Path = roughxr.scans.to_file(scan, path, name="height")
     modulus: float = roughxr.reference.contact_modulus((75, 210), (0.22, 0.3))
     pair = roughxr.assign_pair(scan, sphere_radius="3 um", contact_modulus=modulus, work_of_adhesion=0.1)

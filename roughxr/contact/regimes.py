@@ -273,7 +273,7 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
 
 def _flat(specimen: Specimen) -> Specimen:
     """Return the specimen without its mean plane; unchanged if the tilt is rounding."""
-    levelled = Specimen(level(specimen.scan, method="polynomial", order=1))
+    levelled = Specimen(level(specimen.scan))
     heights = specimen.heights
     return specimen if np.ptp(levelled.heights - heights) <= _ROUNDING * np.ptp(heights) else levelled
 

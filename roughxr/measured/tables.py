@@ -201,12 +201,11 @@ def _axis(column: Column) -> str:
     return match[1] if match else ""
 
 
-def place_columns(path: Path, columns: list[Column], force: Column | None = None) -> dict[str, Column]:
+def place_columns(path: Path, columns: list[Column], force: Column) -> dict[str, Column]:
     """Return the columns of places along x and y where there are any."""
-    places = {_axis(column): column for column in columns if column is not force and _axis(column)}
-    like = [
-        column.name for column in columns if column is not force and (_axis(column) or _PLACE_LIKE.search(column.name))
-    ]
+    others = [column for column in columns if column is not force]
+    places = {_axis(column): column for column in others if _axis(column)}
+    like = [column.name for column in others if _axis(column) or _PLACE_LIKE.search(column.name)]
     if len(places) != 2 and like:
         raise UnreadableScan(
             path,

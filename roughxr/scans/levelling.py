@@ -10,30 +10,25 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import legendre
 
-from ..vocabulary.schema import entered, history, label, record, refuse_unused, validate
+from ..vocabulary.schema import entered, history, label, one_of, record, validate
 from ..vocabulary.text import warn
-from ..vocabulary.units import whole_number
 from .plausibility import ImplausibleScan, faults
 
-_ORDERS = {"plane": 1, "quadratic": 2}
+#: Total degree of each polynomial background.
+_DEGREES = {"plane": 1, "quadratic": 2, "cubic": 3}
 _LINES = ("median", "median_difference")
 
 
-def level(
-    ds: xr.Dataset, *, method: str = "plane", order: int | None = None, exclude: xr.DataArray | None = None
-) -> xr.Dataset:
+def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None = None) -> xr.Dataset:
     """Return a scan without its background.
 
     Parameters
     ----------
     ds : Dataset
         A scan. The heights of a lazy one are loaded.
-    method : {"plane", "quadratic", "polynomial", "median", "median_difference"}
-        Subtract the least-squares plane, second-order surface, or polynomial of total degree ``order``; or
-        shift each scan line along x, the fast axis, by its median, or so that the median difference to the line before
-        is zero.
-    order : int, optional
-        Total degree of ``method="polynomial"``.
+    method : {"plane", "quadratic", "cubic", "median", "median_difference"}
+        Subtract the least-squares plane, or polynomial of total degree 2 or 3; or shift each scan line along x, the
+        fast axis, by its median, or so that the median difference to the line before is zero.
     exclude : DataArray of bool, optional
         (x, y), True where the heights do not belong to the background, such as particles.
 
@@ -59,25 +54,13 @@ def level(
     inside = np.isfinite(height.values)
     if exclude is not None:
         inside &= ~_mask(exclude, height)
-    if method in _LINES:
-        refuse_unused(f"method={method!r}", order=order)
+    if one_of(method, (*_DEGREES, *_LINES), "method") in _LINES:
         levelled = _aligned(height.values, inside, method)
     else:
-        levelled = _flattened(height, inside, _degree(method, order))
+        levelled = _flattened(height, inside, _DEGREES[method])
     out = label(scan.assign(height=height.copy(data=levelled)))
     excluded = None if exclude is None else f"{int(np.asarray(exclude).sum())} pixels"
-    return record(out, "level", method=method, order=order, exclude=excluded)
-
-
-def _degree(method: str, order: int | None) -> int:
-    if method in _ORDERS:
-        if order not in (None, _ORDERS[method]):
-            raise ValueError(f"order: expected {_ORDERS[method]} for {method!r}, found {order}; take 'polynomial'")
-        return _ORDERS[method]
-    if method != "polynomial":
-        known = ", ".join([*_ORDERS, "polynomial", *_LINES])
-        raise ValueError(f"method: expected one of {known}, found {method!r}")
-    return whole_number(order, "order", least=0, most=12)
+    return record(out, "level", method=method, exclude=excluded)
 
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
