@@ -135,15 +135,6 @@ def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monk
     assert float(entry.pull_off_change) == pytest.approx(shift, rel=1e-12) and int(entry.places) == 4
 
 
-def test_of_several_preloads_the_budget_is_that_of_the_first(rough):
-    mesh = roughxr.Mesh(1, None, 0.8)
-    options = {"places": 2, "preload": 0.0, "mesh": mesh, "settings": {"work of adhesion": [1.1]}}
-    how = {"subregions": (2, 1), "law": "exponential", "mesh": mesh}
-    solved = [roughxr.adhesive(rough, preload=loads, **how) for loads in ([0.0, 50.0], 0.0)]
-    several, one = (budget_of(rough, each, **options) for each in solved)
-    np.testing.assert_allclose(several.pull_off_change, one.pull_off_change, atol=2e-3)  # by other steps
-
-
 def test_the_budget_computes_the_mean_that_the_simulation_does(rough):
     options = {"subregions": (2, 1), "law": "exponential"}
     found = error_budget(rough, places=1, settings={"work of adhesion": [1.1]}, **options)

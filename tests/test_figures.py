@@ -153,21 +153,6 @@ def test_data_stay_in_the_schemas_units_and_enter_in_any():
     assert float((steps.values * np.diff(steps.edges)).sum()) == pytest.approx(1.0)  # per nN
 
 
-def test_minimal_data():
-    small = xr.Dataset({"height": (("x", "y"), np.eye(2))}, coords={"x": [0.0, 1.0], "y": [0.0, 1.0]})
-    assert figures.scan_map(schema.label(small)).get_xlabel() == "x [nm]"
-    force = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 2.0]])}, coords={"delta": [0.0, 1.0]})
-    assert figures.sweep(force).get_ylabel() == figures.mean_force({"": force}).get_ylabel() == "contact force [nN]"
-    assert (
-        figures.distribution(xr.Dataset({"force": ("subregion", [1.0, 1.0])}), "force").get_ylabel()
-        == "share of samples below"
-    )
-    asperity = {"height": [1.0, 2.0], "curvature_min": [0.1, 0.1], "curvature_max": [0.2, 0.3]}
-    asperity |= {"orientation": [0.0, 1.0], "axis_ratio": [0.6, 0.5]}
-    ds = xr.Dataset({name: ("asperity", values) for name, values in asperity.items()})
-    assert figures.asperity_statistics(ds).size == 4
-
-
 def test_fields_that_are_missing_are_refused(run):
     with pytest.raises(ValueError, match="fields=True"):
         figures.field_map(run["solutions/direct"])

@@ -163,15 +163,10 @@ def test_figures_without_their_groups_are_left_out(run):
 
 
 def test_text_of_a_file_cannot_break_the_page(run):
-    nasty = run["scan"].assign_attrs(source_file="<script>alert(1)</script>", title="a <b> & c")
+    nasty = run["scan"].assign_attrs(source_file="<script>alert(1)</script>\x1b[2Jb\u202ec", title="a <b> & c")
     text = report.page({"scan": nasty})
     assert "script" not in Page(text).tags and "a &lt;b&gt; &amp; c" in text
-
-
-def test_control_characters_of_a_file_are_written_out(run):
-    nasty = run["scan"].assign_attrs(source_file="a\x1b[2Jb\u202ec", title="t\x07")
-    text = report.page({"scan": nasty})
-    assert "a\\x1b[2Jb\\u202ec" in text and not set("\x1b\x07\u202e") & set(text)
+    assert "\\x1b[2Jb\\u202ec" in text and not set("\x1b\u202e") & set(text)
 
 
 @pytest.mark.parametrize(
@@ -239,20 +234,6 @@ def test_doubts_about_the_scan_are_cautions(run):
     tilted = run["scan"].assign(height=run["scan"].height + 1.5 * run["scan"].x)
     tilted["height"].attrs["units"] = "nm"
     assert any("About the scan: the slope exceeds 1" in words for words in report.cautions({"scan": tilted}))
-
-
-@pytest.mark.parametrize(("times", "unit"), [(1.0, "µN"), (1e-3, "nN"), (1e-6, "pN")])
-def test_forces_stand_in_the_unit_that_suits_them(run, times, unit):
-    small = dict(run)
-    for name in ("adhesive", "rigid", "energy"):
-        pull = run[f"statistics/{name}"].copy()
-        pull["pull_off_force"] = (pull["pull_off_force"] * times * 2e3 / pull["pull_off_force"].mean()).assign_attrs(
-            pull["pull_off_force"].attrs
-        )
-        small[f"statistics/{name}"] = pull
-    mean = report.contact_table(small).loc[f"pull-off, mean [{unit}]", "energy"]
-    assert mean == pytest.approx(2.0)
-    assert report.main_numbers(small).loc["mean, all places", "estimate"] == f"2 {unit}"
 
 
 def test_a_file_that_is_no_run_is_refused(tmp_path):

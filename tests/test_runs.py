@@ -152,18 +152,6 @@ def wait_for(path, results):
         time.sleep(0.002)
 
 
-def test_an_interrupt_loses_nothing(tmp_path, undisturbed):
-    path = tmp_path / "run.nc"
-    child = start(path, stops_after=10, ends_by=signal.SIGINT)
-    child.join(SECONDS)
-    assert child.exitcode == 130
-    assert not path.exists()
-    finish(path)
-    assert "resumed" in log(path)
-    same(path, undisturbed[0])
-    only(path)
-
-
 @pytest.mark.parametrize(
     ("size", "says", "resumes"),
     [

@@ -109,7 +109,6 @@ def test_parameters_are_a_run(tmp_path, surface):
     [
         ({}, "expected values of sphere_radius"),
         ({"sphere_radius": [3000.0, 2000.0]}, "ascending"),
-        ({"contact_modulus": [0.0, 1.0]}, "positive"),
         ({"work_of_adhesion": [0.1, 100.0]}, "no body has"),
     ],
 )

@@ -27,7 +27,7 @@ from ..contact.rigid.bodies import rigid
 from ..scans import regions
 from ..specimen import specimen_of
 from ..statistics import bootstrap
-from ..statistics.sampling import at_first_preload, by_share, shares
+from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
@@ -154,14 +154,14 @@ def budget_of(
 
     ``finer``, if given, is the simulation at some of the places with cells and steps halved, for the entry of the mesh.
     """
-    solved, own = at_first_preload(solved), factors_of(ds)
+    own = factors_of(ds)
     settings = {name: FACTORS[name].settings for name in own} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
     entries: dict[str, _Entry] = {}
     mean = float(by_share(pulls).mean())
     if finer is not None and "mesh" in settings:
         del settings["mesh"]
-        entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, at_first_preload(finer))], finer.sizes["subregion"])
+        entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"])
     some = regions.sample(solved, places)
     bare, law = ds.assign_coords(adhesion_range=range_of(ds)), solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
