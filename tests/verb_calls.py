@@ -104,7 +104,6 @@ CALLS = {
     "curves_pull_off": [on("curves", spring_constant=0.5)],
     "debris": [on("catalogue"), on("catalogue", "pulls")],
     "particles.parameters": [on("held")],
-    "particles.with_pull_off": [on("held", "pulls")],
     "dilate": [on("scan", tip_radius=20.0)],
     "direct": [
         on("scan", delta=[1.0, 4.0, 7.0], subregions=PLACES),

@@ -13,7 +13,7 @@ A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`.
 
 from .adhesion_parameters import parameters
 from .dem import to_dem
-from .force_balance import critical_load, with_pull_off
+from .force_balance import critical_load
 from .kinetics import biasi_adhesion, rock_n_roll
 from .loads import Flow
 from .remaining_fraction import resuspension
@@ -28,5 +28,4 @@ __all__ = [
     "resuspension",
     "rock_n_roll",
     "to_dem",
-    "with_pull_off",
 ]

@@ -10,7 +10,7 @@ where Φ is the cumulative normal distribution. Only the ratio of F and f_a matt
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,31 +29,21 @@ _DRAG, _LEVERS = 32.0, 100.0
 _LARGEST_RADIUS = (0.016 / 0.0023) ** (1 / 0.545)
 
 
-class LogNormal(NamedTuple):
-    """A log-normal law of adhesion: geometric mean and standard deviation, in units of the smooth pull-off."""
-
-    mean: float
-    spread: float
-
-    def nodes(self, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
-        """Return nodes and weights for integrals over the law, exact to rounding, out to 8 standard deviations."""
-        z = np.linspace(-8.0, 8.0, count)
-        w = np.exp(-0.5 * z * z)
-        return self.mean * self.spread**z, w / w.sum()
-
-
-def biasi_adhesion(radius: Quantity) -> LogNormal:
+def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
 
     Parameters
     ----------
     radius : number or quantity
         nm.
+    count : int
+        Number of values, out to 8 standard deviations.
 
     Returns
     -------
-    LogNormal
-        Geometric mean 0.016 − 0.0023 r^0.545 and spread 1.8 + 0.136 r^1.4, r in µm.
+    tuple of two arrays
+        Values and weights of a log-normal law of mean 0.016 − 0.0023 r^0.545 and spread 1.8 + 0.136 r^1.4 (both
+        geometric, r in µm).
 
     References
     ----------
@@ -61,14 +51,16 @@ def biasi_adhesion(radius: Quantity) -> LogNormal:
 
     Examples
     --------
-    >>> law = biasi_adhesion("5 um")
-    >>> round(law.mean, 7), round(law.spread, 6)
-    (0.0104707, 3.094485)
+    >>> values, weights = biasi_adhesion("5 um")
+    >>> round(float(values[1000]), 7), round(float(weights.sum()), 6)
+    (0.0104707, 1.0)
     """
     r = positive(radius, "nm", "radius") * factor("nm", "um")
     if r >= _LARGEST_RADIUS:
         raise ValueError(f"radius: expected less than {_LARGEST_RADIUS:.0f} µm for Biasi's fit, found {r:g} µm")
-    return LogNormal(0.016 - 0.0023 * r**0.545, 1.8 + 0.136 * r**1.4)
+    z = np.linspace(-8.0, 8.0, count)
+    weights = np.exp(-0.5 * z * z)
+    return (0.016 - 0.0023 * r**0.545) * (1.8 + 0.136 * r**1.4) ** z, weights / weights.sum()
 
 
 def rock_n_roll(
@@ -80,29 +72,22 @@ def rock_n_roll(
     time: Quantities = 1.0,
     flow: str | Flow = "air",
 ) -> np.ndarray:
-    """Return the fraction of particles of given adhesion that remain, by the unchanged model of Reeks & Hall.
+    """Return the fraction (friction_velocity, time) of particles that remain, by the unchanged model of Reeks & Hall.
 
     Drag 32 ρ u*² r², Hall's lift, and a lever of r/100: F = F_L/2 + 100 F_D.
 
     Parameters
     ----------
-    friction_velocity : number, array or quantity
-        m/s.
     radius : number or quantity
         nm.
-    adhesion : array_like
-        Samples of the pull-off force, nN, for example computed ones, or nodes of `LogNormal` times 3/2 π w r.
-    weights : array_like, optional
-        Weight of each sample.
-    time : number, array or quantity
-        s.
-    flow
+    adhesion, weights : array_like
+        Samples of the pull-off force, nN, and their weights: computed ones, or `biasi_adhesion` times 3/2 π w r.
+    friction_velocity, time, flow
         As in `resuspension`.
 
     Returns
     -------
     array
-        (friction_velocity, time)
 
     References
     ----------
@@ -110,16 +95,13 @@ def rock_n_roll(
 
     Examples
     --------
-    >>> values, weights = biasi_adhesion("5 um").nodes()
-    >>> smooth = 1.5 * np.pi * 0.56 * 5000
-    >>> left = rock_n_roll([1.0], radius="5 um", adhesion=values * smooth, weights=weights)
+    >>> values, weights = biasi_adhesion("5 um")
+    >>> left = rock_n_roll([1.0], radius="5 um", adhesion=values * 1.5 * np.pi * 0.56 * 5000, weights=weights)
     >>> round(float(left[0, 0]), 5)
     0.34026
     """
     speed, seconds = not_negative(friction_velocity, "m/s", "friction_velocity"), not_negative(time, "s", "time")
     r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
-    if forces.size == 0:
-        raise ValueError("adhesion: expected forces in nN, found none")
     fluid = in_numbers(flow)
     pressure = fluid.density * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2

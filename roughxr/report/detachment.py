@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..particles import resuspension, with_pull_off
-from ..particles.force_balance import NO_REST
+from ..particles import resuspension
+from ..particles.force_balance import NO_REST, with_pull_off
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares

@@ -57,7 +57,7 @@ def half_and_spread(speeds, fractions):
 
 def by_the_fit(radius, speeds):
     """Return the fraction left by Rock'n'Roll with Biasi's reduction."""
-    values, weights = particles.biasi_adhesion(radius).nodes()
+    values, weights = particles.biasi_adhesion(radius)
     adhesion = values * 1.5 * np.pi * WORK * radius
     return particles.rock_n_roll(speeds, radius=radius, adhesion=adhesion, weights=weights)[:, 0]
 
@@ -122,8 +122,9 @@ def compare(diameter, runs, surfaces, ax=None):
         for words, (own, held) in zip(("landed", "at rest"), both):
             curves[f"all computed, {words}, rms {rms:g} nm"] = own.remaining.values[:, 0]
             describe(rms, scan, held, words)
-    law = particles.biasi_adhesion(radius)
-    print(f"  Biasi's: pull-off over smooth {law.mean:.4f}, spread {law.spread:.2f}; lever over radius 0.0100")
+    values, weights = particles.biasi_adhesion(radius)
+    mean = np.exp(np.log(values) @ weights)
+    print(f"  Biasi's: pull-off over smooth {mean:.4f}; lever over radius 0.0100")
     for words, fractions in curves.items():
         told(words + (f" (rms off by {off_by(fractions, runs):.2f})" if runs else ""), SPEEDS, fractions)
     if ax is not None:

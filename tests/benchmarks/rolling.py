@@ -23,6 +23,7 @@ import xarray as xr
 
 import roughxr
 from roughxr import particles
+from roughxr.particles.force_balance import with_pull_off
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 
@@ -111,7 +112,7 @@ def from_pressures(scan):
     states = pair.contact.adhesive(delta=deltas, fields=True, subregions=places, **how)
     own = states.contact.rolling()
     superposed = pair.contact.rolling(subregions=places)
-    summed = particles.with_pull_off(superposed, states)
+    summed = with_pull_off(superposed, states)
     print("moments of the simulation's states over superposed ones at its pull-off, median of directions:")
     for k, one in enumerate((own.resisting_moment / summed.resisting_moment).median("direction").values):
         cells = float(own.contact_area[k]) / (float(scan.x[1] - scan.x[0]) / 2) ** 2
