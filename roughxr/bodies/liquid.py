@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, factor, magnitude, positive, single
+from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: R_g T, J/mol, at 25 °C (CODATA 2018).
@@ -159,7 +159,7 @@ class HumidAir:
     film: Any = None
 
 
-def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
+def condensed(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
     """Return what a pair carries of condensed liquid, see `assign_pair`.
 
     ``pair`` holds its other coordinates, ``bodies`` the named materials whose own constants set it.
@@ -177,7 +177,7 @@ def condensed(ds: xr.Dataset, pair: dict[str, float], air: HumidAir, *, bodies: 
     if "share_under_liquid" not in pair:
         own = bodies is not None and medium is not None
         coords["share_under_liquid"] = _named(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
-    _refuse_thick(ds, pair, radius, pressure)
+    _refuse_thick(pair, radius, pressure)
     return coords
 
 
@@ -187,7 +187,7 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
     changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
-    _refuse_thick(ds, dict(ds.coords), changed["kelvin_radius"], pressure)
+    _refuse_thick(dict(ds.coords), changed["kelvin_radius"], pressure)
     return changed
 
 
@@ -281,17 +281,11 @@ def _named(bodies: tuple, medium: float) -> float:
     return max(combined(first, second, medium) / combined(first, second), 0.0)
 
 
-def _refuse_thick(ds: xr.Dataset, pair: Any, radius: float, pressure: float) -> None:
-    """Raise where menisci of a Kelvin radius (nm) are not thin against the sphere, or reach across the scan."""
-    sizes = {"the sphere's radius": (float(pair["sphere_radius"]), 1.0)} if "sphere_radius" in pair else {}
-    if "height" in ds and {"x", "y"} <= set(ds.indexes):
-        side = min(
-            abs(float(ds[axis][-1] - ds[axis][0])) * factor(ds[axis].attrs.get("units", "nm"), "nm") for axis in "xy"
+def _refuse_thick(pair: Any, radius: float, pressure: float) -> None:
+    """Raise where menisci of a Kelvin radius (nm) are not thin against the sphere."""
+    sphere = float(pair.get("sphere_radius", math.inf))
+    if radius > _THIN_SHARE * sphere:
+        raise ValueError(
+            f"humidity: expected menisci that are small beside the sphere's radius ({sphere:.3g} nm), found a Kelvin "
+            f"radius of {radius:.3g} nm at {pressure:.3g}; give a lower humidity"
         )
-        sizes["the scan"] = side, 2.5
-    for what, (size, times) in sizes.items():
-        if radius > times * _THIN_SHARE * size:
-            raise ValueError(
-                f"humidity: expected menisci that are small beside {what} ({size:.3g} nm), found a Kelvin radius of "
-                f"{radius:.3g} nm at {pressure:.3g}; give a lower humidity"
-            )

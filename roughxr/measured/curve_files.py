@@ -64,7 +64,13 @@ def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
     if not curves:
         raise UnreadableScan(path, "expected force-distance curves, found none")
     for name in set(stated) - set(used):
-        _refuse_both(path, name, stated[name], [curve[name] for curve in curves if name in curve])
+        own = [curve[name] for curve in curves if name in curve]
+        if own or name == "sensitivity":  # a spring constant beside forces bends the cantilever
+            raise UnreadableScan(
+                path,
+                f"{name.replace(' ', '_')}: the file states {f'{own[0]:.6g}' if own else 'forces'}; leave it out; if "
+                "the file's calibration is wrong, multiply the forces by the ratio",
+            )
     return CurveFile(path, kind, used, answer["format"], [{**stated, **curve} for curve in curves])
 
 
@@ -102,20 +108,6 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
             path, f"expected forces, found deflections without {' and '.join(lacking)}; give {options}"
         )
     return needed
-
-
-def _refuse_both(path: Path, name: str, given: float, own: list[float]) -> None:
-    """Raise where caller and file both state a value, unless they agree; a spring constant beside forces is allowed."""
-    same = all(np.isclose(given, value, rtol=1e-6, atol=0) for value in own)
-    if same and (own or name == "spring constant"):
-        return
-    option = name.replace(" ", "_")
-    stated = f"the file states {own[0]:.6g}" if own else "the file states forces"
-    raise UnreadableScan(
-        path,
-        f"{option}: {stated}, found {given:.6g}; leave {option}= out; if the file's calibration is wrong, "
-        "multiply the forces by the ratio",
-    )
 
 
 def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
