@@ -32,13 +32,10 @@ def field_map(
     ----------
     ds : Dataset
         A direct solution with fields.
-    name : {"pressure", "displacement", "gap"}
     scan : Dataset, optional
         The scan that it was solved on: its heights are drawn in grey below the pressure, and yielded cells outlined.
-    subregion : int, optional
-        Number along ``subregion``; by default the first place.
-    delta : float, optional
-        The nearest displacement (nm) is used; by default the largest.
+    subregion, delta : optional
+        By default the first place, and the largest displacement (nm); the nearest one is drawn.
     """
     schema.one_of(name, ("pressure", "displacement", "gap"), "name")
     if scan is not None and name != "pressure":

@@ -58,9 +58,8 @@ def distribution(
 
     Parameters
     ----------
-    ds : Dataset
-    name : str
-        A variable along ``subregion`` or ``asperity`` alone: select one displacement first.
+    ds, name
+        A Dataset, and a variable along ``subregion`` or ``asperity`` alone: select one displacement first.
     laws : sequence of str or Dataset
         Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
         of their AIC, with the interval of each bar.
@@ -68,10 +67,8 @@ def distribution(
         As for `statistics.pdf`; at most 48 by a rule.
     interval : float, optional
         Confidence level of the intervals of mean and bars, by block bootstrap; None for no interval.
-    label : str, optional
-        Label in the legend.
-    order : int
-        Index of the line style, where several distributions share the Axes.
+    label, order
+        Label in the legend, and index of the line style where several distributions share the Axes.
     """
     ax = axes(ax)
     color = stroke(order)["color"]
@@ -137,18 +134,11 @@ def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr
 
 @styled
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
-    """Draw the statistics of a surface's asperities: heights, ln(B/A), axis ratio and orientation.
+    """Draw the statistics of a catalogue of asperities on four Axes: heights, ln(B/A), axis ratio and orientation.
 
-    Parameters
-    ----------
-    catalogue : Dataset
-        The asperities of a scan. Saddles have no contact ellipse and are included in the heights only.
-
-    Returns
-    -------
-    array of four Axes
-        Heights on a logarithmic density, which shows a few debris particles beside thousands of peaks; orientations
-        beside the uniform density, with two standard deviations of chance as a band.
+    Saddles have no contact ellipse and are included in the heights only. A logarithmic density shows a few debris
+    particles beside thousands of peaks. Orientations stand beside the uniform density, two standard deviations of
+    chance as a band.
     """
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)

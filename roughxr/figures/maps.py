@@ -37,14 +37,11 @@ def scan_map(
     Parameters
     ----------
     ds : Dataset
-        A scan; select a part of it first (``ds.sel(x=slice(0, 1000))``) to see single asperities.
-    subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`, drawn as crosses.
-    highlight : array of bool, optional
-        Mask of contact centres to be ringed.
+        A scan; to see single asperities, select a part of it first (``ds.sel(x=slice(0, 1000))``).
+    subregions, highlight
+        Contact centres (see `regions.centres`), drawn as crosses, and a mask of those to be ringed.
     catalogue : Dataset, optional
-        Asperities: the outline of each fitted paraboloid 0.2 nm below its vertex, at most as large as the fitted patch;
-        none for a saddle.
+        Asperities: each fitted paraboloid is outlined 0.2 nm below its vertex, at most as wide as its patch.
     robust : bool
         Let the colour scale cover the middle 99 % of the heights.
     """
@@ -65,20 +62,10 @@ def scan_map(
 
 @styled
 def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | None = None):
-    """Draw one value for each contact centre at its place on the scan, such as the pull-off force.
+    """Draw one value for each contact centre at its place on the scan, as tiles where the centres lie on a grid.
 
-    Parameters
-    ----------
-    ds : Dataset
-        With ``name`` along ``subregion`` and the centres ``subregion_x``, ``subregion_y``.
-    name : str
-        A variable; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with the number of places in the
-        legend.
-
-    Returns
-    -------
-    Axes
-        Tiles where the centres lie on a grid, else points.
+    ``name`` is a variable along ``subregion``; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with
+    the number of places in the legend.
     """
     if name not in ds or ds[name].dims != ("subregion",):
         raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement or load first")

@@ -30,18 +30,10 @@ from .style import (
 
 @styled
 def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the resisting moment over the direction of rolling: the median of all places, and their middle half.
+    """Draw the resisting moment of `rolling` over the direction: the median of all places, and their middle half.
 
-    Parameters
-    ----------
-    ds : Dataset
-        Result of `rolling`; ``ax`` is polar.
-
-    Returns
-    -------
-    Axes
-        The dashed circle is the median of all places and directions. Where a median is negative, the sphere rolls by
-        itself, and the line passes through the centre.
+    The dashed circle is the median of all places and directions. Where a median is negative, the sphere rolls by
+    itself, and the line passes through the centre. ``ax`` is polar.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -87,17 +79,9 @@ def _polar(ax: Any) -> Any:
 
 @styled
 def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the fraction of particles that remain over friction velocity, with its band, a line for each time.
+    """Draw the fraction remaining of `resuspension` over friction velocity, with its band, a line for each time.
 
-    Parameters
-    ----------
-    ds : Dataset
-        Result of `resuspension`.
-
-    Returns
-    -------
-    Axes
-        Dotted where drag, torque and lift are not valid.
+    Dotted where drag, torque and lift are not valid.
     """
     ax = axes(ax)
     speed = ds["friction_velocity"].values

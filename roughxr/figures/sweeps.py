@@ -34,15 +34,8 @@ _MOST_BARS = 20
 def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw force over displacement: every subregion, their median, and bands that contain half and 90 % of them.
 
-    Parameters
-    ----------
-    ds : Dataset
-        A solution. Of one with loading and retraction, the mean of both, and the work lost between them as an area.
-
-    Returns
-    -------
-    Axes
-        Where the tension would be invisible, larger forces are on a logarithmic scale.
+    Of a solution with loading and retraction: the mean of both, and the work lost between them as an area. Where the
+    tension would be invisible, larger forces are on a logarithmic scale.
     """
     if "force" in ds and set(ds["force"].dims) == {"subregion", "branch", "delta"}:
         return _loop(ds, axes(ax))
@@ -88,18 +81,10 @@ def _invisible_tension(force: xr.DataArray) -> float:
 
 @styled
 def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
-    """Draw the mean force over subregions of several solutions.
+    """Draw the mean force over subregions of several solutions, by their labels in the legend.
 
-    Parameters
-    ----------
-    solutions : mapping of str to Dataset
-        Solutions by their labels in the legend; single subregions by ``ds.sel(subregion=[3])``.
-
-    Returns
-    -------
-    Axes
-        Of several subregions the mean, its 95 % interval by block bootstrap, and the band that contains 68 % of them;
-        of one its force, the pull-off marked.
+    Of several subregions the mean, its 95 % interval by block bootstrap, and the band that contains 68 % of them; of
+    one (``ds.sel(subregion=[3])``) its force, the pull-off marked.
     """
     ax = axes(ax)
     explained, forces = False, [0.0]

@@ -29,15 +29,7 @@ from .style import (
 def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the entries of an error budget as bars with their own errors, in per cent of the mean pull-off.
 
-    Parameters
-    ----------
-    ds : Dataset
-        From `error_budget`.
-
-    Returns
-    -------
-    Axes
-        Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean.
+    Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean.
     """
     numbers = (100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
     bars = {str(name): (*row, BLUE) for name, *row in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
@@ -77,18 +69,10 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
 
 @styled
 def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the pull-off over the shortest wavelength of the surface: every place, and the mean with its scatter.
+    """Draw the pull-off of `scale_dependence` over the shortest wavelength: every place, and the mean with its scatter.
 
-    Parameters
-    ----------
-    ds : Dataset
-        From `scale_dependence`.
-
-    Returns
-    -------
-    Axes
-        Both axes logarithmic. Bars are the standard deviation of the mean over seeds; the dashed line is the shortest
-        wavelength that the scan shows: roughness was added left of it, and cut off right of it.
+    Bars are the standard deviation of the mean over seeds. The dashed line is the shortest wavelength that the scan
+    shows: roughness was added left of it, and cut off right of it.
     """
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")

@@ -7,8 +7,6 @@ kinetics             Rock'n'Roll: rates of resuspension in turbulence, and adhes
 adhesion_parameters  `parameters`: the parameters of adhesion that other codes need
 dem                  `to_dem`: adhesion as input for LAMMPS, or the distribution of the pull-off as a table
 remaining_fraction   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
-
-A new load is one function ``(strength, body) -> Push`` and its row in `LOADS`.
 """
 
 from .adhesion_parameters import parameters

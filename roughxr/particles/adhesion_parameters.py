@@ -29,8 +29,8 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Scalars, which `to_table` lists. Of the log-normal law ``adhesion_mean`` and ``adhesion_spread`` (geometric, of
-        the pull-off over the smooth sphere's) and ``adhesion_law_distance`` (Kolmogorov's, from the places).
+        Scalars, which `to_table` lists with units and meaning. Of the log-normal law of the pull-off over the smooth
+        sphere's ``adhesion_mean``, ``adhesion_spread`` and ``adhesion_law_distance``, Kolmogorov's.
         ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off force, with ``_low`` and
         ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`
         ``moment_mean`` (nN nm) and ``moment_spread`` (geometric), ``lever_median`` over the radius, with ``_low`` and

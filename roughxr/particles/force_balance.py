@@ -99,26 +99,18 @@ def critical_load(
     particle_density : number or quantity, optional
         kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
     flow : {"air", "water"} or Flow
-        The fluid, at 20 °C, or ``particles.Flow(density, viscosity, lift, gravity)``: kg/m³, m²/s (kinematic), a
-        formula of lift ("by_range" by default), m/s².
-    friction_coefficient : number, optional
-        Slides at a force of μ times the sum of pull-off force and weight less lift.
-    shear_strength : number or quantity, optional
-        GPa; slides at a force of τ times the contact area at rest. Without either option no place slides.
+        The fluid, at 20 °C, or a `Flow` of your own.
+    friction_coefficient, shear_strength : number or quantity, optional
+        One of them: the sphere slides at a force of μ times the sum of pull-off force and weight less lift, or of τ
+        (GPa) times the contact area at rest. By default it does not slide.
 
     Returns
     -------
     Dataset
-        Along subregion, and whatever `vary` varied: ``critical_friction_velocity`` (m/s), ``critical_acceleration``
-        (m/s²) or ``critical_angle`` (rad); ``mode``, which comes first: roll, slide or lift. NaN where no strength
-        suffices (``mode`` "none"), nothing is in contact ("no contact") or the sphere does not rest ("no rest"): it
-        rolls off, or lifts, without a load. ``in_range``, whether all formulas of the load are valid there: in wall
-        shear up to r⁺ = 1, with lift="hall" nowhere.
-
-    Warns
-    -----
-    UserWarning
-        If the sphere does not rest at some places.
+        ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle`` (rad); ``mode``,
+        which comes first: roll, slide or lift. NaN where no strength suffices (``mode`` "none"), nothing is in contact
+        ("no contact") or the sphere does not rest ("no rest"): it rolls off without a load. ``in_range``: whether all
+        formulas of the load are valid there, in wall shear up to r⁺ = 1.
 
     Examples
     --------

@@ -58,10 +58,9 @@ def resuspension(
     Returns
     -------
     Dataset
-        ``remaining`` along (friction_velocity, time) and whatever `vary` varied, with its 95 % band over places,
-        ``remaining_low`` and ``remaining_high``; ``remaining_here`` along (subregion, friction_velocity, time), the
-        probability at each place, NaN without contact and where the sphere does not rest; ``in_range`` along
-        friction_velocity, as in `critical_load`. The attribute ``places`` is the number of places with a probability.
+        ``remaining`` along (friction_velocity, time), with its 95 % band over places, ``remaining_low`` and
+        ``remaining_high``; ``remaining_here``, the probability at each place, NaN without contact and where the sphere
+        does not rest; ``in_range``, as in `critical_load`.
 
     References
     ----------

@@ -31,14 +31,7 @@ _SOME = 0.05
 
 
 def cautions(run: Run) -> list[str]:
-    """Return cautions about the numbers of a run, given by its groups: a list of sentences, empty without a reason.
-
-    Examples
-    --------
-    >>> from roughxr.scans.synthetic import self_affine
-    >>> cautions({"scan": self_affine((16, 16), 10, rms=1, hurst=0.8, rolloff=80, seed=1)})[0]
-    'The scan is synthetic: generated from a random seed, not measured.'
-    """
+    """Return cautions about the numbers of a run, given by its groups: a list of sentences, empty without a reason."""
     run = {name: schema.entered(ds) for name, ds in run.items()}
     return [sentence for find in _FINDERS for sentence in find(run)]
 

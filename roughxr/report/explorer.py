@@ -41,7 +41,7 @@ _SCAN_PIXELS, _POINTS = 1200, 320
 
 
 def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
-    """Write a run's archive as one self-contained, interactive HTML page.
+    """Write a run's archive as one self-contained, interactive HTML page, and return its path.
 
     A click on a place of the scan shows its force over displacement, its position among all pull-offs and its numbers.
 
@@ -49,15 +49,6 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     ----------
     path, output : path
         As for `write_report`; by default ``explore.html`` beside the archive.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    ValueError
-        If the file contains no results at places of a scan.
     """
     path = archive.of_run(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}

@@ -34,7 +34,7 @@ _DPI = 160
 
 
 def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
-    """Write a run's archive as one self-contained HTML page.
+    """Write a run's archive as one self-contained HTML page, and return its path.
 
     Parameters
     ----------
@@ -42,10 +42,6 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
         The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
     output : path, optional
         The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
-
-    Returns
-    -------
-    Path
     """
     path = archive.of_run(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}

@@ -57,12 +57,6 @@ def headline(run: Run) -> str:
     """Return the mean pull-off with its errors, the best estimate, the largest error, and what to do next, as text.
 
     Empty where the groups of the run contain no simulation with adhesion.
-
-    Examples
-    --------
-    >>> pull = xr.Dataset({"pull_off_force": ("subregion", [40.0])})
-    >>> print(headline({"statistics/adhesive": pull}))
-    Mean pull-off 40 nN (1 place) for the surface as scanned.
     """
     return in_words(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
 

@@ -20,14 +20,7 @@ _METHODS = {"adhesive": "simulation", "published": "published", "self_similar": 
 
 
 def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
-    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`.
-
-    Examples
-    --------
-    >>> name, figure = next(paper_figures({}))
-    >>> name, figure.get_suptitle()
-    ('figure-02', 'Figure 2. Contact radius of an asperity')
-    """
+    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`."""
     from matplotlib import pyplot
 
     for name, (title, draw) in _FIGURES.items():

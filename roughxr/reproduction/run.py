@@ -50,13 +50,13 @@ def paper(
     hardness: Quantity | None = None,
     command: str = "roughxr paper",
 ) -> dict[str, xr.Dataset]:
-    """Repeat the paper on the glass twin: archive, figures 2–16 and the table of all methods.
+    """Repeat the paper on the glass twin, and return the groups of the archive.
 
     Parameters
     ----------
     output : path
-        A folder, created if necessary: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``,
-        ``table.txt``, ``table-scan.csv`` and ``table-contact.csv``.
+        A folder: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``, ``table.txt``,
+        ``table-scan.csv`` and ``table-contact.csv``.
     budget, command
         As for `run`.
     materials : str or list of str, optional
@@ -64,11 +64,6 @@ def paper(
     hardness : number or quantity, optional
         GPa, glass has about 6; by default that of the materials. With it the roughness is extrapolated below the pixel,
         which takes more than ten minutes; all else stays elastic, as in the paper.
-
-    Returns
-    -------
-    dict of str to Dataset
-        The groups of the archive.
     """
     pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))

@@ -144,13 +144,6 @@ def run(
         The groups of the archive. Subregions are solved on the active ``distributed.Client``, on the scheduler that
         ``dask.config.set(scheduler=…)`` names, or else on threads.
 
-    Raises
-    ------
-    ValueError
-        If the output contains another run, or the simulation with adhesion has no pull-off at its first four places.
-    BlockingIOError
-        If another process is computing it.
-
     Examples
     --------
     Two places on a small scan without adhesion, the printed tables suppressed.

@@ -52,12 +52,7 @@ def scale_dependence(
     Dataset
         ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where roughness is cut off all seeds are equal.
         The scatter over seeds is that between surfaces that all agree with the scan. Attributes hold the spectrum that
-        was extrapolated.
-
-    Raises
-    ------
-    ValueError
-        If the scan has no spectrum to extrapolate.
+        was extrapolated; a scan without one is refused.
 
     Notes
     -----

@@ -91,8 +91,7 @@ def error_budget(
         Number of places at which each change is solved.
     law, mesh
         As in `adhesive` at preload 0, which computes the mean at all centres. Changes are solved on the coarsest mesh
-        on which the law can be solved, without range on the median mesh of the mean, and compared to the base on that
-        mesh.
+        that the law allows, and compared to the base on that mesh.
     settings : mapping of str to sequence, optional
         The uncertainty of each factor, by default that of `FACTORS`: "mesh" (factor by which cells are finer and steps
         shorter), "preload" (added, in mean pull-offs), "levelling" ("plane" or "quadratic"), "interpolation"
