@@ -313,15 +313,6 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     assert "torn.nc" in page
 
 
-@pytest.mark.parametrize(
-    ("given", "meant"), [("--modulus", "--contact-modulus or --young-modulus"), ("--sphere-radus", "--sphere-radius")]
-)
-def test_an_unknown_option_is_asked_back(given, meant, capsys):
-    with pytest.raises(SystemExit):
-        main(["run", "scan.nc", "--materials", "glass", "--indenter", "face.nc", given, "3"])
-    assert f"did you mean {meant}" in capsys.readouterr().err.replace("'", "")
-
-
 def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
     path = tmp_path / "notes.md"
     path.write_text("kept", encoding="utf-8")

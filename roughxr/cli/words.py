@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import linecache
 import sys
 import traceback
@@ -18,17 +17,6 @@ _PACKAGE = Path(__file__).parents[1]
 
 #: Control characters that may be printed.
 _LINES = "\n\t"
-
-#: The system's own errors.
-_ERRORS = {
-    errno.ENOENT: "expected a file or a folder, found none of this name",
-    errno.EACCES: "you have no permission to read or write it",
-    errno.EPERM: "you have no permission to read or write it",
-    errno.EISDIR: "expected a file, found a folder",
-    errno.ENOTDIR: "expected a folder, found a file of this name",
-    errno.ENOSPC: "the disk is full: make room and call again; what was finished is kept",
-    errno.EROFS: "is on a read-only disk: choose another place with -o",
-}
 
 
 class Printable:
@@ -56,11 +44,11 @@ def is_refusal(error: BaseException) -> bool:
 
 
 def in_words(error: BaseException) -> str:
-    """Return an error's text; the system's own errors in words, with the file's name first."""
+    """Return an error's text; of the system's own errors the file's name first."""
     name = getattr(error, "filename", None)
     if not isinstance(error, OSError) or error.errno is None or name is None:
         return str(error)
-    return f"{name}: {_ERRORS.get(error.errno, str(error.strerror).lower())}"
+    return f"{name}: {str(error.strerror).lower()}"
 
 
 def tell(message: object, printed: set[str] | None = None) -> None:

@@ -48,15 +48,11 @@ def superposed(run: Run) -> list[str]:
 
 
 def _of_the_scan(run: Run) -> Iterator[str]:
-    if "scan" not in run:
-        return
-    if run["scan"].attrs.get("synthetic") == "yes":
+    """Yield doubts about the scan, and how many places contain debris."""
+    if "scan" in run and run["scan"].attrs.get("synthetic") == "yes":
         yield "The scan is synthetic: generated from a random seed, not measured."
-    for doubt in doubts(run["scan"]):
+    for doubt in doubts(run["scan"]) if "scan" in run else ():
         yield f"About the scan: {doubt}."
-
-
-def _debris(run: Run) -> Iterator[str]:
     flags = flagged(run)
     if flags is not None and flags.any():
         rule = f"{flags.attrs['comment']}, {number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
@@ -80,15 +76,26 @@ def _elastic(run: Run) -> Iterator[str]:
 
 
 def _solved(run: Run) -> Iterator[str]:
-    """Yield which solutions miss a condition of their contact, and whether the mesh is too coarse."""
+    """Yield which solutions miss a condition of their contact, end too early, or need a finer mesh."""
     for name, ds in run.items():
         kind, _, method = name.partition("/")
+        words = METHOD_WORDS.get(method, method).capitalize()
         if kind == "solutions" and method in SOLVED and "converged" in ds:
             certificate = checked(ds)
             missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
             if missed.any():
-                words = "; ".join(certificate.words.values[missed])
-                yield f"{METHOD_WORDS[method].capitalize()}: conditions of the contact are violated: {words}."
+                yield f"{words}: conditions of the contact are violated: {'; '.join(certificate.words.values[missed])}."
+        if name in ("solutions/direct", "solutions/energy") and "truncated" in ds:
+            flags = ds["truncated"].astype(bool)
+            if places := int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum()):
+                where = f"at {places} of {flags.sizes['subregion']} places"
+                yield f"{words}: {where} the contact reaches the scan's edge, and the force is too low."
+        if kind == "statistics" and "bracketed" in ds:
+            pulls = ds["pull_off_force"].notnull()
+            if bad := int((pulls & ~ds["bracketed"].astype(bool)).sum()):
+                yield f"{words}: at {bad} of {pulls.size} places the sweep is too short: it ends at the largest pull."
+            if none := int((~pulls).sum()):
+                yield f"{words}: at {none} of {pulls.size} places nothing pulls; they are left out of the statistics."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
     if error > _LARGEST_ERROR:
         yield f"Mesh and step leave the mean pull-off uncertain by {percent(error)}: take a finer mesh."
@@ -124,29 +131,6 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
     )
 
 
-def _truncated(run: Run) -> Iterator[str]:
-    for method in ("direct", "energy"):
-        if "truncated" not in (ds := run.get(f"solutions/{method}", xr.Dataset())):
-            continue
-        flags = ds["truncated"].astype(bool)
-        if places := int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum()):
-            yield (
-                f"{METHOD_WORDS[method].capitalize()}: at {places} of {flags.sizes['subregion']} places the contact "
-                "reaches the scan's edge, and the force is too low."
-            )
-
-
-def _pull_offs(run: Run) -> Iterator[str]:
-    for name, ds in run.items():
-        kind, _, method = name.partition("/")
-        if kind == "statistics" and "bracketed" in ds:
-            pulls, words = ds["pull_off_force"].notnull(), METHOD_WORDS.get(method, method).capitalize()
-            if bad := int((pulls & ~ds["bracketed"].astype(bool)).sum()):
-                yield f"{words}: at {bad} of {pulls.size} places the sweep is too short: it ends at the largest pull."
-            if none := int((~pulls).sum()):
-                yield f"{words}: at {none} of {pulls.size} places nothing pulls; they are left out of the statistics."
-
-
 def _resolution(run: Run) -> Iterator[str]:
     """Yield how well pixels and tip resolve the contacts, where there is doubt."""
     solved = run.get("solutions/adhesive", xr.Dataset())
@@ -170,12 +154,9 @@ def _resolution(run: Run) -> Iterator[str]:
 #: What looks for cautions, in the order of the page.
 _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _of_the_scan,
-    _debris,
     _elastic,
     _solved,
     _yielding,
-    _truncated,
-    _pull_offs,
     _resolution,
     superposed,
 )

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from ..particles import resuspension
-from ..particles.force_balance import NO_REST, with_pull_off
+from ..particles.force_balance import with_pull_off
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
@@ -104,16 +104,12 @@ def detachment_notes(run: Run) -> list[str]:
     if at_rest:
         stable = percent((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
         notes.append(
-            f"Particles rolled from where they landed to where they rest: {stable} of them then rest on three contacts "
-            "or more. Light particles may stick before they reach the bottom."
+            f"Particles rolled from where they landed to where they rest: {stable} of them on three or more contacts."
         )
     elif few := int(_unstable(moments).sum()):
-        alone = int((run["statistics/detachment"]["mode"] == NO_REST).sum())
         notes.append(
             f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
-            f"particle would roll on until three support it{f', at {alone} without any flow' if alone else ''}. These "
-            "places are the first to detach here, or have no critical velocity; a run of particles analyses their "
-            "resting positions."
+            "particle would roll on until three support it. A run of particles analyses their resting positions."
         )
     return notes
 
