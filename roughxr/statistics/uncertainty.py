@@ -11,7 +11,7 @@ sample is negative it is taken as normal, with Student's t. The interval of std 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -106,14 +106,14 @@ def bootstrap(
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
-    functions = {label: statistic(label) for label in statistics}
+    labels = list(statistics)
+    estimate = [_estimate(label, every.values, every.weights) for label in labels]
     sample = _fewer(every, seed)
     if sample is not every:
         count = every.values.size
         warn(f"{name}: {count} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
     way = _resampling(sample, None if within is None else samples(within, name))
-    low, high = _intervals(sample, way, functions, confidence, resamples, seed)
-    estimate = [function(every.values, weights=every.weights) for function in functions.values()]
+    low, high = _intervals(sample, way, labels, confidence, resamples, seed)
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -121,7 +121,7 @@ def bootstrap(
             "high": ("statistic", high),
             "independent_places": way.independent,
         },
-        coords={"statistic": list(functions)},
+        coords={"statistic": labels},
     )
     words = ds[name].attrs.get("long_name", name)
     for variable, prefix in (("estimate", ""), ("low", "lower end, "), ("high", "upper end, ")):
@@ -149,17 +149,17 @@ def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Datas
     return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
 
 
-def statistic(label: str) -> Callable[..., Any]:
-    """Return the function of (values, axis) for a statistic's name; raise for an unknown name."""
+def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any:
+    """Return a statistic of samples; raise for an unknown name."""
     if label in ("mean", "std"):
-        return _mean if label == "mean" else _std
+        return (_mean if label == "mean" else _std)(values, weights=weights)
     try:
         share = float(label.removeprefix("q")) / 100
     except ValueError:
         share = np.nan
     if not (label.startswith("q") and 0 <= share <= 1):
         raise ValueError(f"statistics: expected mean, std or q0 … q100, found {label!r}")
-    return lambda values, axis=-1, weights=None: _quantile(values, share, axis, weights)
+    return _quantile(values, share, weights)
 
 
 def _mean(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
@@ -181,17 +181,13 @@ def _equal_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> A
     return float(size) if weights is None else weights.sum(axis=axis) ** 2 / (weights**2).sum(axis=axis)
 
 
-def _quantile(values: np.ndarray, share: Any, axis: int = -1, weights: np.ndarray | None = None) -> Any:
+def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None) -> Any:
     """Return quantiles; with weights each sample stands in the middle of its own share."""
     if weights is None:
-        return np.quantile(values, share, axis=axis)
-    order = np.argsort(values, axis=axis)
-    ranked, weights = np.take_along_axis(values, order, axis), np.take_along_axis(weights, order, axis)
-    middle = np.cumsum(weights, axis=axis) - 0.5 * weights
-    middle = middle / weights.sum(axis=axis, keepdims=True)
-    if values.ndim == 1:
-        return np.interp(share, middle, ranked)
-    return np.array([np.interp(share, *row) for row in zip(middle, ranked)])
+        return np.quantile(values, share)
+    order = np.argsort(values)
+    middle = np.cumsum(weights[order]) - 0.5 * weights[order]
+    return np.interp(share, middle / weights.sum(), values[order])
 
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
@@ -247,54 +243,52 @@ def _resampling(sample: Samples, within: Samples | None = None) -> Resampling:
     return Resampling(effective, side, blocks(sample.places, side))
 
 
-def _intervals(sample: Samples, way: Resampling, functions, confidence, resamples, seed) -> np.ndarray:
+def _intervals(sample: Samples, way: Resampling, labels: list[str], confidence, resamples, seed) -> np.ndarray:
     """Return (2, statistics): lower and upper ends."""
     from scipy.stats import norm, t
 
-    own = {} if sample.weights is None else {"weights": sample.weights}
-    drawn = []
-    for values, weights in resampled(sample, way, resamples, seed=seed):
-        given = {} if weights is None else {"weights": weights}
-        each = (function(values, axis=1, **given) for function in functions.values())
-        drawn.append([_mean(values, 1, weights), *each])
-    means, *replicates = np.concatenate(drawn, axis=1)
-    estimate = np.array([function(sample.values, **own) for function in functions.values()])
+    if sample.values.size < _FEWEST_SAMPLES:
+        count = max(way.independent, 2.0)
+        return np.array([_ends_of_few(label, sample, count, confidence) for label in labels]).T
+    drawn = [
+        [_mean(values, 1, weights), _std(values, 1, weights)]
+        for values, weights in resampled(sample, way, resamples, seed=seed)
+    ]
+    means, stds = np.concatenate(drawn, axis=1)
     # levels of the percentiles that correspond to Student's t, by the number of blocks that cover the samples
     cover = sample.values.size if way.members is None else len(way.members) ** 2 / sum(map(len, way.members))
     low = norm.cdf(t.ppf(0.5 - confidence / 2, max(cover, 2.0) - 1))
-    ends = np.quantile(replicates, [low, 1 - low], axis=1)
+    ends = dict(zip(("mean", "std"), np.quantile([means, stds], [low, 1 - low], axis=1).T))
     times = 1.0  # factor on deviations: resampled means then spread as the means of independent places
     if means.std() > 0:
         spread = _mean((sample.values - _mean(sample.values, -1, sample.weights)) ** 2, -1, sample.weights) ** 0.5
         times = max(1.0, float(spread) / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))
-    triples = zip(functions, estimate, ends.T)
-    return np.array([_ends(label, sample, at, pair, times, way, confidence) for label, at, pair in triples]).T
+    return np.array([_ends(label, sample, ends.get(label), times, way.independent, confidence) for label in labels]).T
 
 
-def _ends(label: str, sample: Samples, estimate: float, ends: np.ndarray, times: float, way, confidence: float):
-    """Return the ends of one statistic's interval, from those of its resamples."""
+def _ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:
+    """Return the ends of one statistic's interval, those of mean and std from the ends of their resamples."""
     from scipy.stats import beta
 
-    values, count = sample.values, way.independent
+    values, estimate = sample.values, _estimate(label, sample.values, sample.weights)
     n, low, high = values.size, values.min(), values.max()
-    if n < _FEWEST_SAMPLES:
-        return _ends_of_few(label, sample, estimate, max(count, 2.0), confidence)
     if label.startswith("q"):  # by Clopper and Pearson's interval of a share among independent draws
         below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
         least = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
         most = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
-        return _quantile(values, [float(least), float(most)], -1, sample.weights)
+        return _quantile(values, [float(least), float(most)], sample.weights)
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
     return np.clip(estimate + (ends - estimate) * times, low, high)
 
 
-def _ends_of_few(label: str, sample: Samples, estimate: float, count: float, confidence: float):
+def _ends_of_few(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
     """Return the ends of an interval of few samples: log-normal ones, or normal ones where a sample is negative."""
     from scipy.stats import chi2, nct, norm, t
 
     values, weights = sample.values, sample.weights
+    estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     if label == "std":
         return estimate * np.sqrt((count - 1) / chi2.ppf(tails[::-1], count - 1))
