@@ -2,8 +2,6 @@
 
 import os
 import signal
-import stat
-import sys
 
 import dask
 import dask.array as da
@@ -14,7 +12,7 @@ import xarray as xr
 from roughxr import archive
 from roughxr.archive import remove_leftovers, uninterrupted, whole
 from roughxr.cli.files import drawn
-from roughxr.scans import to_file, to_netcdf
+from roughxr.scans import to_file
 from roughxr.tables import to_table
 
 from .surfaces import rough, scan
@@ -40,15 +38,6 @@ def test_a_failure_leaves_what_was_there(tmp_path, error):
         raise error
     assert path.read_text() == "before"
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="permissions are POSIX's")
-def test_it_is_an_ordinary_file(tmp_path):
-    (tmp_path / "plain").touch()
-    with whole(tmp_path / "file") as temporary:
-        temporary.write_text("all of it")
-    mode, plain = (stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("file", "plain"))
-    assert mode == plain
 
 
 def test_where_nothing_can_be_written_is_said(tmp_path):
@@ -78,10 +67,8 @@ def noise():
 
 WRITERS = {
     "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path),
-    "scan.nc": lambda path: to_netcdf(scan(rough(128)), path),
     "scan.gsf": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
-    "table.parquet": lambda path: to_table(noise().rename(x="row", y="column"), path),
     "figure.png": lambda path: drawn(picture(), path),
 }
 

@@ -6,7 +6,6 @@ import signal
 import struct
 import time
 import warnings
-from collections import Counter
 from contextlib import contextmanager
 
 import numpy as np
@@ -58,23 +57,15 @@ def time_limit(seconds):
 
 
 def damaged(data, header, rng):
-    """Yield (what was done, bytes): cuts, bytes too many, flipped bits and bytes in the header."""
+    """Yield (what was done, bytes): cuts, and flipped bits in the header."""
     yield "empty", b""
     for part in range(1, 11):
         yield f"cut at {part}/11", data[: len(data) * part // 11]
     for fewer in (1, 2, 9, 100):
         yield f"{fewer} bytes fewer", data[:-fewer]
-    for tail in (b"\0", b"\n", bytes(100), rng.bytes(1000)):
-        yield f"{len(tail)} bytes more", data + tail
     for _ in range(FLIPS):
         place, bit = int(rng.integers(header)), int(rng.integers(8))
         yield f"bit {bit} of byte {place}", data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
-    for _ in range(FLIPS // 2):
-        changed = bytearray(data)
-        places = rng.integers(header, size=4)
-        for place in places:
-            changed[place] = rng.integers(256)
-        yield f"bytes {places.tolist()}", bytes(changed)
 
 
 def assert_refused_or_right(path, whole, options):
@@ -135,7 +126,6 @@ def test_damage(name, tmp_path):
         except BaseException as error:
             error.add_note(f"{name}: {what}")
             raise
-    print(name, dict(Counter(outcomes)))  # seen with pytest -rP
     assert outcomes.count("refused") >= 11  # the empty file and the ten cuts at least, whatever else
 
 
@@ -229,11 +219,6 @@ def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
     dusty = height.copy(deep=True)
     dusty["height"][{"x": 20, "y": 30}] += 50 * float(height.height.std())
     assert not any("a scan fault" in doubt for doubt in doubts(dusty))
-
-
-def test_pixels_wider_than_any_contact_are_doubted():
-    wide = scan(rough(32, seed=2), pixel=3500.0)
-    assert any("pixels of 3500 nm are too coarse" in doubt for doubt in doubts(wide))
 
 
 @pytest.mark.parametrize("mark", [-9999.0, -32768.0, 9999.0, 1e38, -3.4e38])

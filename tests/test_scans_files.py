@@ -257,14 +257,6 @@ def test_cf_files_that_lack_a_label_are_refused(tmp_path):
     refused(ds, "expected one variable of heights with units of length.*topography")
 
 
-def test_half_of_surfacetopographys_convention_is_no_convention(tmp_path):
-    rows = picture()
-    path = write_surfacetopography(tmp_path, rows, size_of(rows))
-    path.write_bytes(path.read_bytes().replace(b"length", b"lingth", 1))
-    with pytest.raises(UnreadableScan, match="'length'"):
-        open_scan(path)
-
-
 def test_our_own_file_comes_back_as_it_was(tmp_path):
     rows = picture()
     scan = scan_of(rows, size_of(rows)).assign_coords(sphere_radius=((), 3000.0, {"units": "nm"}))
@@ -356,6 +348,7 @@ def test_heights_that_no_scan_has_are_refused(value, tmp_path):
         ({"factor": 100}, "the slope exceeds 1 "),
         ({"pixel": 1.0}, "one pixel is exactly 1 nm along x"),
         ({"factor": 0}, "all heights are equal"),
+        ({"pixel": 3500.0}, "pixels of 3500 nm are too coarse"),
     ],
 )
 def test_doubts_come_with_numbers(change, match, tmp_path):

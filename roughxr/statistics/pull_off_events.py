@@ -100,14 +100,8 @@ def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
     """Return the largest adhesion force among the displacements of a sweep; NaN where it has not converged."""
     least = force.min("delta")
     pulls = (least < 0) & ~((force == least) & ~(solved | force.isnull())).any("delta")
-    where = force.fillna(np.inf).argmin("delta")
-    at = xr.apply_ufunc(
-        lambda k, delta: delta[k],
-        where,
-        kwargs={"delta": force["delta"].values},
-        dask="parallelized",
-        output_dtypes=[float],
-    )
+    filled = force.fillna(np.inf)
+    where, at = filled.argmin("delta"), filled.idxmin("delta")
     return xr.Dataset(
         {
             "pull_off_force": (-least).where(pulls),
