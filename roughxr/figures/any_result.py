@@ -59,7 +59,9 @@ def plot(
         parts = set(map(str, [*ds.data_vars, *ds.dims]))
         if (draw := next((draw for needs, draw in _OWN_FIGURES if needs <= parts), None)) is not None:
             return draw(ds, ax=ax, **options)
-        name = _main_variable(ds)
+        swept = "force" in ds and "delta" in ds["force"].dims  # it may hold its pull-off as well
+        names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
+        name = next((main for main in [*names, *map(str, ds.data_vars)] if main in ds.data_vars), "")
     if name not in ds:
         raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
     return _variable(ds, name, ax, options)
@@ -74,13 +76,6 @@ _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"resisting_moment", "subregion", "direction"}, moment_rose),
     ({"pull_off_force", "shortest_kept", "seed"}, cut_off),
 )
-
-
-def _main_variable(ds: xr.Dataset) -> str:
-    first = next(iter(map(str, ds.data_vars)), "")
-    swept = "force" in ds and "delta" in ds["force"].dims  # it may hold its pull-off as well
-    names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
-    return next((name for name in names if name in ds.data_vars), first)
 
 
 def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> Any:

@@ -52,7 +52,9 @@ def field_map(
     _outline(ax, contact, contact["pressure"].notnull().values, BLACK)
     if scan is not None and "residual_height" in contact:
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
-    view = _view(contact)
+    inside, whole = contact["pressure"].notnull(), float(max(np.abs(extent)))
+    largest = max(float(abs(contact[axis]).where(inside).max()) for axis in ("x", "y"))
+    view = min(1.5 * largest, whole) if largest > 0 else whole  # 1.5 times the contact, as far as there are data
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
     return label_axes(ax, "indenter_x", "indenter_y")
@@ -89,11 +91,3 @@ def _outline(ax, contact: xr.Dataset, cells: np.ndarray, color: str):
     if cells.any() and not cells.all():
         mask = cells.T.astype(float)
         ax.contour(contact["x"].values, contact["y"].values, mask, [_OUTLINE_LEVEL], colors=[color], linewidths=0.5)
-
-
-def _view(contact: xr.Dataset) -> float:
-    """Return the half-width (nm) of the view: 1.5 times that of the contact, as far as there are data."""
-    inside = contact["pressure"].notnull()
-    whole = float(max(np.abs(regions.extent(contact))))
-    largest = max(float(abs(contact[axis]).where(inside).max()) for axis in ("x", "y"))
-    return min(1.5 * largest, whole) if largest > 0 else whole

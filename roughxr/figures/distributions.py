@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -77,8 +76,15 @@ def distribution(
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, color, order, interval)
     if values.size < _FEWEST:
-        return legend(_points(ax, name, values, order, label))
-    density = statistics.pdf(ds, name, bins=_bin_edges(values, bins))
+        share = (np.arange(values.size) + 0.5) / max(values.size, 1)
+        ax.plot(np.sort(values), share, color=color, linestyle="none", marker="o", label=label)
+        ax.set(ylim=(0, 1), ylabel="share of samples below")
+        label_axis(ax.xaxis, name)
+        return legend(ax)
+    if isinstance(bins, str):
+        bins = np.histogram_bin_edges(values, bins=bins)
+        bins = bins if bins.size <= _MOST_BINS + 1 else np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
+    density = statistics.pdf(ds, name, bins=bins)
     edges = density.attrs["bin_edges"]
     ax.stairs(density.values, edges, fill=True, color=color, alpha=0.18)
     ax.stairs(density.values, edges, label=label, linewidth=0.8, **stroke(order))
@@ -88,15 +94,6 @@ def distribution(
     entries = len(ax.get_legend_handles_labels()[1])
     ax.set_ylim(0, ax.dataLim.y1 * (1.05 + _LEGEND_LINE * entries))  # the legend stands above the bars
     return legend(ax, loc="upper right")
-
-
-def _points(ax, name: str, values: np.ndarray, order: int, label: str | None):
-    """Draw each sample over the share of samples below it."""
-    share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-    ax.plot(np.sort(values), share, color=stroke(order)["color"], linestyle="none", marker="o", label=label)
-    ax.set(ylim=(0, 1), ylabel="share of samples below")
-    label_axis(ax.xaxis, name)
-    return ax
 
 
 def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
@@ -172,14 +169,6 @@ def _orientations(ax, peaks: xr.Dataset):
     ax.set_xticks(np.pi * np.array([-0.5, 0, 0.5]), ["−π/2", "0", "π/2"])
     ax.set_ylim(0, 1.35 * ax.get_ylim()[1])
     legend(ax, loc="upper right")
-
-
-def _bin_edges(values: np.ndarray, bins: Any) -> Any:
-    """Return the edges by a rule, limited to what a figure can show; edges that are given are unchanged."""
-    if not isinstance(bins, str):
-        return bins
-    edges = np.histogram_bin_edges(values, bins=bins)
-    return edges if edges.size <= _MOST_BINS + 1 else np.linspace(edges[0], edges[-1], _MOST_BINS + 1)
 
 
 def label_density(ax, name: str):

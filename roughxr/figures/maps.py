@@ -102,12 +102,9 @@ def _centre_values(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     tiles = np.full((columns.size, rows.size), np.nan)
     tiles[np.searchsorted(columns, x), np.searchsorted(rows, y)] = values
     ax.set_facecolor("#dddddd")
-    return ax.pcolormesh(*map(_tile_edges, (columns, rows)), tiles.T, edgecolor="white", linewidth=0.4, **colours)
-
-
-def _tile_edges(middle: np.ndarray) -> np.ndarray:
-    half = 0.5 * (np.diff(middle).min() if middle.size > 1 else 1.0)
-    return np.append(middle - half, middle[-1] + half)
+    halves = (0.5 * (np.diff(axis).min() if axis.size > 1 else 1.0) for axis in (columns, rows))
+    edges = [np.append(axis - half, axis[-1] + half) for axis, half in zip((columns, rows), halves)]
+    return ax.pcolormesh(*edges, tiles.T, edgecolor="white", linewidth=0.4, **colours)
 
 
 def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, float]):

@@ -41,7 +41,15 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
-    rose = _polar(ax)
+    if ax is None:
+        from matplotlib import pyplot
+
+        width = (COLUMN, 0.8 * COLUMN)
+        ax = pyplot.figure(figsize=width, layout="constrained").add_subplot(projection="polar")
+    rose: Any = ax
+    rose.tick_params(labelsize=SMALL, pad=0)
+    rose.grid(linewidth=0.3)
+    rose.spines["polar"].set_linewidth(0.4)
     quartiles = np.maximum(np.quantile(moment, [0.25, 0.5, 0.75], axis=0), 0.0)
     low, middle, high = np.column_stack([quartiles, quartiles[:, 0]])
     angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
@@ -60,21 +68,6 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     places = f"median and middle half of {moment.sizes['subregion']} places"
     rose.set_xlabel(f"{in_words('resisting_moment', unit)}\n{places}")
     return rose
-
-
-def _polar(ax: Any) -> Any:
-    """Return the given polar axes, or new ones, with thin lines and small labels."""
-    if ax is None:
-        from matplotlib import pyplot
-
-        size = (COLUMN, 0.8 * COLUMN)
-        ax = pyplot.figure(figsize=size, layout="constrained").add_subplot(projection="polar")
-    if ax.name != "polar":
-        raise ValueError(f"ax: expected polar Axes, found {ax.name}; make them with projection='polar'")
-    ax.tick_params(labelsize=SMALL, pad=0)
-    ax.grid(linewidth=0.3)
-    ax.spines["polar"].set_linewidth(0.4)
-    return ax
 
 
 @styled

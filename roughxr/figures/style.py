@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -33,7 +32,7 @@ COLUMN, PAGE = 85 / 25.4, 175 / 25.4
 SMALL, TEXT, TITLE = 6.5, 7.0, 8.0
 
 #: Replace the user's settings while a figure is drawn, and are restored after it.
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "font.size": TEXT,
     "axes.labelsize": TEXT,
     "axes.titlesize": TEXT,
@@ -95,40 +94,28 @@ def styled(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def draw(*arguments: Any, **options: Any):
+        import matplotlib
+
         options = {name: _in_table_units(value) for name, value in options.items()}
-        with _settings():
+        settings: Any = matplotlib.rcParams  # rc_context would also reset a notebook's backend
+        before = {name: settings[name] for name in SETTINGS}
+        settings.update(SETTINGS)
+        try:
             drawn = function(*map(_in_table_units, arguments), **options)
-            if options.get("ax") is None:
-                _lay_out(drawn)
+            figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
+            layout = figure.get_layout_engine() if options.get("ax") is None else None
+            # constrained layout makes room for maps of equal scale only the second time
+            if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
+                layout.execute(figure)
             return drawn
+        finally:
+            settings.update(before)
 
     return draw
 
 
 def _in_table_units(value: Any) -> Any:
     return schema.entered(value) if isinstance(value, (xr.Dataset, xr.DataArray)) else value
-
-
-@contextmanager
-def _settings() -> Iterator[None]:
-    """Apply this module's settings within the block; matplotlib's rc_context would also reset a notebook's backend."""
-    import matplotlib
-
-    rcParams: Any = matplotlib.rcParams
-    before = {name: rcParams[name] for name in SETTINGS}
-    rcParams.update(SETTINGS)
-    try:
-        yield
-    finally:
-        rcParams.update(before)
-
-
-def _lay_out(drawn: Any):
-    """Lay a new figure out once: constrained layout makes room for maps of equal scale only the second time."""
-    figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
-    layout = figure.get_layout_engine()
-    if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
-        layout.execute(figure)
 
 
 def stroke(order: int) -> dict[str, Any]:
@@ -164,12 +151,7 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
 def in_words(name: str, unit: str = "") -> str:
     """Return the schema's label of a name, with this unit, or the schema's, as printed in a book."""
     label = f"{schema.VARIABLES[name].long_name} [{unit}]" if unit not in ("1", "") else schema.axis_label(name)
-    return superscripts(label)
-
-
-def superscripts(text: str) -> str:
-    """Return ``text`` with the exponents of its units raised, as in nm²."""
-    return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), text)
+    return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), label)
 
 
 def label_axis(axis, name: str) -> tuple[str, float]:

@@ -54,7 +54,8 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
             ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
         _interval_bars(ax, ds, "q50", BLACK, "its 95 % interval")
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
-    if (tension := _invisible_tension(force)) > 0:
+    tension = float(-force.min("delta").median())  # of the median place
+    if 0 < tension < _LEAST_VISIBLE * float(force.max()):
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
@@ -71,12 +72,6 @@ def _loop(ds: xr.Dataset, ax):
     ax.plot(delta, retraction, color=VERMILION, linestyle=(0, (4, 1.5)), label="retraction")
     _zero_line(ax, mean)
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
-
-
-def _invisible_tension(force: xr.DataArray) -> float:
-    """Return the median place's pull-off force (nN) where it is too small to be visible beside the push, else 0."""
-    tension = float(-force.min("delta").median())
-    return tension if 0 < tension < _LEAST_VISIBLE * float(force.max()) else 0.0
 
 
 @styled

@@ -108,11 +108,8 @@ def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """Return the head and the rows of a table as text."""
     head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
-    return head, [[str(words), *map(_cell, row)] for words, row in table.iterrows()]
-
-
-def _cell(value: Any) -> str:
-    return value if isinstance(value, str) else number(round(float(value), 12))
+    cells = table.map(lambda value: value if isinstance(value, str) else number(round(float(value), 12)))
+    return head, [[str(words), *row] for words, row in cells.iterrows()]
 
 
 class _Figure(NamedTuple):
@@ -231,14 +228,11 @@ def filled(template: str, **values: Any) -> str:
     """Return a template of this package, filled; text is escaped for HTML, and its control characters written out."""
     import jinja2
 
-    options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True, "finalize": _printable}
+    options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
+    options["finalize"] = lambda value: printable(value, keep="\n\t") if type(value) is str else value
     environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.report", "web"), **options)
     made = {"version": __version__, "today": date.today().isoformat()}
     return environment.get_template(template).render(**made, **values)
-
-
-def _printable(value: Any) -> Any:
-    return printable(value, keep="\n\t") if type(value) is str else value
 
 
 def written(text: str, path: Path, output: str | os.PathLike | None, name: str) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -86,13 +86,13 @@ def _spread(values: xr.DataArray) -> float:
     return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
 
 
-def force_table(run: Run, *, deltas: Sequence[float] = ()) -> pd.DataFrame:
-    """Return the force of the direct simulation at some displacements, by default the middle and the last."""
+def force_table(run: Run) -> pd.DataFrame:
+    """Return the force of the direct simulation at the middle and the last displacement."""
     force = run["solutions/direct"]["force"]
     known = force["delta"].values
     unit, size = prefixed(float(force.isel(delta=-1).mean()))
     rows = {}
-    for delta in deltas or sorted({float(known[known.size // 2]), float(known[-1])}):
+    for delta in sorted({float(known[known.size // 2]), float(known[-1])}):
         at = force.sel(delta=delta, method="nearest")
         rows[number(delta, "nm")] = [float(at.mean()) / size, _spread(at) / size, float(at.max()) / size]
         if "solutions/smooth" in run:

@@ -69,15 +69,15 @@ def paper(
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
-    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN], "drawn": _figures}
+
+    def drawn(run: Run) -> Iterator[tuple[str, object]]:
+        yield "overview", figures.overview(run)
+        yield from paper_figures(run)
+
+    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN], "drawn": drawn}
     groups = execute(scan, wanted, folder / "paper.nc", folder, command=command, **files)
     print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
     return groups
-
-
-def _figures(run: Run) -> Iterator[tuple[str, object]]:
-    yield "overview", figures.overview(run)
-    yield from paper_figures(run)
 
 
 def _tables(run: Run) -> dict[str, pd.DataFrame]:
