@@ -54,8 +54,8 @@ def pull_off_map(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = pull_off_map(scan, subregions=(8, 8))
-    >>> bool((found.pull_off_force > 0).all()), found.pull_off_force.units
+    >>> pulls = pull_off_map(scan, subregions=(8, 8))
+    >>> bool((pulls.pull_off_force > 0).all()), pulls.pull_off_force.units
     (True, 'nN')
     """
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")

@@ -51,8 +51,8 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     >>> nm = {"units": "nm"}
     >>> cap = np.sqrt(3000.0**2 - (x[:, None] - 30) ** 2 - x**2)
     >>> face = xr.Dataset({"height": (("x", "y"), cap, nm)}, {"x": ("x", x, nm), "y": ("y", x, nm)})
-    >>> found = fit_sphere(face)
-    >>> round(float(found.fitted_radius)), round(float(found.apex_x)), bool(abs(found.height).max() < 1e-6)
+    >>> fitted = fit_sphere(face)
+    >>> round(float(fitted.fitted_radius)), round(float(fitted.apex_x)), bool(abs(fitted.height).max() < 1e-6)
     (3000, 30, True)
     """
     scan = schema.validate(ds, "scan")
@@ -150,8 +150,8 @@ def placements(
     --------
     >>> from roughxr.scans.synthetic import self_affine
     >>> rough = self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
-    >>> found = placements(rough, sphere_radius=3000, count=3)
-    >>> dict(found.indenter_height.sizes), round(float(found.indenter_x[0]))
+    >>> placed = placements(rough, sphere_radius=3000, count=3)
+    >>> dict(placed.indenter_height.sizes), round(float(placed.indenter_x[0]))
     ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)
     """
     scan = schema.validate(roughness, "scan")

@@ -18,7 +18,7 @@ from ..vocabulary.text import warn
 #: The two branches of a cycle.
 BRANCHES = ("loading", "retraction")
 
-#: Fields on the window around a centre, along all axes, where they are asked for.
+#: Fields on the window around a centre, along all axes, where requested.
 FIELDS = ("pressure", "displacement", "gap")
 
 

@@ -100,8 +100,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     Examples
     --------
     >>> from roughxr.scans.synthetic import self_affine
-    >>> found = self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
-    >>> abs(float(found.hurst_exponent) - 0.7) < 0.1
+    >>> fitted = self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
+    >>> abs(float(fitted.hurst_exponent) - 0.7) < 0.1
     True
     """
     scan = validate(ds, "scan")

@@ -37,8 +37,8 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     ...     xr.Dataset({"force": (("subregion", "delta"), [force])}, coords={"delta": delta})
     ...     for force in ([1.0, 2.1, 6.0], [1.0, 2.0, 3.0])
     ... ]
-    >>> found = force_ratio(*solutions)
-    >>> float(found.parting_delta[0]), found.force_difference.values.round(3).tolist()
+    >>> compared = force_ratio(*solutions)
+    >>> float(compared.parting_delta[0]), compared.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
     superposed, direct = schema.entered(superposed), schema.entered(direct)

@@ -80,8 +80,8 @@ def fit(
     --------
     >>> values = np.random.default_rng(0).lognormal(1.0, 0.5, 500)
     >>> ds = xr.Dataset({"pull_off_force": ("subregion", values, {"units": "nN"})})
-    >>> found = fit(ds, "pull_off_force", simulations=0)
-    >>> str(found.law[int(found.aic.argmin('law'))].values), found.scale.units
+    >>> fits = fit(ds, "pull_off_force", simulations=0)
+    >>> str(fits.law[int(fits.aic.argmin('law'))].values), fits.scale.units
     ('log_normal', 'nN')
     """
     ds = schema.entered(ds)

@@ -75,8 +75,8 @@ def pooled(
     --------
     >>> values = np.random.default_rng(0).normal([[10.0], [12.0], [14.0]], 1.0, (3, 200))
     >>> ds = xr.Dataset({"pull_off_force": (("scan", "subregion"), values)})
-    >>> found = pooled(ds, "pull_off_force", statistics=["mean"]).squeeze()
-    >>> bool(found.pooled_low < 12 < found.pooled_high), round(float(found.between_std)), float(found.between_p_value)
+    >>> pool = pooled(ds, "pull_off_force", statistics=["mean"]).squeeze()
+    >>> bool(pool.pooled_low < 12 < pool.pooled_high), round(float(pool.between_std)), float(pool.between_p_value)
     (True, 2, 0.0)
     """
     ds = schema.entered(ds)

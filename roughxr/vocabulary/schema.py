@@ -113,8 +113,8 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     --------
     >>> axes = {axis: (axis, [0.0, 1.0], {"units": "um"}) for axis in "xy"}
     >>> scan = xr.Dataset({"height": (("y", "x"), [[0.0, 5.0], [0.0, 0.0]], {"units": "nm"})}, axes)
-    >>> found = validate(scan, "scan")
-    >>> found.height.dims, found.x.values.tolist()
+    >>> valid = validate(scan, "scan")
+    >>> valid.height.dims, valid.x.values.tolist()
     (('x', 'y'), [0.0, 1000.0])
     """
     if not isinstance(ds, xr.Dataset):
