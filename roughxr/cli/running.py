@@ -41,23 +41,23 @@ def run(options: Namespace) -> None:
 
 
 def _run_each(options: Namespace, output: Path) -> None:
-    for file in options.scan:  # before minutes are spent on those before it
+    unread: dict[str, str] = {}
+    for file in options.scan:  # before minutes are spent on the others
         try:
             scans.describe(file)
         except REFUSALS as error:
-            tell(f"{file}: cannot be read and is left out: {in_words(error)}")
-    folders = several.folders(options.scan, output)
+            unread[file] = in_words(error)
+            tell(f"{file}: cannot be read and is left out: {unread[file]}")
+    folders = several.folders([file for file in options.scan if file not in unread], output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.together(finished, refused, output)
+    answer = several.together(finished, unread | refused, output)
     for name, run in finished.items():
         print(f"{name}: {headline(run.summary)}")
     for name, reason in refused.items():
         tell(f"{name}: left out: {reason}")
-    print(
-        f"written to {output}: {output.name}.csv (a row for each scan), places.csv, index.html, a folder for each scan"
-    )
-    left = f"{len(refused)} of {len(options.scan)} files were left out." if refused else ""
-    print(" ".join(filter(None, [answer, left])))
+    print(f"written to {output}: {output.name}.csv (a row a scan), places.csv, index.html, a folder for each scan")
+    left = len(unread) + len(refused)
+    print(f"{answer} {left} of {len(options.scan)} files were left out.".lstrip() if left else answer)
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:

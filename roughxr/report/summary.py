@@ -12,7 +12,7 @@ from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import answered, best_estimate, with_units
 from ..statistics.headline import headline as in_words
-from ..statistics.sampling import at_first_preload, shares
+from ..statistics.sampling import shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 
@@ -29,28 +29,21 @@ _POSITION = ("subregion_x", "subregion_y")
 #: Significant digits of a table of places.
 _DIGITS = 4
 
-#: Group, variable and name in the table of places; of a variable with directions the mean over these.
+#: Group, variable, name in the table of places, and method in words; of a variable with directions the mean over these.
 _COLUMNS = (
-    (RESTS, "landing_share", "landing_share"),
-    (RESTS, "carriers", "carriers"),
-    (RESTS, "barrier", "barrier"),
-    ("statistics/adhesive", "pull_off_force", "pull_off_force"),
-    ("statistics/adhesive", "pull_off_error", "pull_off_error"),
-    ("statistics/energy", "pull_off_force", "pull_off_force_superposed"),
-    ("statistics/rigid", "pull_off_force", "pull_off_force_rigid"),
-    ("solutions/rolling", "contacts", "contacts"),
-    ("solutions/rolling", "lever", "lever"),
-    ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity"),
-    ("statistics/detachment", "mode", "gives_way_first"),
+    (RESTS, "landing_share", "landing_share", ""),
+    (RESTS, "carriers", "carriers", ""),
+    (RESTS, "barrier", "barrier", ""),
+    ("statistics/adhesive", "pull_off_force", "pull_off_force", ""),
+    ("statistics/adhesive", "pull_off_error", "pull_off_error", ""),
+    ("statistics/energy", "pull_off_force", "pull_off_force_superposed", ", superposed asperities"),
+    ("statistics/rigid", "pull_off_force", "pull_off_force_rigid", ", rigid bodies"),
+    ("solutions/rolling", "contacts", "contacts", ""),
+    ("solutions/rolling", "lever", "lever", ""),
+    ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
+    ("statistics/detachment", "mode", "gives_way_first", ""),
+    ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", with roughness extrapolated"),
 )
-
-
-#: Methods by the ends of names in the table of places.
-_METHODS = {
-    "_superposed": "superposed asperities",
-    "_rigid": "rigid bodies",
-    "_extrapolated": "with roughness extrapolated",
-}
 
 
 def headline(run: Run) -> str:
@@ -67,7 +60,7 @@ def run_summary(run: Run) -> xr.Dataset:
         return run[SUMMARY]
     if "statistics/adhesive" not in run:
         return xr.Dataset()
-    pull = at_first_preload(run["statistics/adhesive"])
+    pull = run["statistics/adhesive"]
     if not bool((pull["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
     out = answered(pull).load()
@@ -125,18 +118,14 @@ def _advice(run: Run, out: xr.Dataset) -> str:
     return ""
 
 
-def mesh_change(run: Run) -> xr.DataArray:
-    """Return the relative change of the pull-off on a finer mesh with shorter steps, NaN at places not solved there."""
-    force = at_first_preload(run["statistics/adhesive"]["pull_off_force"])
-    return force / _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values - 1
-
-
 def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
     """Return a run whose pull-offs state their error by mesh and step, where only a finer solution shows it."""
     solved = run["solutions/adhesive"]
     if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
         return dict(run)
-    error = ("subregion", abs(mesh_change(run)).values)
+    force = run["statistics/adhesive"]["pull_off_force"]
+    finer = _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values
+    error = ("subregion", abs(force / finer - 1).values)
     names = ("solutions/adhesive", "statistics/adhesive")
     return {**run, **{name: schema.label(run[name].assign(pull_off_error=error)) for name in names}}
 
@@ -146,29 +135,17 @@ def by_place(run: Run) -> xr.Dataset:
     if PLACES in run:
         return run[PLACES]
     columns = {}
-    for group, variable, name in _COLUMNS:
-        if group not in run or variable not in run[group]:
+    for group, variable, name, method in _COLUMNS:
+        if variable not in run.get(group, ()):
             continue
-        column = _named(at_first_preload(run[group][variable]), name.removeprefix(variable))
+        column = run[group][variable]
         column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
-        if column.dims == ("subregion",):
-            column = column.drop_vars([axis for axis in column.coords if axis not in ("subregion", *_POSITION)])
-            # the numbers of rests are those of all rests of the scan
-            numbered = column.assign_coords(subregion=np.arange(column.size))
-            columns[name] = numbered if "subregion" in column.coords else column
-    if "solutions/extrapolated" in run and "solutions/adhesive" in run:
-        mean = run["solutions/extrapolated"]["pull_off_force"].mean("seed", keep_attrs=True)
-        columns["pull_off_force_extrapolated"] = _named(
-            _at_all_places(run["solutions/adhesive"], mean), "_extrapolated"
-        )
-    known = {name: column for name, column in columns.items() if bool(column.notnull().any())}
-    return xr.Dataset(known)
-
-
-def _named(column: xr.DataArray, suffix: str) -> xr.DataArray:
-    """Return a column whose meaning states the method that the end of its name stands for."""
-    meaning = column.attrs.get("long_name", column.name)
-    return column.assign_attrs(long_name=f"{meaning}, {_METHODS[suffix]}") if suffix in _METHODS else column
+        if group == "solutions/extrapolated":
+            column = _at_all_places(run["solutions/adhesive"], column.mean("seed", keep_attrs=True))
+        if column.dims == ("subregion",) and bool(column.notnull().any()):
+            words = f"{column.attrs.get('long_name', name)}{method}"
+            columns[name] = column.drop_vars(set(column.coords) - set(_POSITION)).assign_attrs(long_name=words)
+    return xr.Dataset(columns)
 
 
 def recorded(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
@@ -199,7 +176,6 @@ def few_digits(values: np.ndarray) -> list[float]:
 
 def _at_all_places(places: xr.Dataset | xr.DataArray, some: xr.DataArray) -> xr.DataArray:
     """Return the values of some places at all of them, NaN at the others."""
-    some = at_first_preload(some)
     known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))
     values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
     return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=some.attrs)

@@ -66,7 +66,6 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
             finished[scan.name] = _finished(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:
             refused[scan.name] = str(error)
-            say(f"{scan.name}: left out: {error}")
             continue
         took.append(time.monotonic() - begun)
     if not any(_FORCE in run.summary for run in finished.values()):
