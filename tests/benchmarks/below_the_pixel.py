@@ -104,6 +104,7 @@ def compared(case):
 def figure(groups, path):
     """Draw estimates over truths with their intervals, and the images' pull-offs."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     axes = (drawn := Figure(figsize=(8.4, 3.9), layout="constrained")).subplots(1, len(groups), squeeze=False)[0]
     for each, (name, rows) in zip(axes, groups.items()):
@@ -114,6 +115,7 @@ def figure(groups, path):
         each.plot(ends, ends, color="black", linewidth=0.8, label="equal")
         each.set(xscale="log", yscale="log", xlim=ends, title=name)
         each.set(xlabel="pull-off of the full surface (nN)", ylabel="from the coarse image (nN)")
+        each.xaxis.set_minor_formatter(NullFormatter())
     axes[0].legend(fontsize=8)
     drawn.savefig(path, dpi=110)
 
