@@ -63,9 +63,6 @@ _RIGID_CELL = 2.5
 #: Places of the pull-off over the shortest wavelength, and of the usual formulas.
 _SCALE_PLACES, _FORMULA_PLACES = 4, 16
 
-#: Why a run extrapolates nothing in humid air, where so many cells are wetted.
-_SLOW_IN_HUMID_AIR = "in humid air a place takes minutes; in Python: scan.contact.extrapolated(subregions=(2, 2))"
-
 
 class Plan(NamedTuple):
     """The options of a run."""
@@ -342,8 +339,6 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
 def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
     specimen, plan = task.specimen, task.plan
-    if task.is_wet:
-        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, _SLOW_IN_HUMID_AIR)}
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
         why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, why)}
