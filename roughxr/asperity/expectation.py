@@ -1,9 +1,10 @@
 """How far the superposed pull-off may be from that of the adhesive simulation at the same places.
 
 Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces (Hurst exponents 0.4 and 0.8, slopes of
-0.03 to 0.3), each under two spheres with two works of adhesion, with a patch that suits the scan: superposed over direct
-was between `LOW` and `HIGH` in 154 of 160 cases. Slope, spacing, overlap and Tabor's parameter do not predict where a
-surface lies in this range. A patch wider than `WIDEST` of the shortest wavelength adds a factor that grows with it.
+0.03 to 0.3), each under two spheres with two works of adhesion, with a patch that suits the scan: superposed over
+direct was between `LOW` and `HIGH` in 154 of 160 cases. Slope, spacing, overlap and Tabor's parameter do not predict
+where a surface lies in this range. A patch wider than `WIDEST` of the shortest wavelength adds a factor that grows with
+it.
 """
 
 from __future__ import annotations
