@@ -46,7 +46,7 @@ def _run_each(options: Namespace, output: Path) -> None:
         try:
             scans.describe(file)
         except REFUSALS as error:
-            unread[file] = in_words(error)
+            unread[file] = in_words(error).removeprefix(f"{file}: ")
             tell(f"{file}: cannot be read and is left out: {unread[file]}")
     folders = several.folders([file for file in options.scan if file not in unread], output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))

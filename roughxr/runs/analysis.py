@@ -39,7 +39,7 @@ from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
 from ..jobs.checkpoint import checkpointed
-from ..jobs.progress import Stages, about, is_shown
+from ..jobs.progress import Stages, about
 from ..jobs.progress import say as print_line
 from ..jobs.records import loading
 from ..particles import critical_load, resting
@@ -182,14 +182,12 @@ def execute(
     """Return the groups of a run, computed as far as its archive lacks them; write its files, or print its tables."""
     task = _Task(specimen, plan)
     expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 10.0}
-    if is_shown() and not path.exists():
-        words = ", ".join(_WORDS[name] for name in expected)
-        announced = (
-            f"{task.places} places on {' x '.join(map(str, specimen.heights.shape))} pixels: {words}. "
-            f"This takes {about(sum(expected.values()))} on most scans, longer on sharp or soft summits and for the "
-            "first run on a machine. If it is interrupted, the same call continues it."
+    if not path.exists():
+        pixels = " x ".join(map(str, specimen.heights.shape))
+        print_line(
+            f"{task.places} places on {pixels} pixels: {about(sum(expected.values()))} on most scans, longer on sharp "
+            "or soft summits and for the first run on a machine. If it is interrupted, the same call continues it."
         )
-        print_line(fill(announced, 100))
     with Stages(expected, _WORDS) as say:
         groups = checkpointed(
             lambda: analyse(specimen, plan, say, command),
@@ -398,7 +396,7 @@ def _show_answer(solved: xr.Dataset, say: Stages) -> None:
     if not bool((solved["pull_off_force"] > 0).any()):
         return
     first = "" if np.isfinite(mesh_error(solved)) else "First estimate, its mesh not checked yet: "
-    say.answer(first + headline(answered(solved)))
+    say.answer(first + headline(answered(solved).drop_vars("smooth_share")))
 
 
 def _expect_pulls(first: xr.Dataset) -> None:

@@ -113,7 +113,10 @@ def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
         values = np.array([row[name] for row in rows])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
         if np.isfinite(values).any():
-            out[column] = ("scan", few_digits(values), {"units": units, "long_name": meaning})
+            shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values)
+            out[column] = ("scan", shown, {"units": units, "long_name": meaning})
+        if name == "largest_error" and column in out:
+            out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])
     out["warnings"] = ("scan", [len(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
@@ -142,7 +145,7 @@ def _cells(run: Finished) -> list[str]:
     value = scalar_values(run.summary)
     speed = value["critical_friction_velocity"]
     low, high = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
-    return [
+    cells = [
         quantity(value[_FORCE]),
         interval(value["low"], value["high"], "nN"),
         quantity(value["best_estimate"]),
@@ -154,3 +157,4 @@ def _cells(run: Finished) -> list[str]:
         number(value["supports"]),
         str(len(run.cautions)),
     ]
+    return [cell.replace(" ", "\u00a0") if len(cell) < 25 else cell for cell in cells]  # on one line
