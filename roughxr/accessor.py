@@ -59,64 +59,24 @@ class ContactAccessor:
     def __dir__(self) -> list[str]:
         return sorted(_fitting(self._of))
 
-    # scans
-    assign_pair = _method(assign_pair)
-    level = _method(scans.level)
-    fill = _method(scans.fill)
-    fit_sphere = _method(probes.fit_sphere)
-    placements = _method(probes.placements)
-    roughness = _method(scans.roughness)
 
-    # contact
-    asperities = _method(asperities)
-    reconstruct = _method(reconstruct)
-    superpose = _method(superpose)
-    direct = _method(direct)
-    adhesive = _method(adhesive)
-    pull_off_map = _method(pull_off_map)
-    extrapolated = _method(extrapolated)
-    rigid = _method(rigid)
-    rolling = _method(rolling)
-    regime = _method(regime)
-    formulas = _method(formulas)
-    scale_dependence = _method(scale_dependence)
-    error_budget = _method(error_budget)
-
-    # detachment
-    resting = _method(resting)
-    critical_load = _method(critical_load)
-    resuspension = _method(resuspension)
-
-    # statistics
-    answer = _method(answer)
-    certificate = _method(certificate)
-    pull_off = _method(statistics.pull_off)
-    pdf = _method(statistics.pdf)
-    fit = _method(statistics.fit)
-    summary = _method(statistics.summary)
-    bootstrap = _method(statistics.bootstrap)
-
-    # measured
-    compare = _method(compare)
-    fit_pair = _method(fit_pair)
-
-    vary = _method(vary)
-    plot = _method(figures.plot)
-
-    to_table = _method(exports.to_table)
-
-
-#: Kinds of Datasets, and the verbs that fit each.
-_FITTING = {
-    "scan": "assign_pair fit_sphere placements level fill roughness asperities adhesive extrapolated direct rigid "
-    "resting superpose pull_off_map rolling regime formulas vary error_budget scale_dependence",
-    "asperities": "reconstruct superpose pull_off_map rolling",
-    "force": "answer pull_off certificate",
-    "pull_off": "answer pull_off certificate compare fit_pair",
-    "samples": "summary bootstrap pdf fit",
-    "moments": "critical_load resuspension",
-    "any": "plot to_table",
+#: Verbs by the kind of Datasets that they fit.
+_VERBS: dict[str, tuple[Callable, ...]] = {
+    "scan": (
+        *(assign_pair, scans.level, scans.fill, scans.roughness, probes.fit_sphere, probes.placements, asperities),
+        *(direct, adhesive, superpose, pull_off_map, extrapolated, rigid, rolling, regime, formulas, resting),
+        *(vary, error_budget, scale_dependence),
+    ),
+    "asperities": (reconstruct, superpose, pull_off_map, rolling),
+    "force": (answer, statistics.pull_off, certificate),
+    "pull_off": (answer, statistics.pull_off, certificate, compare, fit_pair),
+    "samples": (statistics.summary, statistics.bootstrap, statistics.pdf, statistics.fit),
+    "moments": (critical_load, resuspension),
+    "any": (figures.plot, exports.to_table),
 }
+
+for _verb in [verb for verbs in _VERBS.values() for verb in verbs]:
+    setattr(ContactAccessor, _verb.__name__, _method(_verb))
 
 
 def _fitting(ds: xr.Dataset) -> list[str]:
@@ -131,7 +91,7 @@ def _fitting(ds: xr.Dataset) -> list[str]:
         "moments": "resisting_moment" in ds,
         "any": True,
     }
-    return list(dict.fromkeys(verb for kind, fits in kinds.items() if fits for verb in _FITTING[kind].split()))
+    return list(dict.fromkeys(verb.__name__ for kind, fits in kinds.items() if fits for verb in _VERBS[kind]))
 
 
 def _described(ds: xr.Dataset) -> str:
