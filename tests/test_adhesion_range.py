@@ -18,7 +18,7 @@ PLACES = {"subregions": (2, 1)}
 VERBS = {
     "tabor": lambda ds: roughxr.reference.tabor(ds).tabor_parameter,
     "regime": lambda ds: ds.contact.regime(subregions=(1, 1), refine=1).asperity_tabor,
-    "superpose": lambda ds: ds.contact.superpose(delta=[1.0], datum="first_contact", law="maugis", **PLACES).force,
+    "superpose": lambda ds: ds.contact.superpose(delta=[8.0], law="maugis", **PLACES).force,
     "pull_off_map": lambda ds: ds.contact.pull_off_map(law="maugis", **PLACES).pull_off_force,
     "rigid exponential": lambda ds: ds.contact.rigid(law="exponential", delta=[0.0], **PLACES).pull_off_force,
     "rigid dugdale": lambda ds: ds.contact.rigid(law="dugdale", delta=[0.0], **PLACES).pull_off_force,

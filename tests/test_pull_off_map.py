@@ -138,13 +138,6 @@ def test_one_sphere_pulls_off_as_jkr():
     assert least.contacts.item() == 1
 
 
-def test_first_contact_moves_the_datum_only(surface):
-    highest, first = (pull_off_map(surface, subregions=(3, 3), datum=d) for d in ("highest_peak", "first_contact"))
-    np.testing.assert_array_equal(highest.pull_off_force, first.pull_off_force)
-    one = superpose(surface, delta=first.pull_off_delta.values[:1], subregions=(3, 3), datum="first_contact")
-    assert -one.force[0].item() == pytest.approx(first.pull_off_force[0].item(), rel=1e-10)
-
-
 def test_nothing_pulls_without_adhesion(surface):
     dry = pull_off_map(surface.assign_coords(work_of_adhesion=0.0), subregions=(2, 2))
     assert dry.pull_off_force.isnull().all()

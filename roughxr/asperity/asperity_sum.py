@@ -41,7 +41,6 @@ class SumOptions(NamedTuple):
     adhesion_range: float  # nm: z₀, or NaN for a law without range
     composite: bool
     profile: int
-    first_contact: bool
     radius: float
     contact_modulus: float
     work_of_adhesion: float
@@ -51,7 +50,7 @@ class SumOptions(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def options_of(ds: xr.Dataset, law: str, formulation: str, datum: str) -> SumOptions:
+def options_of(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
     """Return the options of a sum over asperities; raise where they do not go together."""
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
@@ -59,7 +58,6 @@ def options_of(ds: xr.Dataset, law: str, formulation: str, datum: str) -> SumOpt
         raise ValueError(
             f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
         )
-    schema.one_of(datum, schema.DATUMS, "datum")
     if "indenter_height" in ds:
         raise ValueError(
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
@@ -72,7 +70,6 @@ def options_of(ds: xr.Dataset, law: str, formulation: str, datum: str) -> SumOpt
         adhesion_range=length if law in RANGED else np.nan,
         composite=formulation != "published",
         profile=PROFILES["sphere"],
-        first_contact=datum == "first_contact",
         radius=radius,
         contact_modulus=modulus,
         work_of_adhesion=0.0 if law == "hertz" else work_of(ds),
@@ -114,11 +111,11 @@ class Summands:
         return plain_asperities(self.catalogue, self.options)
 
 
-def summands_of(ds: xr.Dataset, law: str | None, formulation: str, datum: str = "highest_peak") -> Summands:
+def summands_of(ds: xr.Dataset, law: str | None, formulation: str) -> Summands:
     """Return what a verb that sums asperities was given; raise where it does not go together."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     law = law or ("maugis" if schema.is_wet(ds) else "jkr")
-    return Summands(ds, law, formulation, options_of(ds, law, formulation, datum), is_lazy(ds))
+    return Summands(ds, law, formulation, options_of(ds, law, formulation), is_lazy(ds))
 
 
 class Asperities(NamedTuple):
@@ -169,7 +166,7 @@ def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid,
     force, delta = -pulls[:, largest_pull.FORCE], pulls[:, largest_pull.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)
-    records["pull_off_delta"] = delta - pulls[:, largest_pull.FIRST_TOUCH] if options.first_contact else delta
+    records["pull_off_delta"] = delta
     records["contacts"] = pulls[:, largest_pull.CONTACTS]
     records["truncated"] = pulls[:, largest_pull.AT_EDGE] > 0
     return records

@@ -26,7 +26,6 @@ def pull_off_map(
     *,
     subregions: Places = EVERY_PIXEL,
     law: str | None = None,
-    datum: str = "highest_peak",
 ) -> xr.Dataset:
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
 
@@ -39,7 +38,7 @@ def pull_off_map(
         A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
     subregions : "every pixel", (int, int), (array, array) or Dataset
         As in `direct`; every pixel needs a scan.
-    law, datum
+    law
         As in `superpose`; "hertz" never pulls.
 
     Returns
@@ -59,7 +58,7 @@ def pull_off_map(
     (True, 'nN')
     """
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
-    summands = summands_of(ds, law, DEFAULT, datum)
+    summands = summands_of(ds, law, DEFAULT)
     ds, law, options = summands.ds, summands.law, summands.options
     if isinstance(subregions, str):
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
@@ -77,9 +76,9 @@ def pull_off_map(
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
     out = out.assign_coords({**places.coords, **schema.travelling(ds)})
     named = law_of(law, DEFAULT, options)
-    out.attrs = {"datum": datum, "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    out.attrs = {"datum": "highest_peak", "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
     out.attrs["expectation"] = expectation(summands.catalogue, options.law)
-    arguments = {"subregions": subregions, **named, "datum": datum}
+    arguments = {"subregions": subregions, **named}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
     out = spread.finish(out)
     if not summands.lazy:

@@ -41,7 +41,6 @@ def superpose(
     subregions: Places = None,
     law: str | None = None,
     formulation: str = DEFAULT,
-    datum: str = "highest_peak",
 ) -> xr.Dataset:
     """Sum the contacts of all asperities with a sphere at each contact centre.
 
@@ -53,8 +52,8 @@ def superpose(
     delta : array_like, optional
         Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
         pressed as deep as the median place lies below the highest peak.
-    subregions, datum
-        As in `direct`; "first_contact" is the first touch of a vertex.
+    subregions
+        As in `direct`.
     law : {"jkr", "maugis", "hertz"}, optional
         Adhesion of zero range, of finite range (Maugis's law between JKR and DMT, for 0.02 < λ = 1.157 μ < 50, see
         `tabor`), or none; by default "jkr", for a humid pair "maugis" with the range, and the work of adhesion, of
@@ -99,7 +98,7 @@ def superpose(
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
-    summands = summands_of(ds, law, formulation, datum)
+    summands = summands_of(ds, law, formulation)
     ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
     positions = regions.centres(ds, subregions)
     if "hardness" in ds.coords:
@@ -116,10 +115,10 @@ def superpose(
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_of(law, formulation, options)
-    out.attrs = {"datum": datum, "method": "superpose", **named}
+    out.attrs = {"datum": "highest_peak", "method": "superpose", **named}
     if law in ADHESIVE:
         out.attrs["expectation"] = expectation(summands.catalogue, options.law)
-    arguments = {"subregions": subregions, **named, "datum": datum}
+    arguments = {"subregions": subregions, **named}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
     if law in ADHESIVE and not lazy:
@@ -134,8 +133,7 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
         return np.linspace(-1, 1, _STEPS)
     touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
     reach = float(np.abs(field.scales.end * field.scales.delta).max())
-    zero = touches if options.first_contact else np.zeros(1)
-    first, last = (touches - zero).min() - 1.2 * reach, (touches - zero).max() + np.median(touches)
+    first, last = touches.min() - 1.2 * reach, touches.max() + np.median(touches)
     return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
 
 
@@ -143,8 +141,7 @@ def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, la
     """Sum the asperities of one subregion at all displacements."""
     field, patch_radius, excluded, grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
-    zero = offset.min() if options.first_contact and offset.size else 0.0
-    summed = sums.superpose(layout.axes["delta"] + zero, field, offset, patch_radius, options.kernel_law().spline)
+    summed = sums.superpose(layout.axes["delta"], field, offset, patch_radius, options.kernel_law().spline)
     record = layout.blank()
     for name, values in zip(_STATES, summed):
         record[name] = values
