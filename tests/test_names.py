@@ -1,4 +1,4 @@
-"""The names under which the package can be reached, and options that a mode does not use."""
+"""The names under which the package can be reached."""
 
 import ast
 import importlib
@@ -7,7 +7,6 @@ import pkgutil
 from pathlib import Path
 
 import pytest
-import xarray as xr
 
 import roughxr
 
@@ -33,15 +32,6 @@ def test_no_name_is_vague():
         names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
         names |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
         assert not {name for name in names if name.strip("_") in VAGUE}, module
-
-
-@pytest.mark.parametrize("option", [{"classes": 3}, {"poisson_ratio": 0.2}])
-def test_an_option_that_a_mode_does_not_use_is_refused(option):
-    pair = {"sphere_radius": 100.0, "work_of_adhesion": 0.1, "contact_modulus": 40.0}
-    pull = xr.Dataset({"pull_off_force": ("subregion", [3.0, 2.0, 1.0])}, pair)
-    roughxr.particles.to_dem(pull, code="rock_n_roll")
-    with pytest.raises(ValueError, match=f"{next(iter(option))}: not used"):
-        roughxr.particles.to_dem(pull, code="rock_n_roll", **option)
 
 
 @pytest.mark.parametrize(

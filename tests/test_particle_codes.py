@@ -33,7 +33,5 @@ def test_jkr_of_lammps_gives_the_mean_of_each_class(pulls):
 def test_what_cannot_be_handed_over_is_refused(pulls):
     with pytest.raises(ValueError, match="code: expected one of 'lammps'"):
         particles.to_dem(pulls, code="lamps")
-    with pytest.raises(ValueError, match="classes: expected at most 6, the number of places that pull, found 7"):
-        particles.to_dem(pulls, code="lammps", classes=7)
-    few = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # no classes asked for: as many as there are
+    few = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # as many classes as there are places
     assert "group class3 " in few and "group class4 " not in few

@@ -44,7 +44,7 @@ _BODIES = (
     ("--surface-energy", "GAMMA", "of two bodies of the same material, J/m²: half the work of adhesion"),
     ("--work-of-adhesion", "W...", "J/m²; default: from --materials; with --humidity also two, dry and under liquid"),
     ("--hardness", "H", "largest contact pressure that the softer body bears, GPa; default: the bodies stay elastic"),
-    ("--adhesion-range", "RHO", "how far the attraction reaches, nm; default: 0.3"),
+    ("--adhesion-range", "RHO", "interaction range of the attraction, nm; default: 0.3"),
     ("--hamaker-constant", "A", "of the pair, such as '65 zJ', instead of --work-of-adhesion"),
     ("--retardation", "L", "retardation wavelength of van der Waals forces, nm; default: no retardation"),
 )
@@ -130,7 +130,7 @@ def _run(commands: Any) -> None:
     group = command.add_argument_group("the simulation with adhesion")
     words = "force that presses the sphere on before it is pulled off, nN or as '50 nN'; default: 0"
     _add(group, ("--preload", "P", words), default=0.0, type=number)
-    words = "how the attraction falls with the gap; default: auto, exponential where its range matters, else griffith"
+    words = "law of attraction over the gap; default: auto, exponential where its range matters, else griffith"
     _add(group, ("--law", None, words), default="auto", choices=LAWS)
     words = "number of cells along a pixel; default: auto, from the range of the attraction"
     _add(group, ("--mesh", "N", words), default="auto", type=_cells)
@@ -170,14 +170,14 @@ def _measurements(commands: Any) -> None:
     does = "print what a file of measured pull-off forces contains"
     command = _command(commands, "measured", "measurements:describe", does)
     _add_measurement(command)
-    _add(command, ("-o --output", "TABLE", "write them as a table, OUT.csv or OUT.parquet"))
+    _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.parquet"))
     does = "compare the pull-off forces of a run with measured ones"
     command = _command(commands, "compare", "measurements:compare_with_run", does)
     _add(command, _RUN)
     _add_measurement(command)
     _add(
         command,
-        ("--method", None, f"method of the prediction: adhesive, energy, rigid, …; {_DEFAULT}"),
+        ("--method", None, f"prediction: adhesive (simulation), energy (superposed asperities) or rigid; {_DEFAULT}"),
         default="adhesive",
     )
     _add(command, ("--picture", "PNG", "draw both distributions, and their quantiles"))
@@ -222,7 +222,7 @@ def _add_measurement(command: Any) -> None:
         ("--spring-constant", "K", "for deflections, N/m"),
     )
     _add(group, ("--pulls", None, "sign of a pulling force in the file"), choices=("positive", "negative"))
-    words = "a table of force curves; fraction of each, farthest from the surface, with the baseline: 1 is all of it"
+    words = "for a table of force curves: the part of each, from its far end, that holds the baseline (1: the whole)"
     _add(group, ("--baseline", "PART", words), type=float)
 
 

@@ -15,14 +15,11 @@ from .force_balance import refuse_varied, scope_of
 #: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
 
-#: Classes and Poisson's ratio where none are given.
-_CLASSES, _POISSON_RATIO = 5, 0.3
-
 #: A code with one adhesion for each particle type, and one that reads the distribution.
 LAMMPS, TABLE = CODES = ("lammps", "rock_n_roll")
 
 
-def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_ratio: float | None = None) -> str:
+def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float = 0.3) -> str:
     """Return the adhesion of these places as input of a discrete-element code or a resuspension model.
 
     Parameters
@@ -35,10 +32,10 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
         from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places
         without adhesion are only counted.
     classes : int
-        For "lammps": particle types of equal share among which the places are divided, by their pull-off; by default
-        up to 5. 1: all alike, with the mean pull-off.
+        For "lammps": particle types of equal share among which the places are divided, by their pull-off; at most one
+        for each place. 1: all alike, with the mean pull-off.
     poisson_ratio : float
-        Of both bodies, for "lammps", which needs Young's modulus, E = 2(1 − ν²)E*; by default 0.3.
+        Of both bodies, for "lammps", which needs Young's modulus, E = 2(1 − ν²)E*.
 
     Returns
     -------
@@ -63,15 +60,12 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int | None = None, poisson_rat
     refuse_varied(ds)
     ds = reduction(ds)
     if code == TABLE:
-        schema.refuse_unused(f"code={code!r}", classes=classes, poisson_ratio=poisson_ratio)
         return _distribution(ds)
     pulls = np.sort(ds["pull_off_force"].values[ds["pull_off_force"].notnull()]) * _NEWTON
-    count = min(_CLASSES, pulls.size) if classes is None else whole_number(classes, "classes", least=1)
-    if pulls.size < count:
-        raise ValueError(f"classes: expected at most {pulls.size}, the number of places that pull, found {count}")
-    ratio = _POISSON_RATIO if poisson_ratio is None else fraction(poisson_ratio, "poisson_ratio")
+    count = min(whole_number(classes, "classes", least=1), pulls.size)
     means = [part.mean() for part in np.array_split(pulls, count)]
-    return "\n".join([*(f"# {line}" for line in _head(ds, pulls)), *_lammps(ds, means, ratio)]) + "\n"
+    lines = _lammps(ds, means, fraction(poisson_ratio, "poisson_ratio"))
+    return "\n".join([*(f"# {line}" for line in _head(ds, pulls)), *lines]) + "\n"
 
 
 def _head(ds: xr.Dataset, pulls: np.ndarray) -> list[str]:
