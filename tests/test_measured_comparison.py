@@ -124,7 +124,6 @@ def test_a_map_is_compared_as_its_places():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"confidence": 95}, "confidence"),
         ({"statistics": ["mode"]}, "statistics: expected mean"),
     ],
 )

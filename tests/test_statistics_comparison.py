@@ -23,7 +23,6 @@ def test_parting_is_after_the_last_agreement():
     np.testing.assert_allclose(found.agreeing, [1, 1, 1 / 3, 1 / 3])
     assert found.parting_delta.units == "nm" and found.attrs["agree_within"] == 0.1
     assert np.isnan(found.force_difference[3]).all()
-    assert float(force_ratio(other, direct, by=0.5).parting_delta[0]) == 4
     np.testing.assert_allclose(found.mean_difference, [0, 0.1 / 4, 7.2 / 9, 16.3 / 12], atol=1e-12)
     assert float(found.mean_parting_delta) == 3
 
@@ -55,8 +54,6 @@ def test_solutions_that_cannot_be_compared_are_refused_in_words():
             force_ratio(one, solution([[1, 2]], far))
     for near in ([0.5, 1.5], [1.5, 2.5]):
         assert np.isfinite(force_ratio(one, solution([[1, 2]], near)).force_difference).sum() == 1
-    with pytest.raises(ValueError, match="between 0 and 1"):
-        force_ratio(one, one, by=10)
 
 
 def test_the_published_twelve_nanometres_do_not_hold_on_the_twin():

@@ -12,7 +12,6 @@ from ..statistics import bootstrap
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, counted_equally, samples
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
 from .registration import matched
 
 _NAME = "pull_off_force"
@@ -31,7 +30,6 @@ def compare(
     measured: xr.Dataset,
     *,
     statistics: Sequence[str] = STATISTICS,
-    confidence: float = 0.95,
     resamples: int = 999,
 ) -> xr.Dataset:
     """Compare predicted pull-off forces with measured ones.
@@ -44,8 +42,8 @@ def compare(
         The same, from `open_pull_off`, or a second prediction.
     statistics : sequence of str
         Statistics whose ratios are reported, see `bootstrap`.
-    confidence, resamples
-        As for `bootstrap`.
+    resamples
+        As for `bootstrap`, whose intervals are those of 95 %.
 
     Returns
     -------
@@ -76,9 +74,8 @@ def compare(
     (True, True)
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
-    fraction(confidence, "confidence")
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
-    out = _statistics(both, list(statistics), confidence, resamples)
+    out = _statistics(both, list(statistics), resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
     placed, how = _placed(*both)
@@ -86,9 +83,9 @@ def compare(
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
-    out.attrs = {"confidence": confidence, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
+    out.attrs = {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs |= {"places": how, "missing": "NaN where a value is not positive, or no shift is found"}
-    return schema.record(out, "compare", predicted, statistics=statistics, confidence=confidence)
+    return schema.record(out, "compare", predicted, statistics=statistics)
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:
@@ -106,22 +103,22 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     return sample
 
 
-def _statistics(both: list[Samples], statistics: list[str], confidence: float, resamples: int) -> xr.Dataset:
+def _statistics(both: list[Samples], statistics: list[str], resamples: int) -> xr.Dataset:
     """Return the statistics of both with their intervals, and their ratios with theirs."""
-    of = [_intervals(forces, statistics, confidence, resamples, k) for k, forces in enumerate(both)]
+    of = [_intervals(forces, statistics, resamples, k) for k, forces in enumerate(both)]
     out = xr.Dataset(coords={"statistic": statistics})
     for name, forces in zip(("predicted", "measured"), of):
         out = out.assign({name: forces[0], f"{name}_low": forces[1], f"{name}_high": forces[2]})
     return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*of))))
 
 
-def _intervals(forces: Samples, statistics: list[str], confidence: float, resamples: int, seed: int) -> list:
+def _intervals(forces: Samples, statistics: list[str], resamples: int, seed: int) -> list:
     ds = xr.Dataset({_NAME: ("subregion", forces.values)})
     if forces.places is not None:
         ds = ds.assign_coords(
             dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in forces.places.T)))
         )
-    out = bootstrap(ds, _NAME, statistics=statistics, confidence=confidence, resamples=resamples, seed=seed)
+    out = bootstrap(ds, _NAME, statistics=statistics, resamples=resamples, seed=seed)
     return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
 
 

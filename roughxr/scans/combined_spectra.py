@@ -21,6 +21,9 @@ from .spectra import power_spectrum, window_of
 #: A scan is used at wavelengths shorter than this part of its side, and longer than this many pixels.
 _SIDE_SHARE, _PIXELS_PER_WAVELENGTH = 0.5, 4.0
 
+#: Window by which heights are multiplied: without one the scans' edges look like steps.
+_WINDOW = "hann"
+
 #: The model is fitted to a line only with at least this many wavevectors.
 _FEWEST_FITTED = 4
 
@@ -28,7 +31,6 @@ _FEWEST_FITTED = 4
 def combined_spectrum(
     scans: Sequence[xr.Dataset],
     *,
-    window: str | None = "hann",
     shortest: Quantities | None = None,
     per_decade: int = 10,
 ) -> xr.Dataset:
@@ -39,8 +41,6 @@ def combined_spectrum(
     scans : sequence of Dataset
         Levelled, of one surface; of any sizes and pixels. Lines are ``height`` along ``x`` alone, at any steps, and are
         taken to be cut from a surface that is the same in all directions.
-    window : str, optional
-        See `power_spectrum`; without one the scans' edges look like steps.
     shortest : number or quantity, optional
         Shortest wavelength (nm) for which the scans are used, or one value for each scan. Use the wavelength below
         which the tip rounds the image. At least four pixels of each scan, or four mean steps of a line, are used.
@@ -66,9 +66,7 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = _least(shortest, len(scans))
-    parts = [
-        (_usable if "y" in scan.dims else _of_line)(scan, window, wavelength) for scan, wavelength in zip(scans, least)
-    ]
+    parts = [(_usable if "y" in scan.dims else _of_line)(scan, wavelength) for scan, wavelength in zip(scans, least)]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
         raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
@@ -86,7 +84,7 @@ def combined_spectrum(
         },
         {"wavevector": wavevector.sum(axis=0) / total},
     )
-    given = {"window": window, "shortest": shortest, "per_decade": per_decade}
+    given = {"shortest": shortest, "per_decade": per_decade}
     return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
 
 
@@ -99,10 +97,10 @@ def _least(shortest: Any, count: int) -> list[float]:
     return [0.0 if wavelength is None else positive(wavelength, "nm", "shortest") for wavelength in given]
 
 
-def _usable(scan: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _usable(scan: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a scan is used, the spectrum and the numbers of modes."""
     scan = validate(scan, "scan")
-    spectrum = power_spectrum(scan, window=window)
+    spectrum = power_spectrum(scan, window=_WINDOW)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
     q, psd, modes = (spectrum[name].values.astype(float) for name in ("wavevector", "psd", "psd_modes"))
     inside = _inside(q, side, max(pixel(scan)), least) & np.isfinite(psd)
@@ -114,7 +112,7 @@ def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray
     return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVELENGTH * step, least))
 
 
-def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _of_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a line is used, the spectrum of its surface and the numbers of modes."""
     from scipy.interpolate import make_interp_spline
     from scipy.special import gamma
@@ -123,7 +121,7 @@ def _of_line(line: xr.Dataset, window: str | None, least: float) -> tuple[np.nda
     if not (np.isfinite(heights).all() and x.size >= 4 and (np.diff(x) > 0).all()):
         raise ValueError("height: expected four heights of a line or more, none missing, along x that ascends")
     even, step = np.linspace(x[0], x[-1], x.size, retstep=True)
-    weights = 1.0 if window is None else window_of(window, (x.size,))
+    weights = window_of(_WINDOW, (x.size,))
     psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2
     q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
     inside = _inside(q, x.size * step, step, least)

@@ -7,10 +7,12 @@ import xarray as xr
 
 from ..jobs.records import converged, loading
 from ..vocabulary import schema
-from ..vocabulary.units import fraction
+
+#: Largest difference, relative to the direct force, that counts as agreement.
+_AGREEMENT = 0.1
 
 
-def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) -> xr.Dataset:
+def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     """Compare the force of superposed asperities with that of `direct` at each place and displacement.
 
     Parameters
@@ -18,8 +20,6 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     superposed, direct : Dataset
         Two solutions at the same subregions and from the same datum, both without adhesion; the first is interpolated
         at the displacements of the second.
-    by : float
-        Largest difference, relative to the direct force, that counts as agreement.
 
     Returns
     -------
@@ -27,7 +27,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
         ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN where
         that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree, and
         ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta; ``parting_delta`` (nm)
-        along subregion, from which on they differ by more than ``by``, NaN where they agree to the end or never touch;
+        along subregion, from which on they differ by more than 10 %, NaN where they agree to the end or never touch;
         ``mean_difference`` of the mean forces along delta, and ``mean_parting_delta``.
 
     Examples
@@ -43,7 +43,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     """
     superposed, direct = schema.entered(superposed), schema.entered(direct)
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
-    _check_comparable(superposed, direct, by)
+    _check_comparable(superposed, direct)
     superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding
     at = superposed.interp(delta=direct["delta"])
     truth = direct["force"].where(converged(direct))
@@ -56,9 +56,10 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
             "force_direct": truth,
             "force_difference": difference,
             "mean_difference": mean,
-            "agreeing": (abs(difference) <= by).sum("subregion") / touching.sum("subregion").where(lambda n: n > 0),
-            "parting_delta": ("subregion", [_parting(row, direct["delta"].values, by) for row in difference.values]),
-            "mean_parting_delta": _parting(mean.values, direct["delta"].values, by),
+            "agreeing": (abs(difference) <= _AGREEMENT).sum("subregion")
+            / touching.sum("subregion").where(lambda n: n > 0),
+            "parting_delta": ("subregion", [_parting(row, direct["delta"].values) for row in difference.values]),
+            "mean_parting_delta": _parting(mean.values, direct["delta"].values),
         }
     )
     if "contacts_overlapping" in at:
@@ -67,13 +68,12 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset, *, by: float = 0.1) 
     names = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
     out = out.drop_vars([name for name in out.coords if name not in names])
     missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
-    out.attrs = {"agree_within": by, "missing": missing}
-    return schema.record(schema.label(out), "force_ratio", direct, by=by)
+    out.attrs = {"agree_within": _AGREEMENT, "missing": missing}
+    return schema.record(schema.label(out), "force_ratio", direct)
 
 
-def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
+def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):
     """Raise where two solutions cannot be compared, and say why."""
-    fraction(by, "by")
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
@@ -88,10 +88,10 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset, by: float):
         raise ValueError(f"delta: expected ranges that overlap, found {ends[0]} and {ends[1]} nm")
 
 
-def _parting(difference: np.ndarray, delta: np.ndarray, by: float) -> float:
+def _parting(difference: np.ndarray, delta: np.ndarray) -> float:
     """Return the displacement from which two forces differ to the end of the sweep, NaN if they agree at the end."""
     touching = np.flatnonzero(np.isfinite(difference))
-    differs = np.abs(difference[touching]) > by
+    differs = np.abs(difference[touching]) > _AGREEMENT
     if not differs.any() or not differs[-1]:
         return np.nan
     agree = np.flatnonzero(~differs)

@@ -14,9 +14,7 @@ THRESHOLD = 6.0
 _MEAN_OVER_MEDIAN = 0.7979 / 0.6745
 
 
-def debris(
-    catalogue: xr.Dataset, subregions: xr.Dataset | None = None, *, threshold: float = THRESHOLD
-) -> xr.DataArray:
+def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.DataArray:
     """Return which asperities, or which subregions, are debris: far higher than all others.
 
     Parameters
@@ -26,15 +24,13 @@ def debris(
     subregions : Dataset, optional
         Anything with the contact centres ``subregion_x`` and ``subregion_y``. The highest asperity of each tile
         (those nearer to its centre than to any other) then stands for the tile.
-    threshold : float
-        Debris exceeds the median height by more than this many median absolute deviations, or, where more than half of
-        the heights are equal, as many mean ones, scaled as for a normal law. On a surface without debris the rule
-        wrongly flags one tile in about 10⁴ (normal heights) to 150 (Gumbel's law).
 
     Returns
     -------
     DataArray
-        True or False; False where there is nothing to compare. ``threshold_value`` and ``threshold_units`` hold the
+        True where the median height is exceeded by more than six median absolute deviations, or, where more than half
+        of the heights are equal, as many mean ones, scaled as for a normal law: on a surface without debris for one
+        tile in about 10⁴ (normal heights) to 150 (Gumbel's law). ``threshold_value`` and ``threshold_units`` hold the
         limit, ``comment`` the rule.
 
     References
@@ -54,8 +50,6 @@ def debris(
     from scipy.spatial import cKDTree
 
     catalogue, subregions = schema.entered(catalogue), schema.entered(subregions)
-    if not threshold > 0:
-        raise ValueError(f"threshold: expected a positive number, found {threshold!r}")
     values, source, dim = catalogue["height"].values.astype(float), catalogue, "asperity"
     if subregions is not None:
         source, dim = subregions, "subregion"
@@ -65,12 +59,12 @@ def debris(
         values = np.where(np.isfinite(highest), highest, np.nan)  # NaN for an empty tile
     median = np.nanmedian(values)
     off = np.abs(values - median)
-    limit = float(median + threshold * (np.nanmedian(off) or np.nanmean(off) / _MEAN_OVER_MEDIAN))
+    limit = float(median + THRESHOLD * (np.nanmedian(off) or np.nanmean(off) / _MEAN_OVER_MEDIAN))
     out = xr.DataArray(values > limit, dims=dim, name="debris")
     out = out.assign_coords({key: source[key] for key in source.coords if source[key].dims == (dim,)})
     what = "highest asperity of the tile" if subregions is not None else "height"
     out.attrs = schema.attributes("debris") | {
-        "comment": f"{what} above median + {threshold:g} median absolute deviations",
+        "comment": f"{what} above median + {THRESHOLD:g} median absolute deviations",
         "threshold_value": limit,
         "threshold_units": catalogue["height"].attrs.get("units", "1"),
     }
