@@ -173,7 +173,9 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     n, of_mesh = meshes[0], np.full_like(of_step, np.nan)
     for n in meshes[1:]:
         before, cycles = cycles, _solved(place, problem, adhesion, n)
-        of_mesh = np.fmax.reduce([_change(before, cycles), _edge_errors(cycles), _radius_errors(cycles)])
+        # two edges may agree by chance: half the coarser mesh's error, the difference of its edges, counts too
+        of_edges = np.fmax(_edge_errors(cycles), _edge_errors(before) / _RIM_ERROR)
+        of_mesh = np.fmax.reduce([_change(before, cycles), of_edges, _radius_errors(cycles)])
         of_splines = _change_by_splines(place, problem, adhesion, cycles) if of_splines is None else of_splines
         if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
             break
