@@ -187,18 +187,6 @@ def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch,
     assert says in capsys.readouterr().err and [path.name for path in tmp_path.iterdir()] == ["in.nc"]
 
 
-def test_missing_pixels_are_filled_when_asked(tmp_path, capsys):
-    holed = scan(rough(32))
-    holed.height[10, 12] = np.nan
-    holed.to_netcdf(tmp_path / "holed.nc")
-    for options, missing in (([], 1), (["--fill", "linear"], 0), (["--fill", "0"], 0)):
-        assert main(["convert", str(tmp_path / "holed.nc"), "-o", str(tmp_path / "out.nc"), *options]) == 0
-        with xr.open_dataset(tmp_path / "out.nc") as out:
-            assert int(out.height.isnull().sum()) == missing
-    assert main(["convert", str(tmp_path / "holed.nc"), "-o", str(tmp_path / "out.nc"), "--fill", "cubic"]) == 1
-    assert "'cubic'" in capsys.readouterr().err
-
-
 def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
     words, archived, _ = finished
     again = [*words, *QUICK, "--budget", "0", "-o", str(archived)]
@@ -348,16 +336,6 @@ def test_output_never_fails_on_a_sign(tmp_path):
     command = [sys.executable, "-m", "roughxr.cli", *words]
     done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "ascii"}, check=False)
     assert done.returncode == 0 and b"s_q" in done.stdout, done.stderr
-
-
-def test_a_failed_start_leaves_nothing_and_the_corrected_command_runs(finished, tmp_path, capsys):
-    words, _, _ = finished
-    output = ["-o", str(tmp_path / "run.nc")]
-    assert main([*words, *QUICK, "--budget", "0", *output, "--sphere-radius", "3 mm"]) == 1
-    assert "sphere_radius" in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
-    with bare_runs():
-        assert main([*words, *QUICK, "--budget", "0", *output]) == 0
 
 
 def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):

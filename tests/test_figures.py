@@ -261,15 +261,6 @@ def test_a_contact_where_nothing_touches_has_no_colour_bar(run):
         assert [text.get_text() for text in ax.texts] == ["nothing touches"] and len(ax.figure.axes) == 1
 
 
-def test_few_samples_are_drawn_as_points_and_no_density():
-    few = xr.Dataset({"force": ("subregion", [1.0, 2.0, 4.0, 5.0], {"units": "nN"})})
-    ax = figures.distribution(few, "force", interval=None)
-    assert ax.lines[0].get_xdata().tolist() == [1.0, 2.0, 4.0, 5.0]
-    assert ax.lines[0].get_ydata().tolist() == [0.125, 0.375, 0.625, 0.875] and "samples" in ax.get_ylabel()
-    many = few.isel(subregion=np.arange(12) % 4)
-    assert "density" in figures.distribution(many, "force", interval=None).get_ylabel()
-
-
 def test_figures_show_the_numbers_that_they_are_given(run):
     force = (("subregion", "delta"), [[0.0, 1.0, 4.0], [0.0, 2.0, 5.0]])
     ds = xr.Dataset({"force": force}, {"delta": [0.0, 1.0, 2.0]})

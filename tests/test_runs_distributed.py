@@ -118,12 +118,3 @@ def test_a_cluster_without_workers_is_told(surface):
         pytest.raises(RuntimeError, match=r"its workers cannot be used \(.*expected at least one 'dask worker'"),
     ):
         direct(surface, **OPTIONS)
-
-
-@pytest.mark.parametrize("name", ["cloud", "thread"])
-def test_unknown_schedulers_are_refused_in_words(name):
-    with (
-        pytest.raises(ValueError, match=f"'threads', 'processes', 'synchronous' or an address.*found '{name}'"),
-        on_scheduler(name),
-    ):
-        pass
