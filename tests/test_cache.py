@@ -2,7 +2,10 @@
 
 import threading
 
+import numpy as np
+
 import roughxr
+from roughxr.scans.cache import cached
 
 from .surfaces import glass_pair, rough, scan
 
@@ -25,3 +28,9 @@ def test_threads_get_the_same(monkeypatch):
     for worker in workers:
         worker.join()
     assert len(found) == 4 and all(one.equals(found[0]) for one in found)
+
+
+def test_a_square_array_is_not_its_transpose():
+    first = cached(lambda height: float(height[0, 1]))
+    height = np.arange(9.0).reshape(3, 3)
+    assert (first(height), first(height.T)) == (1.0, 3.0)

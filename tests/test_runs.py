@@ -341,6 +341,7 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
     keys = [key(**options) for options in ({}, *others)]
     assert len(set(keys)) == len(keys)
     assert key(shared=array.copy()) == keys[0]
+    assert key(shared=array[:, :3]) != key(shared=array[:, :3].T)  # of the same shape
 
 
 def _note(*values):

@@ -32,7 +32,7 @@ from ..vocabulary import schema
 from ..vocabulary.provenance import as_json
 from . import spread
 from .progress import say
-from .spread import Failure, Work
+from .spread import Failure, Work, contiguous
 
 #: Results larger than this many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
@@ -294,8 +294,9 @@ def item_keys(work: Work) -> list[str]:
     """Return a hash for the result of each item, of everything that it depends on."""
     task = f"{work.task.__module__}.{work.task.__qualname__}"
     with dask.config.set({"tokenize.ensure-deterministic": True}):
-        common = dask.base.tokenize(task, str(work.dtype), work.shared)
-        return [dask.base.tokenize(common, values) for values in work.arguments]
+        # contiguous, since dask takes a square array and its transpose for the same
+        common = dask.base.tokenize(task, str(work.dtype), *map(contiguous, work.shared))
+        return [dask.base.tokenize(common, *map(contiguous, values)) for values in work.arguments]
 
 
 def _file_name(items: Sequence[str]) -> str:

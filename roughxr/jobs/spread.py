@@ -190,14 +190,15 @@ def _batch_results(task: Callable[..., np.ndarray], arguments: list[tuple], dtyp
     """Return the stacked results of one batch; arrays are contiguous, as in other processes, for equal results."""
     out = np.empty(len(arguments), dtype)
     for k, items in enumerate(arguments):
-        result = task(*map(_contiguous, items), *shared)
+        result = task(*map(contiguous, items), *shared)
         if (result.dtype, result.shape) != (dtype.base, dtype.shape):
             raise TypeError(f"expected a result of {dtype}, found one of {np.dtype((result.dtype, result.shape))}")
         out[k] = result
     return out
 
 
-def _contiguous(value: Any) -> Any:
+def contiguous(value: Any) -> Any:
+    """Return an array in the order of its indices, any other value as it is."""
     return np.ascontiguousarray(value) if isinstance(value, np.ndarray) and value.ndim else value
 
 

@@ -21,7 +21,8 @@ def cached(function: Callable[..., _T]) -> Callable[..., _T]:
 
     @functools.wraps(function)
     def stored(height: np.ndarray, *arguments: Any) -> _T:
-        key = dask.base.tokenize(np.asarray(height)), repr(arguments)
+        # as it lies in memory, dask takes a square array and its transpose for the same
+        key = dask.base.tokenize(np.ascontiguousarray(height)), repr(arguments)
         if (result := results.get(key)) is None:
             result = results[key] = function(height, *arguments)
             while len(results) > MOST_RESULTS:
