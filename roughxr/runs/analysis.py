@@ -384,7 +384,9 @@ def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
         elif some["subregions"].sizes["subregion"] < task.places:
             _expect_pulls(first := adhesive(specimen, mesh=mesh, **some))
             _show_answer(first, say)
+        before = say.passed()
         solved = adhesive(specimen, mesh=mesh, **options | how)
+        say.expect(budget=5 + 17 * plan.budget * (say.passed() - before) / task.places)  # so many changes
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
     _show_answer(groups["statistics/adhesive"], say)
@@ -428,16 +430,12 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
 
     On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
     """
-    count, before = options["subregions"].sizes["subregion"], 0.0
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(specimen, mesh=mesh, **options)
     _expect_pulls(coarse)
     _show_answer(coarse, say)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
-        took, before = say.passed() - before, say.passed()
-        each = took / count
-        say.expect(budget=17 * plan.budget * each)  # so many changes at a few places
         finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * step_of(specimen, mesh)), **options)
         checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
         _show_answer(checked, say)
