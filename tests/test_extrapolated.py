@@ -296,3 +296,13 @@ def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/extrapolated": found})
     assert words.startswith("Mean pull-off ") and "best estimate" in words
+
+
+def test_pixels_wider_than_the_contact_are_solved_on_cells_that_resolve_it():
+    """On cells of an eighth of the shortest wavelength the pull-off was half as large again."""
+    scan = synthetic.self_affine((48, 48), 80.0, rms=1.0, hurst=0.8, rolloff=1000, cutoff=400, seed=5)
+    scan = scan.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
+    places = roughxr.scans.regions.centres(scan, (2, 2))
+    fine = roughxr.adhesive(scan, subregions=places, law="exponential", mesh=16).pull_off_force.mean()
+    best = roughxr.extrapolated(scan, subregions=places, seeds=1, shortest=160)
+    assert float(best.scale_pull_off[0]) == pytest.approx(float(fine), rel=0.02)

@@ -84,7 +84,7 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     shown = RectBivariateSpline(*pixels, patch.height)
     softest = bearing_cell(adhesion, problem.contact_modulus)
     least = min(_LEAST_CELL * adhesion.length, 2 * below.shortest / PER_WAVE)
-    last = min(max(below.shortest / PER_WAVE, least), softest)
+    last = min(max(below.shortest / PER_WAVE, least), softest, adhesion.first_cell)  # the sphere's contact may be small
     within = depth + _REACH_OF_LAW * adhesion.length
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
