@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from .. import archive, figures, particles, report
 from .. import tables as exports
+from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import by_place
 from ..particles.force_balance import NO_REST
 from ..report.detachment import leading
@@ -115,9 +116,7 @@ def _print_critical(critical: xr.Dataset, source: str) -> None:
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    left, strength = figure.add_subplot(1, 2, 1), next(iter(critical.data_vars))
-    alike = np.unique(critical["mode"].values).size == 1 and bool(critical[strength].notnull().any())
-    figures.subregion_map(critical, strength, ax=left) if alike else figures.subregion_map(critical, "mode", ax=left)
+    critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)
     drawn(figure, path)

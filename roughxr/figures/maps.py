@@ -77,6 +77,13 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
     return label_axes(ax, "subregion_x", "subregion_y")
 
 
+def critical_map(ds: xr.Dataset, ax: Axes | None = None):
+    """Draw a result of `critical_load`: the mode at each place, or the critical strength where all have one mode."""
+    strength = str(next(iter(ds.data_vars)))
+    alike = np.unique(ds["mode"].values.astype(str)).size == 1 and bool(ds[strength].notnull().any())
+    return subregion_map(ds, strength if alike else "mode", ax=ax)
+
+
 def _modes(ax, ds: xr.Dataset):
     """Draw the mode of detachment at each place, with a legend that counts the places."""
     from matplotlib.colors import ListedColormap

@@ -17,6 +17,7 @@ import xarray as xr
 from .. import archive, figures
 from .._version import __version__
 from ..bodies import liquid
+from ..figures.maps import critical_map
 from ..scans.regions import extent
 from ..statistics import LAWS
 from ..vocabulary import schema
@@ -137,14 +138,6 @@ def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
     return pictures
 
 
-def _draw_critical_flow(run: Run):
-    """Draw the critical flow at each place, or the mode where places differ in it."""
-    critical = run["statistics/detachment"]
-    if np.unique(critical["mode"].values.astype(str)).size > 1:
-        return figures.subregion_map(critical, "mode")
-    return figures.subregion_map(critical, "critical_friction_velocity")
-
-
 #: The figures of the first screen.
 _FIRST = (
     _Figure(
@@ -209,7 +202,7 @@ _FIGURES = (
     _Figure(
         "Critical flow by place",
         DETACHMENT,
-        _draw_critical_flow,
+        lambda run: critical_map(run["statistics/detachment"]),
         "Critical friction velocity of air along x at each place; or, where places differ in it, whether the sphere "
         "rolls, slides or lifts.",
     ),
