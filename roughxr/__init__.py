@@ -1,4 +1,4 @@
-"""roughxr: how hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface.
+"""roughxr: the force that detaches a small sphere from a rough surface, at many places of an AFM scan.
 
 Scans, asperity catalogues and contact solutions are labelled xarray Datasets; the functions here are also
 methods of ``ds.contact``.

@@ -22,12 +22,14 @@ PARTICLE_CODES = ("lammps", "rock_n_roll")
 LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = ("air", "water")
 
-_DESCRIPTION = "How hard a small sphere presses, and how hard it sticks, wherever it lands on a rough surface."
+_DESCRIPTION = (
+    "The force that detaches a small sphere from a rough surface, at many places of an AFM scan, with its uncertainty."
+)
 
 #: The documentation is built from a clone, and is not hosted.
 _DOCUMENTATION = (
-    "Documentation: in a clone, `pip install '.[docs]'` and `sphinx-build -W notebooks build/site` make the pages, "
-    "build/site/index.html the first of them; in Python, `help(roughxr)`."
+    "Documentation: in a clone, run `pip install '.[docs]'` and `sphinx-build -W notebooks build/site`, and open "
+    "build/site/index.html; in Python, `help(roughxr)`."
 )
 
 _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach, J. Adhesion 79 (2003) 749-776"
@@ -39,19 +41,23 @@ _DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 _BODIES = (
     ("--materials", "A/B", f"one or two of {', '.join(MATERIALS)}: moduli, van der Waals adhesion, estimated hardness"),
     ("--young-modulus", "E...", "Young's modulus, one value for both bodies or one for each, GPa"),
-    ("--poisson-ratio", "NU...", "one value for both bodies or one for each"),
-    ("--contact-modulus", "E*", "instead of moduli and Poisson's ratios, GPa"),
-    ("--surface-energy", "GAMMA", "of two bodies of the same material, J/m²: half the work of adhesion"),
-    ("--work-of-adhesion", "W...", "J/m²; default: from --materials; with --humidity also two, dry and under liquid"),
-    ("--hardness", "H", "largest contact pressure that the softer body bears, GPa; default: the bodies stay elastic"),
+    ("--poisson-ratio", "NU...", "Poisson's ratio, one value for both bodies or one for each"),
+    ("--contact-modulus", "E*", "contact modulus E* of the pair, GPa; replaces moduli and Poisson's ratios"),
+    ("--surface-energy", "GAMMA", "surface energy of two bodies of one material, J/m²: half the work of adhesion"),
+    ("--work-of-adhesion", "W...", "J/m²; default: of --materials; with --humidity also two: dry, and under liquid"),
+    ("--hardness", "H", "hardness of the softer body, GPa: the upper limit of pressure; default: elastic bodies"),
     ("--adhesion-range", "RHO", "interaction range of the attraction, nm; default: 0.3"),
-    ("--hamaker-constant", "A", "of the pair, such as '65 zJ', instead of --work-of-adhesion"),
+    ("--hamaker-constant", "A", "Hamaker constant of the pair, such as '65 zJ', instead of --work-of-adhesion"),
     ("--retardation", "L", "retardation wavelength of van der Waals forces, nm; default: no retardation"),
 )
 
 _AIR = (
     ("--humidity", "RH", "relative humidity, such as '60 %%' or 0.6; default: dry"),
-    ("--contact-angle", "DEG...", "of the liquid on both bodies or on each, degrees; default: 0"),
+    (
+        "--contact-angle",
+        "DEG...",
+        "contact angle of the liquid, one value for both bodies or one for each, degrees; default: 0",
+    ),
     ("--liquid", "NAME...", "water, ethanol, or surface tension (J/m²) and molar volume (cm³/mol); default: water"),
     ("--film", "F", "thickness of a liquid film on each body, nm; default: none"),
 )
@@ -114,25 +120,30 @@ def _run(commands: Any) -> None:
     _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan; @FILE reads options from a file"))
     _add(command, ("-o --output", "OUT", f"folder, or FILE.nc for the archive alone; {_DEFAULT}"), default="run")
     _add_reading(command)
-    _add(command, ("--level", None, _DEFAULT), default="plane", choices=("plane", "quadratic", "none"))
+    _add(
+        command,
+        ("--level", None, f"background to subtract; {_DEFAULT}"),
+        default="plane",
+        choices=("plane", "quadratic", "none"),
+    )
     group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
     _add(shape, ("--sphere-radius --radius", "R", "radius of the sphere, nm"))
     _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
     _add(group, *_BODIES, *_AIR)
-    group = command.add_argument_group("where and how deep")
+    group = command.add_argument_group("places and displacements")
     words = "number of places along x and y, or one number for both; default: 8 8"
     _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
-    words = "the sphere is free: it lands at each place, rolls to rest, and is analysed there; default: a fixed probe"
+    words = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
     _flag(group, "--particle", words)
     words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
     _add(group, ("--delta", "D...", words), type=float)
     group = command.add_argument_group("the simulation with adhesion")
-    words = "force that presses the sphere on before it is pulled off, nN or as '50 nN'; default: 0"
+    words = "compressive force before retraction, nN or as '50 nN'; default: 0"
     _add(group, ("--preload", "P", words), default=0.0, type=number)
-    words = "law of attraction over the gap; default: auto, exponential where its range matters, else griffith"
+    words = "traction over the gap; default: auto, exponential where its range matters, else griffith"
     _add(group, ("--law", None, words), default="auto", choices=LAWS)
-    words = "number of cells along a pixel; default: auto, from the range of the attraction"
+    words = "cells along the side of a pixel; default: auto, until the pull-off changes little"
     _add(group, ("--mesh", "N", words), default="auto", type=_cells)
     words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", words))
@@ -187,23 +198,39 @@ def _detach(commands: Any) -> None:
     does = "print the flow, vibration, tilt or rotation that detaches the sphere"
     command = _command(commands, "detach", "detach:detach", does)
     _add(command, ("run", "RUN", f"{_RUN[2]}, or the folder of several scans"))
-    _add(command, ("--load", None, _DEFAULT), default="wall_shear", choices=LOADS)
-    _add(command, ("--fluid", None, "at 20 °C; the adhesion stays that of the run"), default="air", choices=FLUIDS)
-    _add(command, ("--particle-density", "RHO", "kg/m³; default: weight is neglected, in a flow only"))
+    _add(command, ("--load", None, f"what detaches the sphere; {_DEFAULT}"), default="wall_shear", choices=LOADS)
+    _add(
+        command,
+        ("--fluid", None, f"fluid of the flow, at 20 °C; does not change the adhesion; {_DEFAULT}"),
+        default="air",
+        choices=FLUIDS,
+    )
+    _add(
+        command,
+        (
+            "--particle-density",
+            "RHO",
+            "density of the sphere, kg/m³; needed by all loads but a flow, which else neglects the weight",
+        ),
+    )
     slides = command.add_mutually_exclusive_group()
-    _add(slides, ("--friction-coefficient", "MU", "default: the sphere cannot slide"), type=float)
-    _add(slides, ("--shear-strength", "TAU", "of the contact, GPa, or text such as '5 MPa'"))
+    _add(
+        slides,
+        ("--friction-coefficient", "MU", "friction coefficient; without it the sphere does not slide"),
+        type=float,
+    )
+    _add(slides, ("--shear-strength", "TAU", "shear strength of the contact, GPa, or text such as '5 MPa'"))
     words = (
-        "source of the pull-off forces: the simulation with roughness extrapolated below the pixel, or that on the "
-        "scan as it is; default: the first of these that the run has"
+        "pull-off forces by the simulation with finer roughness (extrapolated), or of the scan (adhesive); default: "
+        "the first of these that the run contains"
     )
     _add(command, ("--method", None, words), choices=("extrapolated", "adhesive"))
     _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
     words = "input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
     _add(command, ("--parameters", "TABLE", words))
-    words = f"input lines for a particle code: {', '.join(PARTICLE_CODES)} (the distribution itself); may be repeated"
+    words = f"input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"
     command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=words)
-    words = "draw how the sphere detaches at each place, or the critical load where all agree, and resisting moments"
+    words = "map of the mode of detachment, or of the critical load, and the resisting moments"
     _add(command, ("--picture", "PNG", words))
 
 
@@ -229,7 +256,7 @@ def _add_measurement(command: Any) -> None:
 def _add_reading(command: Any) -> None:
     group = command.add_argument_group("what to read from the file")
     _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
-    _add(group, ("--direction", None, "default: trace (forward)"), choices=_DIRECTIONS)
+    _add(group, ("--direction", None, "scan direction to read; default: trace (forward)"), choices=_DIRECTIONS)
     _add(
         group,
         ("--size", "L...", "size of the scan along x and y, nm, if the file does not state it"),
@@ -239,5 +266,5 @@ def _add_reading(command: Any) -> None:
 
 
 def _add_budget(command: Any) -> None:
-    words = f"places at which each change of the error budget is simulated; 0: no budget; {_DEFAULT}"
+    words = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
     _add(command, ("--budget", "PLACES", words), type=int, default=8)

@@ -204,7 +204,8 @@ def headline(summary: xr.Dataset) -> str:
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
-        sentences.append(f"The largest uncertainty is the {source} (± {percent(value['largest_error'])}).")
+        words = "choice of places" if source == "sampling" else source
+        sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
     return " ".join(filter(None, [*sentences, _next(summary, value)]))
 
 
