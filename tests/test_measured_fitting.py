@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.asperity import expectation
 from roughxr.measured.likelihood import Predicted, matching
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.sampling import Samples
@@ -74,7 +75,7 @@ def test_superposed_asperities_are_held_to_their_ratio_to_the_simulation(fits):
         assert float(other.fitted_work_high / other.fitted_work_low) > 1.4 / 0.3  # the ratio's own interval
     ds = surface(3)
     summed = ds.assign_coords(work_of_adhesion=TRUE).contact.pull_off_map(subregions=(8, 8))
-    as_simulated = summed.assign(pull_off_force=summed.pull_off_force / 0.7)
+    as_simulated = summed.assign(pull_off_force=summed.pull_off_force / expectation.RATIO)
     fit = roughxr.fit_pair(ds, as_simulated, method="superposed")
     assert float(fit.fitted_work_of_adhesion) == pytest.approx(TRUE, rel=0.01)
 
