@@ -6,7 +6,7 @@ import scipy.fft
 from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import traction_laws as laws
-from roughxr.kernels.adhesion.path import follow_smooth
+from roughxr.kernels.adhesion.path import follow_path
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 
@@ -31,7 +31,7 @@ def rough(seed, n=96):
 
 
 def follow(separation, deltas, law, step=0.25, **options):
-    return follow_smooth(separation, deltas, step, law, **options)
+    return follow_path(separation, deltas, step, law, **options)
 
 
 def pull_off(path):
@@ -98,7 +98,7 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
     separation = rough(seed, 48)
     deltas = np.array([0.5, 1.0, 1.5])
     (path,) = follow(separation, deltas, law)
-    ours = path.states[(path.states["asked"] > 0)][: deltas.size]
+    ours = path.states[(path.states["prescribed"] > 0)][: deltas.size]
     oracle, u = Oracle(separation, W, LENGTH), np.zeros((96, 96))
     theirs = []
     for delta in deltas:
@@ -140,7 +140,7 @@ def test_every_state_is_an_equilibrium(law):
     separation = rough(4)
     deltas = np.array([0.5, 1.0])
     (path,) = follow(separation, deltas, law, fields=True)
-    asked = path.states[path.states["asked"] > 0]
+    asked = path.states[path.states["prescribed"] > 0]
     assert len(asked) == len(path.pressures) == 4
     assert path.states["converged"].all()
     for state, pressure in zip(asked, path.pressures):
@@ -199,7 +199,7 @@ def test_more_cells_than_allowed_are_refused_as_data(law):
 def test_what_is_never_touched_has_no_force(law):
     (path,) = follow(sphere() + 50.0, [1.0, 2.0], law)
     assert not path.states["force"].any() and not path.states["contact_area"].any()
-    assert path.states["asked"].sum() == 4
+    assert path.states["prescribed"].sum() == 4
 
 
 @pytest.mark.parametrize("name", ["exponential", "waals", "step"])

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr import reference, report
-from roughxr.contact.adhesion import settling
+from roughxr.contact.adhesive_options import settling
 from roughxr.contact.subpixel import Below, _finer, _patches, _side_by_side, pull_off_below
 from roughxr.kernels.topography.random_surface import k_correlation, rms_of
 from roughxr.scans import self_affine_fit, synthetic

@@ -5,7 +5,7 @@ import pytest
 
 import roughxr
 from roughxr import reference
-from roughxr.contact.adhesion import pair_law as adhesion_law
+from roughxr.contact.adhesive_options import pair_law as adhesion_law
 from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of
 

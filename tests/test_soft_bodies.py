@@ -7,8 +7,8 @@ import pytest
 from scipy import special
 
 import roughxr
-from roughxr.contact import adhesion
-from roughxr.contact.adhesion import snap_in_gap
+from roughxr.contact import adhesive_options
+from roughxr.contact.adhesive_options import snap_in_gap
 from tests import surfaces
 
 
@@ -28,7 +28,7 @@ def test_a_soft_body_settles_beyond_its_first_summit():
 
 def test_the_stated_error_includes_what_a_preload_changes(monkeypatch):
     """Without attraction across gaps the sphere is left on its first summit, and the error states it."""
-    monkeypatch.setattr(adhesion, "snap_in_gap", lambda length, parameter: 0.0)
+    monkeypatch.setattr(adhesive_options, "snap_in_gap", lambda length, parameter: 0.0)
     ds = rough()
     place = {"subregions": ([840.0], [840.0]), "law": "griffith"}
     found = ds.contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)

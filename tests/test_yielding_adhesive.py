@@ -12,7 +12,7 @@ from roughxr.contact.elastic import direct
 from roughxr.contact.mesh import Mesh
 from roughxr.kernels.adhesion import states as smooth_states
 from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.adhesion.path import follow_smooth
+from roughxr.kernels.adhesion.path import follow_path
 from roughxr.kernels.halfspace import displacement_control
 from roughxr.kernels.halfspace.yielding import residual_heights
 
@@ -128,7 +128,7 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     law = smooth_laws.law_of(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
-    (found,) = follow_smooth(separation, np.array([deep]), 0.1, law, **options)
+    (found,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
     pull, contact = -found.states["force"].min() * E * dx, found.states["contact_area"][found.turn - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
     assert flattened > 1.2 * radius
@@ -142,7 +142,7 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypat
     x = np.arange(41) - 20.0
     separation, deltas, w = (x[:, None] ** 2 + x**2) / 60.0, np.array([2.0]), 1e-5
     law = smooth_laws.without_range(w, 0.25)
-    (found,) = follow_smooth(separation, deltas, step, law, cap=0.05, limit=0.05)
+    (found,) = follow_path(separation, deltas, step, law, cap=0.05, limit=0.05)
     limits = {"hardness": displacement_control.Hardness(0.05), "tolerance": 1e-10, "keep": 1}
     known, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
     left = residual_heights(*fields, separation, deltas, 0.05)[0]
@@ -165,7 +165,7 @@ def exponential_pull(cells, length):
     """Return a flat punch's pull-off force (nN) under the law that yielding bodies take."""
     separation, dx = punch(cells)
     law = smooth_laws.law_of(exponential=(W * dx / E, length))
-    (found,) = follow_smooth(separation, np.array([0.2]), 0.02, law)
+    (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
     return -found.states["force"].min() * E * dx
 
 
@@ -174,7 +174,7 @@ def edged_pull(separation, dx, law_of, delta=0.2):
     pulls = []
     for fall in (0.25, 0.125):
         law = law_of(W * dx / E, fall)
-        (found,) = follow_smooth(separation, np.array([delta]), 0.02, law)
+        (found,) = follow_path(separation, np.array([delta]), 0.02, law)
         pulls.append(-found.states["force"].min() * E * dx)
     return pulls
 

@@ -5,7 +5,8 @@ A Dataset is read once into plain numbers, solved by one of the kinds of contact
 problem         specimen and options -> plain numbers, and the surface at each contact centre
 solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
-adhesion        `adhesive`: the half space with adhesion, through loading and retraction; cycle, one place of it
+adhesion        `adhesive`: the half space with adhesion, through loading and retraction; its options are read by
+                adhesive_options, one place is followed by cycle and recorded by adhesive_record
 batch           pull-offs of slightly different surfaces, pairs and meshes, in one batch
 rigid           `rigid`: bodies too stiff to deform
 menisci         condensed liquid between them: its work, and the error of thin menisci

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..jobs import spread
 from ..specimen import specimen_of
-from .adhesion import reach_of, settling
+from .adhesive_options import reach_of, settling
 from .cycle import Adhesion, cycles_at, largest_pull, reached
 from .mesh import Mesh
 from .problem import Place, Problem, places

@@ -13,7 +13,7 @@ from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
 from ..vocabulary import schema
-from .adhesion import pair_law
+from .adhesive_options import pair_law
 from .cycle import Adhesion, law_on
 
 #: Relative tolerance of sums and products, and of the pressure of a body that yields with adhesion.

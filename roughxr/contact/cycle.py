@@ -332,7 +332,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
     """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
-    return path.follow_smooth(
+    return path.follow_path(
         surface.separation,
         deltas_of(surface, problem, adhesion),
         adhesion.step,

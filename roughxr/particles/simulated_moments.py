@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..asperity.moments import MISSING, States, closed, moments_of_states, rolling, states_layout
 from ..bodies.pair import range_of
-from ..contact.adhesion import LONG_STEP, reach_of, settling, usual_step
+from ..contact.adhesive_options import LONG_STEP, reach_of, settling, usual_step
 from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, cell_axes, surface_at
@@ -70,7 +70,7 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     followed, known = cycles.paths[0], events(cycles, 0)
     if not known:
         return record
-    retraction = followed.states["asked"] & (np.arange(followed.states.size) >= followed.turn)
+    retraction = followed.states["prescribed"] & (np.arange(followed.states.size) >= followed.turn)
     states = followed.states[retraction][::-1]
     pressure = followed.pressures[: -states.size - 1 : -1]
     left = surface._replace(separation=surface.separation - followed.left[-1])

@@ -32,7 +32,8 @@ from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
 from ..bodies.pair import elastic
-from ..contact.adhesion import LONG_STEP, SMALL_CONTACTS, adhesive, step_of, usual_step
+from ..contact.adhesion import SMALL_CONTACTS, adhesive
+from ..contact.adhesive_options import LONG_STEP, step_of, usual_step
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
 from ..contact.problem import default_deltas

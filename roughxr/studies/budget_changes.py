@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesion import settling
+from ..contact.adhesive_options import settling
 from ..contact.batch import cases_at, pull_offs
 from ..contact.cycle import EDGED, bearing_cell
 from ..contact.mesh import MOST_REFINED, Mesh

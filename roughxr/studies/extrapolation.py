@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesion import settling
+from ..contact.adhesive_options import settling
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
 from ..contact.regimes import of_sphere

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesion import settling
+from ..contact.adhesive_options import settling
 from ..contact.regimes import of_sphere
 from ..contact.subpixel import Below
 from ..scans import regions, self_affine_fit, smooth

@@ -20,7 +20,8 @@ import xarray as xr
 
 from ..bodies.liquid import work_of
 from ..bodies.pair import range_of
-from ..contact.adhesion import adhesive, step_of
+from ..contact.adhesion import adhesive
+from ..contact.adhesive_options import step_of
 from ..contact.cycle import EDGED
 from ..contact.mesh import Mesh, mesh_of
 from ..contact.rigid.bodies import rigid

@@ -60,9 +60,9 @@ def ours(separation, dx, deltas=(DEPTH,)):
 
     began, per_unit = time.process_time(), dx / MODULUS
     law = traction_laws.law_of(exponential=(WORK * per_unit, RANGE))
-    (followed,) = path.follow_smooth(separation, np.array(deltas), STEP, law)
+    (followed,) = path.follow_path(separation, np.array(deltas), STEP, law)
     back = followed.states[followed.turn :]
-    back = back[back["asked"] > 0] if len(deltas) > 1 else back
+    back = back[back["prescribed"] > 0] if len(deltas) > 1 else back
     return -back["force"].min() * MODULUS * dx, time.process_time() - began
 
 

@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr.contact.adhesion import settling
+from roughxr.contact.adhesive_options import settling
 from roughxr.contact.subpixel import Below
 from roughxr.scans.fine_scales import Spectrum, rings
 from roughxr.scans.wavelength import parts_of

@@ -21,7 +21,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.contact.adhesion import usual_step
+from roughxr.contact.adhesive_options import usual_step
 from roughxr.specimen import specimen_of
 
 PIXEL, RANGE = 20.0, 0.3

@@ -24,7 +24,7 @@ import numpy as np
 
 import roughxr
 from roughxr.kernels.adhesion import traction_laws as smooth_laws
-from roughxr.kernels.adhesion.path import follow_smooth
+from roughxr.kernels.adhesion.path import follow_path
 from roughxr.kernels.halfspace.load_control import loaded_arrays
 from roughxr.kernels.halfspace.yielding import residual_heights
 from roughxr.scans.synthetic import self_affine
@@ -132,11 +132,11 @@ def punch_rows():
                 punch_pull_off(adhesion_range=0.1, **flat),
             ),
         ):
-            (found,) = follow_smooth(separation, np.array([0.2]), 0.02, law)
+            (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
             row.append(f"{words} {-found.states['force'].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
             law = smooth_laws.law_of(exponential=(w, length))
-            (found,) = follow_smooth(separation, np.array([0.2]), 0.02, law)
+            (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
             pull = -found.states["force"].min() * MODULUS * dx
             row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")
         print(f"flat punch, {cells:2d} cells in radius: {', '.join(row)}")
@@ -165,7 +165,7 @@ def flattened_rows(edge=10.0, work=0.1):
             separation, delta, radius = pressed_flat(cells, hard * unit, edge)
             w = work * edge / cells / MODULUS
             law = smooth_laws.without_range(w, 0.25)
-            (found,) = follow_smooth(separation, np.array([delta]), 0.02, law)
+            (found,) = follow_path(separation, np.array([delta]), 0.02, law)
             pull = -found.states["force"].min() * MODULUS * edge / cells
             exact = flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
             row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")

@@ -45,23 +45,20 @@ _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 #: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
 _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
-#: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
+#: Newton's method is given up after so many rounds without progress. Progress is a residual that falls
 #: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
 #: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
 #: work of whole cycles, and half of that where contacts jump.
-_STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
+_STAGNANT_ROUNDS = 6
 _RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Number of rounds after which a state is given up, and one near the guess.
-_MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
+#: Number of rounds after which a state is given up.
+_MOST_ROUNDS = 1000
 
 #: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
 _PRESSURE_SCALE = 0.1
 
-#: Number of tangent steps at the start where that is the case.
-_FIRST_TANGENT_STEPS = 2
-
-#: With attraction fixed fixed, gaps are closed to this part of the largest traction, with at most so many products.
+#: With the attraction fixed, gaps are closed to this part of the largest traction, with at most so many products.
 _OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
@@ -103,7 +100,7 @@ def settle(body, delta, state, near=False):
     """
     anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)
-    products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
+    products, rounds, steps = out.products, out.rounds, 1
     if out.fine or near:
         return out
     while rounds < _MOST_ROUNDS:
@@ -121,8 +118,7 @@ def settle(body, delta, state, near=False):
 def _newton(body, delta, state, near):
     """Iterate until the residual is small, or has not fallen for long; unless ``near``, nor has the potential."""
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
-    most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
-    for turn in range(most):
+    for turn in range(_MOST_ROUNDS):
         exact = exact or worst < _EXACT_RESIDUAL
         worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)
         if not exact and worst <= body.tolerance:
@@ -133,10 +129,10 @@ def _newton(body, delta, state, near):
         falls = worst < _RESIDUAL_FALL * best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
         since = 0 if falls else since + 1
         best, lowest = worst if worst < _RESIDUAL_FALL * best else best, min(potential, lowest)
-        if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
+        if since > _STAGNANT_ROUNDS:
             return Convergence(turn, products, worst, False)
         products += 1 + _improve(body, state, worst)
-    return Convergence(most, products, worst, False)
+    return Convergence(_MOST_ROUNDS, products, worst, False)
 
 
 def _relax(body, delta, state, steps):

@@ -1,0 +1,268 @@
+"""How the bodies of `adhesive` adhere and are moved: its options, read into an `Adhesion`, or refused.
+
+law         the pair's law of adhesion and its length, with condensed liquid
+step, cell  of the usual mesh, from the range of adhesion and JKR's lengths
+depth       down to which a preload is looked for
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..bodies.liquid import Menisci, menisci_of, work_of
+from ..bodies.pair import range_of
+from ..specimen import Specimen, specimen_of
+from ..vocabulary import schema
+from ..vocabulary.units import whole_number
+from .cycle import MOST_CELLS, Adhesion, largest_cell, overlapping_cells, reach_of_law
+from .estimates import law_of_range, median_tabor
+from .mesh import MOST_REFINED, Mesh
+from .problem import Problem, deepest, places, read_problem, surface_at
+
+#: Laws of adhesion; "auto" chooses between the first two.
+LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
+
+#: Tabor's parameter above which a sphere jumps into contact.
+_LEAST_JUMP = 0.7
+
+#: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
+#: many standard deviations of the heights.
+_ROUGH_DEPTH = 4.0
+
+#: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. A run takes steps
+#: longer by the last factor, and compares them with half of them.
+_STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
+
+#: Side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
+#: larger of both.
+_CELL_OF_RANGE, _CELL_OF_RADIUS = 50 / 3, 0.1
+
+#: Cells so many times larger than "exponential" bears (`largest_cell`) are refused: pull-offs are many times too large
+#: there, and Newton's method hardly converges.
+_LARGEST_EXCESS = 20.0
+
+#: The cells are the scan's pixels.
+_AS_SCANNED = Mesh(1, None)
+
+
+def adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
+    """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
+    step, first_cell = _usual_step_and_cell(specimen)
+    settings = Adhesion(
+        preloads=preloads,
+        refine=0 if isinstance(mesh.refine, str) else mesh.refine,
+        accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
+        step=step if mesh.step is None else mesh.step,
+        first_cell=first_cell,
+        capture=_capture(specimen) if law["law"] == "griffith" and law["work"] > 0 else 0.0,
+        cycles=whole_number(cycles, "cycles", least=1),
+        **law,
+    )
+    if settings.cycles > 1 and not preloads.size:
+        raise ValueError(
+            f"cycles: several need a preload, found {cycles} with displacements (delta); leave delta or cycles out"
+        )
+    return settings
+
+
+def step_of(specimen: Specimen, mesh: Mesh) -> float:
+    """Return the longest step (nm) of a mesh: as stated, or the usual one."""
+    return usual_step(specimen) if mesh.step is None else mesh.step
+
+
+def usual_step(specimen: Specimen) -> float:
+    """Return the longest step (nm) of a mesh that states none."""
+    return _usual_step_and_cell(specimen)[0]
+
+
+def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
+    """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
+    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
+    work = work_of(specimen.bodies)
+    displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
+    contact_radius, length = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3), range_of(specimen.bodies)
+    step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
+    return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
+
+
+def settling(
+    ds: xr.Dataset | Specimen, *, preload: Any = 0.0, law: str = "exponential", mesh: Mesh = _AS_SCANNED
+) -> tuple[Problem, Adhesion]:
+    """Return how the indenter is followed to a preload (nN) and off again on one mesh.
+
+    The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
+    """
+    specimen = specimen_of(ds)
+    adhesion = adhesion_of(specimen, pair_law(specimen, law), preloads=preloads_of(preload), mesh=mesh, cycles=1)
+    depth = [settling_depth(specimen, adhesion)]
+    at = specimen.centres(None)
+    problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
+    need_resolved_law(adhesion, problem)
+    return problem, adhesion
+
+
+def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
+    """Return the law and its length; raise where law and yielding do not go together."""
+    ds = specimen.bodies
+    schema.one_of(law, LAWS_OF_ADHESION, "law")
+    yields = "hardness" in ds.coords
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    length = range_of(ds, law)
+    if (menisci := menisci_of(ds)) is not None:
+        return _law_with_liquid(ds, law, menisci, length)
+    if law == "auto":
+        law = law_of_range(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
+    if yields:
+        _need_hardness_above(float(ds["hardness"]), work, length, law)
+    return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
+
+
+def _capture(specimen: Specimen) -> float:
+    """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
+    length = range_of(specimen.bodies)
+    return snap_in_gap(length, median_tabor(specimen, length))
+
+
+def _tabor_parameter(specimen: Specimen, length: float) -> float:
+    """Return the median of Tabor's parameter over the asperities; where there are none, that of the sphere alone."""
+    parameter = median_tabor(specimen, length)
+    if np.isfinite(parameter) or specimen.indenter.map:
+        return parameter
+    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True)
+    return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
+
+
+def snap_in_gap(length: float, parameter: float) -> float:
+    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere.
+
+    The undeformed gap (2.641 µ^{3/7} − 1) z₀ by Tabor's parameter µ (Wu, J. Adhesion 86 (2010) 1071). The balance of
+    attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to 0.7 % at µ of
+    1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
+    """
+    return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0
+
+
+def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
+    """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is added within it."""
+    if law not in ("auto", "exponential"):
+        raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    beyond = np.exp(-menisci.height / length)
+    work *= menisci.share + (1 - menisci.share) * beyond
+    if "hardness" in ds.coords:
+        _need_hardness_above(float(ds["hardness"]), work + menisci.pull * length, length, "exponential")
+    return {"law": "exponential", "length": length, "work": work, "liquid": menisci}
+
+
+def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
+    """Raise where a body cannot yield: without adhesion, or under adhesion alone."""
+    advice = "or assign no hardness, for elastic bodies"
+    if work == 0:
+        raise ValueError(
+            f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
+        )
+    if law != "griffith" and hardness <= work / length:  # without range the pull has no bound to be held against
+        raise ValueError(
+            f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
+            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
+        )
+
+
+def preloads_of(preload: Any) -> np.ndarray:
+    """Return preloads in nN, ascending; raise where one is negative."""
+    given = 0.0 if preload is None else preload
+    values = schema.ascending(given, "nN", "preload")
+    if values[0] < 0:
+        raise ValueError(f"preload: expected at least 0 nN (a particle that settles), found {values[0]:g} nN")
+    return values
+
+
+def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
+    """Return the depth (nm) beyond first contact down to which loading is followed to find its preload.
+
+    It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
+    and some standard deviations of the heights, so that nearly all of the surface lies higher.
+    """
+    ds = specimen.bodies
+    (modulus,) = schema.pair(ds, "contact_modulus")
+    radius = _indenter_radius(specimen)
+    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
+    hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
+    if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
+        hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
+    return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
+
+
+def _indenter_radius(specimen: Specimen) -> float:
+    """Return the sphere's radius (nm), or that of the paraboloid whose mean depth is that of an indenter's map."""
+    ds = specimen.bodies
+    if "sphere_radius" in ds.coords:
+        return float(ds["sphere_radius"])
+    height = ds["indenter_height"]
+    r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
+    depth = float((height.max() - height).mean())
+    return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))
+
+
+def _contact_radius(specimen: Specimen) -> float:
+    """Return the radius (nm) by which JKR's lengths scale steps and cells: the indenter's, or that of the heights.
+
+    Across the half-width L of a scan whose heights differ by z, an indenter flatter than L²/2z is as good as a plane.
+    """
+    heights = specimen.heights
+    half, rise = 0.5 * specimen.pixel * min(heights.shape), float(np.ptp(heights))
+    radius = _indenter_radius(specimen)
+    return min(radius, half**2 / (2 * rise)) if rise > 0 else radius
+
+
+def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "lennard_jones")) -> None:
+    """Refuse laws with a wall or a process zone that the cells cannot show: their forces would be wrong."""
+    if adhesion.law not in laws or adhesion.work == 0:
+        return
+    cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
+    cell *= _LARGEST_EXCESS if adhesion.law == "exponential" else 1.0
+    smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
+    if smallest > cell:
+        refine = int(np.ceil(problem.pixel / cell))
+        other = "griffith" if adhesion.law == "exponential" else "exponential"
+        advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
+        raise ValueError(
+            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones cannot follow its traction), "
+            f"found {smallest:.3g} nm; take {advice}"
+        )
+
+
+def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, positions: xr.Dataset, reach) -> None:
+    """Refuse one mesh for all places that is too fine for any of them; name the finest that is not."""
+    if not adhesion.refine:
+        return
+    solved, shape = places(specimen, positions, reach)
+    if shape[0] * shape[1] * adhesion.refine**2 <= MOST_CELLS:  # windows are wider than what they hold
+        return
+    surfaces = [surface_at(place, problem._replace(refine=1)) for place in solved]
+    cells = max(overlapping_cells(surface, problem, adhesion) for surface in surfaces)
+    if cells * adhesion.refine**2 > MOST_CELLS:
+        finest = int(np.sqrt(MOST_CELLS / cells))
+        advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
+        raise ValueError(
+            f"mesh: expected at most {MOST_CELLS:g} cells within reach, found {cells * adhesion.refine**2:.3g} with "
+            f"mesh={adhesion.refine}; {advice}"
+        )
+
+
+def reach_of(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
+    """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
+    if problem.indenter.map:
+        return problem.indenter.reach(np.inf)
+    depth = deepest(specimen, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
+    if np.isinf(depth):
+        return np.inf
+    attraction = reach_of_law(adhesion, problem)
+    reach = problem.indenter.reach(depth)
+    for _ in range(20):  # JKR's contact of that radius draws the surface up by √(2πaw/E*)
+        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole / problem.contact_modulus)
+        reach = problem.indenter.reach(depth + uplift + attraction)
+    return reach + problem.pixel

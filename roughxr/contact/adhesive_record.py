@@ -1,0 +1,118 @@
+"""One record of `adhesive`: the cycles of one place, from `cycle`, as states, events and fields."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..jobs.records import BRANCHES, Layout
+from ..kernels.adhesion import path as path
+from .cycle import Adhesion, Cycles, cycles_at, deepest_of, events, extrapolation, reached, yielding_of
+from .elastic import ABOVE_HARDNESS, YIELDED
+from .problem import Place, Problem
+from .solving import fields_of, put_fields
+
+_STATES: dict[str, type] = dict.fromkeys(
+    ("force", "contact_area", "energy", "dissipated", "contact_patches", "resolution"), float
+)
+_STATES |= {"iterations": int, "residual": float, "converged": bool}
+
+_EVENTS: dict[str, type] = dict.fromkeys(("snap_in_force", "snap_in_delta", "pull_off_force", "pull_off_delta"), float)
+_EVENTS |= dict.fromkeys(("detachment_delta", "work_of_separation", "hysteresis", "pull_off_resolution"), float)
+_EVENTS |= dict.fromkeys(("pull_off_error", "mesh_error", "step_error", "interpolation_error", "settling_error"), float)
+_EVENTS |= {"refinement": int, "truncated": bool, "complete": bool}
+
+_AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float, "converged": bool}
+
+#: States of a law with an edge that are extrapolated.
+_EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
+
+
+def layout_of(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
+    """Return the layout of a record: states along the displacements, or events along preloads and cycles."""
+    hard = ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
+    hard = hard | YIELDED if problem.yielding else hard
+    if adhesion.preloads.size == 0:
+        axes = {"branch": list(BRANCHES), "delta": problem.steps}
+        return Layout(axes, _STATES | hard, _EVENTS, yields=problem.yielding)
+    axes = {"cycle": np.arange(1, adhesion.cycles + 1)} if adhesion.cycles > 1 else {}
+    axes |= {} if preload is None or np.ndim(preload) == 0 else {"preload": adhesion.preloads}
+    return Layout(axes, _EVENTS | _AT_PRELOAD | hard)
+
+
+def record_of(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
+    """Follow the cycles of one place, one for each preload, and return their record."""
+    cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
+    record = layout.blank()
+    for k, followed in enumerate(cycles.paths):
+        results: dict[str, Any] = events(cycles, k) if reached(followed, adhesion, k) else {}
+        reach = deepest_of(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
+        results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
+        results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
+        if adhesion.preloads.size and results["complete"]:
+            turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
+            to_edge = extrapolation(cycles, k)
+            depth, area = (to_edge.of(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+            results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
+            results |= {"converged": bool(followed.states["converged"].all())}
+            results |= {"residual": followed.states["residual"].max()}
+            shares = yielding_of(followed, cycles.problem)
+            results |= {name: values[followed.turn - 1] for name, values in shares.items()}
+        for name, value in results.items():
+            record[name][np.unravel_index(k, record[name].shape)] = value
+    if "branch" in layout.axes:
+        record["complete"] = cycles.paths[0].status == path.CONVERGED
+        _put_states(record, cycles, extrapolated=layout.window is None)  # so that fields and forces agree
+    if layout.window is not None:
+        _put_fields(record, cycles, problem)
+    return record
+
+
+def _put_states(record: np.ndarray, cycles: Cycles, *, extrapolated: bool) -> None:
+    """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
+    steep = _at_displacements(cycles.paths[0], cycles.problem)
+    wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and extrapolated else steep
+    to_edge = extrapolation(cycles, 0)
+    for name, branches in steep.items():
+        for k, (values, wider) in enumerate(zip(branches, wide[name])):
+            size = min(len(values), len(wider))
+            values, wider = values[:size], wider[:size]
+            if wide is not steep and name in _EXTRAPOLATED:
+                same = steep["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
+                same &= (steep["contact_patches"][k][:size] > 0) | (name == "dissipated")
+                values = np.where(same, to_edge.of(values, wider), values)
+            values = np.maximum(values, 0.0) if name == "contact_area" else values
+            if k == 0:
+                record[name][0, :size] = values
+            else:
+                record[name][1, record[name].shape[1] - size :] = values[::-1]
+
+
+def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return loading and retraction of each quantity at the prescribed displacements."""
+    states = {name: followed.states[name] for name in _STATES} | yielding_of(followed, problem)
+    prescribed, on_loading = followed.states["prescribed"], np.arange(len(followed.states)) < followed.turn
+    return {
+        name: (values[prescribed & on_loading], values[prescribed & ~on_loading]) for name, values in states.items()
+    }
+
+
+def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
+    """Write the fields of the states at the prescribed displacements."""
+    followed, surface = cycles.paths[0], cycles.surface
+    if len(followed.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
+        return
+    deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
+    shape = surface
+    if problem.yielding:
+        put_fields(record, surface, {"residual_height": followed.left})
+        left = np.stack((followed.left, np.broadcast_to(followed.left[-1], followed.left.shape)))
+        shape = surface._replace(separation=surface.separation - left)
+    put_fields(record, surface, fields_of(_of_branches(followed.pressures), shape, deltas, problem))
+
+
+def _of_branches(pressures: np.ndarray) -> np.ndarray:
+    """Return (branch, delta, nx, ny) of states in the order of the path, in which retraction has falling delta."""
+    loading, retraction = np.split(pressures, len(BRANCHES))
+    return np.stack([loading, retraction[::-1]])
