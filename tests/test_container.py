@@ -104,6 +104,8 @@ def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
         (META.replace("unit: um", "unit: V"), "meta.yml", "'V'"),
         (META.replace("mode: center", "mode: sphere"), "meta.yml", "sphere"),
         (META, "about.yml", "without meta.yml"),
+        ("a: " + "[" * 100_000, "meta.yml", "damaged"),
+        (" " * (2**24 + 1), "meta.yml", "at most 16 MiB"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_the_containers_name(tmp_path, meta, name, reason):
@@ -184,3 +186,13 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
     assert float(own.added_rms) > 2 * float(told.added_rms)
     assert float(told.longest_added) == pytest.approx(float(own.longest_added))
     assert "Other measurements" in told.attrs["known"] and "Other measurements" not in own.attrs["known"]
+
+
+def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):
+    path = tmp_path / "bomb.zip"
+    one = {"name": "a", "size": [1.0, 1.0], "unit": "um", "datafile": {"original": "a.txt"}}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.txt", "0 " * 25_000_000)
+        archive.writestr("index.json", json.dumps({"surfaces": [{"topographies": [one]}]}))
+    with pytest.raises(UnreadableScan, match="content of at most 4 MiB, found 47"):
+        roughxr.scans.open_container(path)

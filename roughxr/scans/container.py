@@ -27,6 +27,12 @@ from .force_curve_formats import METADATA
 from .levelling import level
 from .netcdf import is_netcdf, unread
 
+#: The largest size of a zip file's content: in bytes, over the size of the zip file, and the size allowed to any file.
+_LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
+
+#: The largest metadata, bytes: YAML is read slowly.
+_LARGEST_METADATA = 2**24
+
 #: Attributes of a topography, and their names in a container.
 _STATED = {"title": "name", "description": "description", "detrend_mode": "detrend_mode"}
 
@@ -82,6 +88,12 @@ def _topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:
+        content = sum(member.file_size for member in archive.infolist())
+        most = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
+        if content > most:
+            raise UnreadableScan(
+                path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
+            )
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
             for entry in surface["topographies"]:
                 ds, stated = _topography(archive, entry, path), {"surface": surface.get("name", number)}
@@ -99,6 +111,8 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     name = next((name for name in METADATA if name in archive.namelist()), None)
     if name is None:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
+    if archive.getinfo(name).file_size > _LARGEST_METADATA:
+        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
     text = archive.read(name)
     return json.loads(text) if name == METADATA[0] else _plain_yaml(text)
 
