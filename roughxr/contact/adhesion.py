@@ -130,11 +130,11 @@ def adhesive(
     Notes
     -----
     The traction of "griffith" and "dugdale" ends abruptly. It is replaced by a traction with a steep edge, solved with
-    the steepest edge that the cells resolve and with half that steepness, and the results are extrapolated. Fields and
-    the states beside them are those of the steeper edge. Where both edges find different contacts, or the steeper edge
-    pulls more (as at a rim that cannot move), its result is not extrapolated, and ``pull_off_error`` includes their
-    difference. Without range only cells attract that have touched or come so near that the pair's attraction snaps
-    them in, and the cells around them up to the opening of the edge.
+    the steepest edge that the cells resolve and with half that steepness, and the results are extrapolated. Fields, and
+    states returned with them, are those of the steeper edge. Where both edges lead to different contacts, or the
+    steeper edge pulls more (as at a rim that cannot move), its result is not extrapolated, and ``pull_off_error``
+    includes their difference. Without range only cells attract that have touched or come so near that the pair's
+    attraction snaps them in, and the cells around them up to the opening of the edge.
 
     "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which leaves out 0.9 % of the work of
     adhesion. A smooth sphere pulls that much too little; stiff bodies of 0.5, 1.5 and 3 nm rms under a sphere of
@@ -204,7 +204,7 @@ def adhesive(
 
 
 def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
-    """Raise where fields are asked for without displacements, or on meshes that differ between places."""
+    """Raise where fields are requested without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
         raise ValueError("fields: expected displacements (delta) and one mesh for all places, such as mesh=4")
 
@@ -224,7 +224,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 
 
 def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
-    """Warn of places that are less accurate than was asked for, and of a law that is cut."""
+    """Warn of places that are less accurate than requested, and of a law that is cut off."""
     if adhesion.law == "lennard_jones":
         warn(
             f"law='lennard_jones' is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "

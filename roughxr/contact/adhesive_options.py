@@ -2,7 +2,7 @@
 
 law         the pair's law of adhesion and its length, with condensed liquid
 step, cell  of the usual mesh, from the range of adhesion and JKR's lengths
-depth       down to which a preload is looked for
+depth       down to which loading is followed to reach a preload
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def settling(
 ) -> tuple[Problem, Adhesion]:
     """Return how the indenter is followed to a preload (nN) and off again on one mesh.
 
-    The one displacement of the problem is the depth (nm beyond first contact) down to which the preload is looked for.
+    The one displacement of the problem is the depth (nm beyond first contact) down to which loading is followed.
     """
     specimen = specimen_of(ds)
     adhesion = adhesion_of(specimen, pair_law(specimen, law), preloads=preloads_of(preload), mesh=mesh, cycles=1)
@@ -164,7 +164,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
         raise ValueError(
             f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
         )
-    if law != "griffith" and hardness <= work / length:  # without range the pull has no bound to be held against
+    if law != "griffith" and hardness <= work / length:  # without range the tension has no bound
         raise ValueError(
             f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
             f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
@@ -181,7 +181,7 @@ def preloads_of(preload: Any) -> np.ndarray:
 
 
 def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
-    """Return the depth (nm) beyond first contact down to which loading is followed to find its preload.
+    """Return the depth (nm) beyond first contact down to which loading is followed to reach its preload.
 
     It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
     and some standard deviations of the heights, so that nearly all of the surface lies higher.

@@ -52,8 +52,8 @@ def record_of(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion
         results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and results["complete"]:
             turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
-            to_edge = extrapolation(cycles, k)
-            depth, area = (to_edge.of(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+            extrapolated = extrapolation(cycles, k)
+            depth, area = (extrapolated.of(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
             results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
             results |= {"converged": bool(followed.states["converged"].all())}
             results |= {"residual": followed.states["residual"].max()}
@@ -63,17 +63,17 @@ def record_of(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion
             record[name][np.unravel_index(k, record[name].shape)] = value
     if "branch" in layout.axes:
         record["complete"] = cycles.paths[0].status == path.CONVERGED
-        _put_states(record, cycles, extrapolated=layout.window is None)  # so that fields and forces agree
+        _put_states(record, cycles, to_edge=layout.window is None)  # so that fields and forces agree
     if layout.window is not None:
         _put_fields(record, cycles, problem)
     return record
 
 
-def _put_states(record: np.ndarray, cycles: Cycles, *, extrapolated: bool) -> None:
+def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
     steep = _at_displacements(cycles.paths[0], cycles.problem)
-    wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and extrapolated else steep
-    to_edge = extrapolation(cycles, 0)
+    wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and to_edge else steep
+    extrapolated = extrapolation(cycles, 0)
     for name, branches in steep.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
@@ -81,7 +81,7 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, extrapolated: bool) -> No
             if wide is not steep and name in _EXTRAPOLATED:
                 same = steep["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
                 same &= (steep["contact_patches"][k][:size] > 0) | (name == "dissipated")
-                values = np.where(same, to_edge.of(values, wider), values)
+                values = np.where(same, extrapolated.of(values, wider), values)
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values
@@ -109,10 +109,10 @@ def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
         put_fields(record, surface, {"residual_height": followed.left})
         left = np.stack((followed.left, np.broadcast_to(followed.left[-1], followed.left.shape)))
         shape = surface._replace(separation=surface.separation - left)
-    put_fields(record, surface, fields_of(_of_branches(followed.pressures), shape, deltas, problem))
+    put_fields(record, surface, fields_of(_split_branches(followed.pressures), shape, deltas, problem))
 
 
-def _of_branches(pressures: np.ndarray) -> np.ndarray:
+def _split_branches(pressures: np.ndarray) -> np.ndarray:
     """Return (branch, delta, nx, ny) of states in the order of the path, in which retraction has falling delta."""
     loading, retraction = np.split(pressures, len(BRANCHES))
     return np.stack([loading, retraction[::-1]])

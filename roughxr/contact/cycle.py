@@ -24,7 +24,7 @@ EDGED = ("griffith", "dugdale")
 #: Largest fall of the traction with the gap at an edge, over E*/dx; the second edge has half of it.
 _EDGE_SLOPE = 0.25
 
-#: Width of the edge of condensed liquid, at least, in its height; the law's work is kept. Changes the wetted area by
+#: Width of the edge of condensed liquid, at least, in its height; the work stays the same. Changes the wetted area by
 #: 0.1 %.
 _LIQUID_EDGE = 0.25
 
@@ -37,7 +37,7 @@ _EXTRAPOLATION = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
 #: is left out: edges then differ by more than their width explains, as at a summit that touches with one of them.
 _LARGEST_CORRECTION = 0.15
 
-#: Where pull-offs differ by more than this part, both edges found different contacts: the steeper one's is taken.
+#: Where pull-offs differ by more than this part, both edges lead to different contacts: the steeper one's is taken.
 _LARGEST_DIFFERENCE = 0.3
 
 #: Stated error, over the difference of both edges, where the steeper one pulls more: flat punches are off by 1.5 to 1.7
@@ -147,7 +147,7 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
     if adhesion.refine:
         cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields)
         settling = _settling_error(place, problem, adhesion, cycles)
-        error = np.hypot(_error_of_one_mesh(cycles), settling)
+        error = np.hypot(_single_mesh_error(cycles), settling)
         return cycles, {"refinement": adhesion.refine, "settling_error": settling, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
@@ -166,22 +166,22 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     cycles = _solved(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
         return cycles, {"refinement": meshes[0]}
-    of_step = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
-    of_splines = _change_by_splines(place, problem, adhesion, cycles)
-    if (of_step > 0.5 * adhesion.accuracy).any():  # longer steps pass over states that shorter ones find
+    step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
+    spline_change = _change_by_splines(place, problem, adhesion, cycles)
+    if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    n, of_mesh = meshes[0], np.full_like(of_step, np.nan)
+    n, mesh_error = meshes[0], np.full_like(step_error, np.nan)
     for n in meshes[1:]:
         before, cycles = cycles, _solved(place, problem, adhesion, n)
         # two edges may agree by chance: half the coarser mesh's error, the difference of its edges, counts too
-        of_edges = np.fmax(_edge_errors(cycles), _edge_errors(before) / _RIM_ERROR)
-        of_mesh = np.fmax.reduce([_change(before, cycles), of_edges, _radius_errors(cycles)])
-        of_splines = _change_by_splines(place, problem, adhesion, cycles) if of_splines is None else of_splines
-        if (of_mesh < adhesion.accuracy)[np.isfinite(of_mesh)].all():
+        edge_errors = np.fmax(_edge_errors(cycles), _edge_errors(before) / _RIM_ERROR)
+        mesh_error = np.fmax.reduce([_change(before, cycles), edge_errors, _radius_errors(cycles)])
+        spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
+        if (mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all():
             break
-    errors = {"mesh_error": of_mesh, "step_error": of_step}
+    errors = {"mesh_error": mesh_error, "step_error": step_error}
     errors["settling_error"] = _settling_error(place, problem, adhesion, cycles)
-    errors["interpolation_error"] = 0.0 * of_mesh if of_splines is None else of_splines
+    errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
     errors["pull_off_error"] = np.sqrt(sum(error**2 for error in errors.values()))
     return cycles, {"refinement": n, **errors}
 
@@ -220,7 +220,7 @@ def _edge_errors(cycles: Cycles) -> np.ndarray:
     return np.array([extrapolation(cycles, k).error for k in range(len(cycles.paths))])
 
 
-def _error_of_one_mesh(cycles: Cycles) -> np.ndarray:
+def _single_mesh_error(cycles: Cycles) -> np.ndarray:
     """Return the stated errors of pull-offs by a law with an edge, NaN for one without."""
     if not cycles.wider:
         return np.full(len(cycles.paths), np.nan)

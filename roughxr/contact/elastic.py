@@ -135,11 +135,11 @@ def direct(
     out = spread.finish(out)
     if not specimen.lazy:
         warn_unconverged(out, "see converged, and residual for their error")
-        _warn_of_untouched(out)
+        _warn_if_untouched(out)
     return out
 
 
-def _warn_of_untouched(out: xr.Dataset) -> None:
+def _warn_if_untouched(out: xr.Dataset) -> None:
     """Warn where most places have no contact at any displacement: their zero forces are easily misread."""
     if "delta" not in out.dims:
         return
@@ -167,8 +167,8 @@ class _Solved(NamedTuple):
 
     deltas: np.ndarray  # (…, step), nm below the datum
     columns: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
-    pressure: np.ndarray  # (…, kept, nx, ny), GPa
-    left: np.ndarray  # (…, kept, nx, ny), nm ≤ 0, the height that is left
+    pressure: np.ndarray  # (…, stored, nx, ny), GPa
+    left: np.ndarray  # (…, stored, nx, ny), nm ≤ 0, residual height
 
 
 def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:

@@ -31,7 +31,7 @@ def solve(
     """Solve a problem at every contact centre, and label the results; lazy where the scan is.
 
     ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
-    ``fields`` are kept within ``reach`` nm of the centres.
+    ``fields`` are stored within ``reach`` nm of the centres.
     """
     placed, shape = places(specimen, positions, reach)
     cells = problem.refine * shape[0], problem.refine * shape[1]

@@ -16,26 +16,26 @@ from ..kernels.topography.random_surface import bands, rms_of, sum_of
 from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
 from .problem import Surface
 
-#: Cells along the shortest wave, and on the meshes on which the cells within reach are looked for.
+#: Cells along the shortest wavelength, and on the meshes that locate the cells within reach.
 PER_WAVE, _COARSE_PER_WAVE = 8.0, 3.0
 
-#: Cells need not be smaller than so many ranges of adhesion, as long as the shortest wave has four: such short waves
-#: are low.
+#: Cells need not be smaller than so many ranges of adhesion, as long as the shortest wavelength has four: such short
+#: wavelengths are low.
 _LEAST_CELL = 5 / 3
 
-#: Factor from the shortest wave of one such mesh to the next.
+#: Factor from the shortest wavelength of one such mesh to the next.
 _WAVE_FACTOR = 3.0
 
 #: Lengths of the law beyond which its pull is not counted: a part of 0.4 % of the largest.
 _REACH_OF_LAW = 5.5
 
-#: Standard deviations of the waves that are still missing by which a place may rise.
+#: Standard deviations of the roughness still missing by which a place may rise.
 _RISE_DEVIATIONS = 3.0
 
 #: Patches keep the distance at which their pull lifts the surface by at most this part of the range.
 _ELASTIC_LIFT = 0.3
 
-#: A preload that is not reached is looked for this factor deeper, at most so many times.
+#: Where a preload is not reached, loading goes deeper by this factor, at most so many times.
 _DEPTH_FACTOR, _MOST_DEPTHS = 2.0, 6
 
 #: Cells (ranges of adhesion) on which the surface that the scan shows is looked at first, and at most so many of them
@@ -44,10 +44,10 @@ _FIRST_CELL, _MOST_FIRST_CELLS = 40 / 3, 400
 
 
 class Below(NamedTuple):
-    """The surface that a place is solved on: what the scan shows, and the waves that are added."""
+    """The surface that a place is solved on: what the scan shows, and the roughness added."""
 
     spectrum: Any  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
-    longest: float  # nm, of the waves that are added
+    longest: float  # nm, longest wavelength added
     shortest: float  # nm
 
 

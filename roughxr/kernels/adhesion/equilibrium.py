@@ -5,7 +5,7 @@ linear system (``newton_system``):
 
 Newton's       linearises t as well. It converges quadratically near the solution, and is taken where it lowers the
                potential, which follows without another product.
-tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
+tangent        with t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
                of −W is an upper bound, so that its minimum is a descent from any state ("convex-concave procedure",
                Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
 
@@ -45,14 +45,14 @@ _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 #: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
 _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
-#: Newton's method is given up after so many rounds without progress. Progress is a residual that falls
+#: Newton's method ends after so many rounds without progress. Progress is a residual that falls
 #: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
-#: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
+#: contact runs, residuals rise and fall, and only the potential shows progress: counting it saves a fifth of the
 #: work of whole cycles, and half of that where contacts jump.
 _STAGNANT_ROUNDS = 6
 _RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Number of rounds after which a state is given up.
+#: Largest number of rounds for a state.
 _MOST_ROUNDS = 1000
 
 #: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
@@ -96,7 +96,7 @@ class Convergence(NamedTuple):
 def settle(body, delta, state, near=False):
     """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values.
 
-    With ``near`` only Newton's method is used: a state that is not close to the start is not searched.
+    With ``near`` only Newton's method is used: it fails where no state is close to the start.
     """
     anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)

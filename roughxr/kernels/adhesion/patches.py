@@ -28,11 +28,11 @@ def contacts_and_resolution(state, closed, law):
     whole = np.bincount(surrounded[1:], edge[1:], count + 1)
     unattached, attracting = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
 
-    def of_contacts(values):
+    def per_contact(values):
         shared = np.bincount(parts[attracting], values[attracting], count + 1)
         own = np.bincount(of[state.touching], values[state.touching], labels + 1)[1:]
         return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[unattached]])
 
-    tension, size = of_contacts(np.maximum(-state.pressure, 0.0)), of_contacts(closed)
+    tension, size = per_contact(np.maximum(-state.pressure, 0.0)), per_contact(closed)
     matters = tension >= min(_SHARE * tension.sum(), tension.max())
     return labels, float(np.sqrt(size[matters].min() / np.pi))

@@ -7,7 +7,7 @@ lennard_jones   t = (8w/3ε) [(ε/g)³ − (ε/g)⁹], U(ε) = w: its attraction
 exponential     t = (w/ρ) exp(−g/ρ)
 dugdale         t = w/h up to g = h
 
-Between bodies with condensed liquid gaps below b are wetted: there t is γ/r_K beside a share s of the solids' own,
+Between bodies with condensed liquid gaps below b are wetted: there t is γ/r_K and a share s of the solids' own,
 
     t = γ/r_K + s t₀,   U(g) = γ/r_K (b − g) + s (U₀(g) − U₀(b)) + U₀(b)   for g < b, and t₀ and U₀ beyond
 

@@ -1,10 +1,10 @@
-"""States of one body under a smooth law of adhesion, each at its displacement, found from the state before it.
+"""States of one body under a law of adhesion, each at its displacement, computed from the state before it.
 
 At each displacement only the bounding box of the cells within the law's range is solved.
 
 A body that yields bears p ≤ H (``halfspace.yielding``). Where a state on loading exceeds this, the surface gives way
-until it does not, with the attraction of that state held, and the state is solved again on the dented surface. What
-has given way stays, and retraction is elastic.
+until it does not, at the attraction of that state, and the state is solved again on the dented surface. Dents stay,
+and retraction is elastic.
 
 Unit cells and unit modulus.
 """
@@ -29,11 +29,11 @@ _BOX_MULTIPLE = 16
 _BOX_MARGIN = 3
 
 #: Residual, over the largest traction, that a state must meet, and one in between, which is neither at a prescribed
-#: displacement nor at the largest pull. It saves a quarter of the work; pull-offs change by 0.2 %.
+#: displacement nor at the largest tension. It saves a quarter of the work; pull-offs change by 0.2 %.
 TOLERANCE, ON_THE_WAY = 1e-5, 1e-3
 
 #: On loading a state may exceed the hardness by this part. Else it gives way, at most so many times, each time by an
-#: amount found to this part of the deepest overlap.
+#: amount computed to this part of the deepest overlap.
 _EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-6
 
 #: How far the edge of a contact opens within a law without range, in cells times the steepness of the law: π E* b²/16w
@@ -41,10 +41,10 @@ _EXCESS, _MOST_DENTS, _DENT_TOLERANCE = 1e-3, 6, 1e-6
 _EDGE_OPENING, _CONTACT_OVERLAP = 1.2, 1e-3
 _FOUR_NEIGHBOURS = ndimage.generate_binary_structure(2, 1)
 
-#: Marks what has touched, beside 1 for what is around it.
+#: Mark of cells that have touched; cells around them are marked 1.
 _TOUCHED = 2
 
-#: Part of the largest traction above which the pull of a cell matters in deciding how large a box must be.
+#: Part of the largest traction above which a cell's tension counts for the size of a box.
 _LEAST_PULL = 2e-3
 
 
@@ -66,7 +66,7 @@ class SolvedState(NamedTuple):
 
 
 class Solver:
-    """Finds the states of one body."""
+    """Computes the states of one body."""
 
     def __init__(self, separation, law, cap, limit, from_contact, capture=0.0):
         self.separation, self.law = separation, law
@@ -112,8 +112,8 @@ class Solver:
     def seek(self, delta, last, *, near=False, exact=True):
         """Return the state at a displacement, starting from the last state, on the surface that it left.
 
-        With ``near`` it is given up, and not ``fine``, where there is no state close to the last. Unless ``exact`` it
-        need not be solved closer than ``ON_THE_WAY``.
+        With ``near`` the solve fails (not ``fine``) where there is no state close to the last. Unless ``exact`` its
+        tolerance is ``ON_THE_WAY``.
         """
         for margin in itertools.count(_BOX_MARGIN, _BOX_MULTIPLE):
             rows, columns = self._box(delta, last, margin)
@@ -125,9 +125,9 @@ class Solver:
                 return solved
 
     def _where_it_pulls(self, rows, columns, delta, sinks, state, last):
-        """Return where contacts are or would be and what is around them, and whether anything new there may pull.
+        """Return the cells of contacts and those around them, and whether new cells among them may attract.
 
-        Contacts that grow by less than what is around them ask for no second solve, which halves the work.
+        Contacts that grow within the cells around them need no second solve, which halves the work.
         """
         near = last.near[rows, columns]
         gap = self.separation[rows, columns] - last.left[rows, columns] + sinks - delta
@@ -163,7 +163,7 @@ class Solver:
         return contacts_and_resolution(state, closed_parts(state, self.law), self.law)
 
     def yielded(self, solved):
-        """Return which shares of a state are at the hardness, and how much has given way."""
+        """Return the shares of a state at the hardness, and area and volume of its dents."""
         pressure, least = solved.state.pressure, self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
         hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), solved.state.touching
         left = solved.left if self.cap < np.inf else solved.left[:0]  # of the whole window: not where nothing yields

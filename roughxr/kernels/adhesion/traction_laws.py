@@ -93,7 +93,7 @@ def dugdale(w, length, fall):
 
 
 def edged(pull, length, wide):
-    """Return the step of a pull up to a gap, its edge spread over a width: the work is kept."""
+    """Return the step of a tension up to a gap, its edge spread over a width at the same work."""
     begin = length - wide / 3.0
     return pull, begin, begin + wide
 

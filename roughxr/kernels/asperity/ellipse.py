@@ -44,7 +44,7 @@ def associate_integrals(lam):
     """(B̂, D) for 0 < λ ≤ 1, by the arithmetic-geometric mean.
 
     Gauss: K = π/(2 agm(1, λ)) and K − E = K Σ 2ⁿ⁻¹cₙ², n ≥ 0, with c₀² = e² and cₙ₊₁ = cₙ²/(4 meanₙ₊₁). The
-    sum is kept divided by e²: then all its terms are positive, and the first stays ½ as λ → 1.
+    sum is divided by e²: then all its terms are positive, and the first stays ½ as λ → 1.
     """
     mean, geometric = 0.5 * (1.0 + lam), sqrt(lam)
     c, term, power = 0.5 * (1.0 - lam), 0.25 * (1.0 - lam) / (1.0 + lam), 1.0

@@ -1,7 +1,7 @@
 """Force curves: the load and contact of one asperity at many displacements, by the laws of ``laws``.
 
 The laws of free shape are read from splines over (B/A, displacement). One asperity keeps its B/A, so that its splines
-can be summed across once and read along a line afterwards: 4 products in place of 16, and the slope beside the load.
+can be summed across once and read along a line afterwards: 4 products in place of 16, and the slope with the load.
 
 δ*      displacement in the asperity's own units (``laws.Scales``), counted from the end of its stable
         branch where it is called ``above_end``

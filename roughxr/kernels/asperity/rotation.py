@@ -4,7 +4,7 @@ The sphere turns as a rigid body about the foremost edge of its contact, a line 
 
     h = max sᵢ + rᵢ,    sᵢ = (xᵢ, yᵢ)·e,    rᵢ = √(a²(e·a)² + b²(e·b)²)    (support of the contact ellipse)
 
-over all contacts that are still held. A turn by dθ lifts asperity i by (h − sᵢ) dθ, and the moment about the edge is
+over all contacts that have not detached. A turn by dθ lifts asperity i by (h − sᵢ) dθ, and the moment about the edge is
 
     M(θ) = Σ −Pᵢ(δᵢ) (h − sᵢ) + L h,
 
@@ -13,7 +13,7 @@ with the contacts that define it. The largest M on the way is the resisting mome
 1.087872 P_c a_c; two, far apart compared with their contacts, the textbook's P_c times their distance.
 
 The force at the edge is the reaction that closes the balance of forces; it acts at the foremost point of the contact,
-the longest lever possible. Asperities ahead of the edge, onto which the sphere would come down, are left out.
+the longest lever possible. Asperities before the edge, onto which the sphere would come down, are left out.
 
 A pull F at the sphere's axis reduces the resistance by F h, which leaves the maximum over θ of M(θ) − F h(θ). It is
 convex in F and lies above two of its tangents: the one at F = 0, with M and h at the largest moment, and the one at
@@ -40,7 +40,7 @@ _ROUNDING = 1e-9
 _MOST_STEPS = 100_000
 
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
-#: largest M/h, nN, inf where the edge is never ahead of the axis, and the edge's distance there, nm.
+#: largest M/h, nN, inf where the edge never lies before the axis, and the edge's distance there, nm.
 MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 
 

@@ -9,7 +9,7 @@ and pushes or pulls by its own law. At a fixed sphere each asperity is under dis
 to its end, beyond the largest pull.
 
 Two contacts overlap where the radii of their ellipses along the line between their centres add up to more than its
-length: then the sum counts the same area twice. Ellipses that overlap only beside that line are not counted, so that
+length: then the sum counts the same area twice. Ellipses that overlap only away from that line are not counted, so that
 the count is, if anything, too small.
 
 δ       ``deltas``, displacements of the sphere, ascending, nm;  Z_max ``datum``, nm

@@ -115,7 +115,7 @@ def _count_as_change(depth, pressure, gap, change):
 
 @kernel
 def _neighbours(rows, columns):
-    """Return for each cell the compact index of the four cells beside it and the four at its corners."""
+    """Return for each cell the compact index of its four neighbours by side and four by corner."""
     count, high, wide = rows.size, 0, 0
     for k in range(count):
         high, wide = max(high, rows[k] + 3), max(wide, columns[k] + 3)

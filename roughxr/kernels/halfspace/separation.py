@@ -17,7 +17,7 @@ PROFILES = {"sphere": SPHERE, "parabola": PARABOLA}
 
 @kernel
 def profile_height(r2, radius, profile):
-    """Return the height S₀ (nm) at squared distance r2 (nm²) from the axis; inf beside the sphere."""
+    """Return the height S₀ (nm) at squared distance r2 (nm²) from the axis; inf beyond the sphere."""
     if profile == PARABOLA:
         return r2 / (2.0 * radius)
     if r2 >= radius * radius:

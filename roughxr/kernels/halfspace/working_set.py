@@ -29,7 +29,7 @@ class Guess(NamedTuple):
 
     pressure: np.ndarray
     touching: np.ndarray  # cells to start from
-    possible: np.ndarray  # cells that may touch; the others are left out until they are found to penetrate
+    possible: np.ndarray  # cells that may touch; the others are left out until they penetrate
 
 
 class Contact(NamedTuple):
