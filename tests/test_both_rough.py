@@ -86,7 +86,7 @@ def test_placements_vary_with_the_other_parameters(ensemble):
     with pytest.raises(ValueError, match="expected a Dataset from `placements`"):
         pair.contact.vary(roughxr.direct, indenter=pair, delta=[2.0])
     with pytest.raises(ValueError, match="found the height map of an indenter"):
-        pair.contact.vary(roughxr.superpose, **options)
+        pair.contact.vary(roughxr.superpose, indenter=options["indenter"], delta=[2.0])
 
 
 def test_the_same_seed_lands_alike_and_a_scan_too_small_is_refused(ensemble):

@@ -98,7 +98,7 @@ CALLS = {
     "certificate": [on("pressed"), on("fields")],
     "cdf": [on("pulls", "pull_off_force"), on("catalogue", "height")],
     "combined_spectrum": [on(["scan"])],
-    "compare": [on("pulls", "measured", resamples=19, confidence=0.9)],
+    "compare": [on("pulls", "measured", resamples=39)],
     "critical_load": [on("held"), *(on("held", load, particle_density=2500.0) for load in ("vibration", "tilt"))],
     "crop": [on("scan", x=(-51.0, 41.0), y=(-51.0, 61.0))],
     "curves_pull_off": [on("curves", spring_constant=0.5)],

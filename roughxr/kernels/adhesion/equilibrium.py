@@ -5,7 +5,7 @@ linear system (``newton_system``):
 
 Newton's       linearises t as well. It converges quadratically near the solution, and is taken where it lowers the
                potential, which follows without another product.
-tangent        with t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
+tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
                of −W is an upper bound, so that its minimum is a descent from any state ("convex-concave procedure",
                Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
 
@@ -41,23 +41,27 @@ _LARGEST_OPENING = 3.0
 _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
 #: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
-#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped (at once: twice the products with the
-#: exponential law). These systems start from the directions of the one before, which saves a fifth of all work, until
-#: no more than ``_LARGEST_UNSOLVED`` of the right side is left.
+#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems start from the directions of
+#: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
 _SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
 
-#: Newton's method ends after so many rounds without progress. Progress is a new least residual, or a potential that
-#: falls by this part of w of one cell. While the front of a contact runs, residuals rise and fall, and only the
-#: potential shows progress: counting it saves a tenth of the products on glass, a sixth where the body yields.
-_STAGNANT_ROUNDS, _POTENTIAL_FALL = 6, 0.004
+#: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
+#: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
+#: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
+#: work of whole cycles, and half of that where contacts jump.
+_STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
+_RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Largest number of rounds for a state.
-_MOST_ROUNDS = 1000
+#: Number of rounds after which a state is given up, and one near the guess.
+_MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
 
 #: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
 _PRESSURE_SCALE = 0.1
 
-#: With the attraction fixed, gaps are closed to this part of the largest traction, with at most so many products.
+#: Number of tangent steps at the start where that is the case.
+_FIRST_TANGENT_STEPS = 2
+
+#: With attraction fixed fixed, gaps are closed to this part of the largest traction, with at most so many products.
 _OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
@@ -95,11 +99,11 @@ class Convergence(NamedTuple):
 def settle(body, delta, state, near=False):
     """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values.
 
-    With ``near`` only Newton's method is used: it fails where no state is close to the start.
+    With ``near`` only Newton's method is used: a state that is not close to the start is not searched.
     """
     anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)
-    products, rounds, steps = out.products, out.rounds, 1
+    products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
     if out.fine or near:
         return out
     while rounds < _MOST_ROUNDS:
@@ -117,7 +121,8 @@ def settle(body, delta, state, near=False):
 def _newton(body, delta, state, near):
     """Iterate until the residual is small, or has not fallen for long; unless ``near``, nor has the potential."""
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
-    for turn in range(_MOST_ROUNDS):
+    most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
+    for turn in range(most):
         exact = exact or worst < _EXACT_RESIDUAL
         worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)
         if not exact and worst <= body.tolerance:
@@ -125,13 +130,13 @@ def _newton(body, delta, state, near):
             worst, potential = _exact_residual(body, delta, state)
         if exact and worst <= body.tolerance:
             return Convergence(turn, products, worst, True)
-        falls = worst < best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
+        falls = worst < _RESIDUAL_FALL * best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
         since = 0 if falls else since + 1
-        best, lowest = min(worst, best), min(potential, lowest)
-        if since > _STAGNANT_ROUNDS:
+        best, lowest = worst if worst < _RESIDUAL_FALL * best else best, min(potential, lowest)
+        if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
             return Convergence(turn, products, worst, False)
         products += 1 + _improve(body, state, worst)
-    return Convergence(_MOST_ROUNDS, products, worst, False)
+    return Convergence(most, products, worst, False)
 
 
 def _relax(body, delta, state, steps):

@@ -1,22 +1,21 @@
-"""Path of a body under a law of adhesion: one loading, any number of turning points, a retraction from each.
+"""Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
 
-Each state is searched from the last one. So the path follows a branch of solutions to its end and then jumps to another
-branch, as a body on a stiff device does. The displacement moves in steps, between which two events are located:
+Each state is searched from the last one. So the path follows a branch of solutions to its end and then descends to
+another one, as a body held by a stiff device does. The displacement moves in steps, and the pull-off must not depend on
+what lies between two of them:
 
-preload       on loading, the force reaches a preload: regula falsi (`_Loading`).
-branch end    on retraction, the tension may be largest where a branch ends or the last contact detaches, between two
-              steps (`_Retraction`). Retraction first takes whole steps to the end. The last stiffness gives an upper
-              bound of the tension within each step. Where this bound exceeds the largest tension, the step is bisected,
-              accepting only states of the same branch; the path then continues until it is the known one again.
+- retraction takes whole steps first. Then, from the state beyond which the largest tension may lie, it is repeated, and
+  only states near the last one are accepted. Where there is none, a branch has ended or the last contact of a stiff
+  body is lost; shorter steps locate this end. Once the path is again the known one, it leads on from there. Ends that
+  cannot matter are not located, which saves a third of the work.
+- a preload is located by regula falsi.
 
-The largest tension at last is that of the vertex of the parabola through the largest state and its neighbours.
-
-A step at fixed displacement dissipates the work ½ (F₀ + F₁) Δδ less the increase of the energy.
+The energy that a step releases at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ less the increase of the
+energy.
 
 Unit cells and unit modulus.
 """
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -39,16 +38,26 @@ STATE = np.dtype(
     ]
 )
 
-#: A step has jumped if it dissipates more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to gain
-#: more than the second part: a smooth curved branch stays well below both. Without the second the pull-off of a place
-#: of the twin with steps of 0.4 nm is 14 % lower.
+#: Retraction ends where nothing touches and the tension is below this part of the largest.
+_LEAST_PULL = 1e-3
+
+#: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
+#: gained more than the second part: a smooth curved branch stays well below both.
 _JUMP_DISSIPATION, _EDGE_GAIN = 0.15, 0.05
 
-#: Largest part of the largest tension that may be missed between two states.
-_PULL_ERROR = 0.005
+#: Avoids 0/0 in ratios.
+_TINY = 1e-300
 
-#: Part of the step below which steps are not divided.
-_SHORTEST_STEP = 1.0 / 64
+#: Largest part of the largest tension that may be missed between two states; part of the longest step below which steps
+#: are not halved.
+_PULL_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
+
+#: The same where a smooth curve may have turned: the tangent is an upper bound.
+_PULL_ERROR_ON_CURVE = 0.05
+
+#: An end is located where a state before it lies nearer than the first, and steps below the second are not halved, in
+#: shortest steps: no binary fractions, as steps are, so that rounding decides nothing.
+_AT_END, _SHORT = 2.3, 1.3
 
 #: Retraction's steps over those of loading. Longer ones pass from one branch to another that shorter ones do not meet:
 #: places of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
@@ -64,10 +73,10 @@ _EQUAL_DELTA = 1e-9
 class Path(NamedTuple):
     """All states of one cycle in order, and how it ended."""
 
-    states: np.ndarray  # (state,) of STATE
+    states: np.ndarray  # (state,) of STATE; prescribed: at a prescribed displacement
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, in the order of the path
+    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, there, in the order of the path
     left: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, residual height after loading to the prescribed displacements
 
 
@@ -96,7 +105,7 @@ def follow_path(
         Prescribed displacements, nm, ascending. Loading ends at the last.
     step : float
         Longest step between two states, nm.
-    law : traction_laws.SmoothLaw
+    law : laws.SmoothLaw
     preloads : array, optional
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
         touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns back at
@@ -112,8 +121,8 @@ def follow_path(
     left : (nx, ny) array, optional
         Residual height of earlier cycles, nm ≤ 0.
     from_contact : bool
-        The law stands for one without range: it attracts in contacts and within the opening of their edges, and across
-        the gap to other cells only where that gap is smaller than ``capture``.
+        The law stands for one without range: it attracts where contacts are and within the opening of their edges, and
+        across the gap to other cells only where that gap is smaller than ``capture``.
     capture : float
         Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
 
@@ -148,16 +157,14 @@ def _path(loading, fine):
     return Path(states, len(loading.visited), status, pressures, np.array(left))
 
 
-@dataclass
 class _Visit:
-    """A visited state: its values, and what is needed to continue from it."""
+    """A state of the path: its row and, while a larger tension may lie beyond, the state itself."""
 
-    row: np.void
-    solved: object  # the `SolvedState`, None where no larger tension can lie beyond
-    stiffness: float
-    pressure: np.ndarray | None = None
-    left: np.ndarray | None = None
-    bound: float = -np.inf  # of the tension up to the next state
+    __slots__ = ("left", "most", "pressure", "row", "solved", "stiffness")
+
+    def __init__(self, row, solved, stiffness, pressure=None, left=None):
+        self.row, self.solved, self.stiffness, self.pressure, self.left = row, solved, stiffness, pressure, left
+        self.most = -np.inf  # the largest tension that may lie between this state and the next
 
 
 class _Stepper:
@@ -166,22 +173,24 @@ class _Stepper:
     def __init__(self, solver, step, deltas, fields):
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
         self.visited, self.largest, self.stiffness, self.last = [], 0.0, np.inf, None
-        self.shortest, self.start = _SHORTEST_STEP * step, float(solver.separation.min()) - solver.law.onset
 
     def accept(self, solved, prescribed):
         """Append a state, which becomes the present one."""
-        freed, moved = self._freed(solved), self.last.delta - solved.delta
+        freed = self._freed(solved)
+        moved = self.last.delta - solved.delta
         if moved != 0.0 and self._is_smooth(solved):  # across a jump two states do not give the stiffness
             self.stiffness = (self.last.force - solved.force) / moved
-        self.last, self.largest = solved, max(self.largest, -solved.force)
+        self.last = solved
+        self.largest = max(self.largest, -solved.force)
         pressure = left = None
         if prescribed and self.fields:
             pressure, left = np.zeros(self.solver.separation.shape), solved.left
             pressure[solved.rows, solved.columns] = solved.state.pressure
-        self.visited.append(_Visit(self._row(solved, prescribed, freed), solved, self.stiffness, pressure, left))
+        row = self._row(solved, prescribed, freed)
+        self.visited.append(_Visit(row, solved, self.stiffness, pressure, left))
 
     def _row(self, solved, prescribed, freed):
-        """Return the values of a state; ``dissipated`` is that of the step to it."""
+        """Return the values of a state, with the energy that the step to it has freed in place of their sum."""
         row, state = np.zeros(1, STATE)[0], solved.state
         row["delta"], row["force"], row["energy"], row["dissipated"] = solved.delta, solved.force, solved.energy, freed
         row["contact_patches"], row["resolution"] = self.solver.contacts(state)
@@ -193,8 +202,8 @@ class _Stepper:
 
     def _is_smooth(self, solved):
         """Return whether a step follows a branch, judged by what it dissipates."""
-        work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta))
-        return -_EDGE_GAIN * work <= self._freed(solved) <= _JUMP_DISSIPATION * work
+        work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta)) + _TINY
+        return -_EDGE_GAIN <= self._freed(solved) / work <= _JUMP_DISSIPATION
 
     def _freed(self, solved):
         """Return the energy that the step to a state dissipates, nm²."""
@@ -208,51 +217,51 @@ class _Loading(_Stepper):
     def __init__(self, solver, step, deltas, left, *, fields):
         super().__init__(solver, step, deltas, fields)
         self.seek = solver.press if solver.cap < np.inf else solver.seek
-        steps = np.ceil(max(deltas[0] - self.start, 0.0) / step)  # whole steps: both ways visit the same displacements
+        first = float(solver.separation.min()) - solver.law.onset
+        steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole steps: both ways visit the same displacements
         self.last, self.next = solver.nothing(deltas[0] - step * steps, left), 0
 
     def load(self, goal):
-        """Step until the force reaches ``goal`` or the last displacement; return whether all states are finite."""
+        """Continue until the force reaches ``goal`` or the last displacement; return whether it converged."""
+        over = None  # a state beyond the goal
         while self.next < self.deltas.size:
-            target, delta = float(self.deltas[self.next]), float(self.last.delta + self.step)
-            delta = target if target - delta < _EQUAL_DELTA * self.step else delta
-            solved = self.seek(delta, self.last, exact=delta == target)
-            reached = solved.force >= goal and solved.state.touching.any()
-            solved = self._meet(goal, solved) if reached else solved
+            target, last = self.deltas[self.next], self.last
+            if over is not None and over.delta - last.delta <= _SHORTEST_STEP * self.step:
+                solved = over  # the force jumps past the goal
+            else:
+                delta = self._next_delta(goal, over, target)
+                solved = self.seek(delta, last, exact=delta == target)
             if not np.isfinite(solved.force):
                 return False
-            self._accept(solved)
+            reached = solved.force >= goal and solved.state.touching.any()
+            met = solved.force - goal <= _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
+            if reached and not met and solved.delta - last.delta > _SHORTEST_STEP * self.step:
+                over = solved
+                continue
+            self.accept(solved, solved.delta == target)
+            self.visited[-1].solved = None
             self.next += solved.delta == target
             if reached:
                 break
         return True
 
-    def _accept(self, solved):
-        self.accept(solved, solved.delta == self.deltas[self.next])
-        self.visited[-1].solved = None
-
-    def _meet(self, goal, above):
-        """Return the state that meets a preload, between the last state and one above it."""
-        while (
-            above.force - goal > _PRELOAD_TOLERANCE * max(abs(goal), self.largest)
-            and above.delta - self.last.delta > self.shortest
-        ):
-            part = (goal - self.last.force) / (above.force - self.last.force)
-            delta = self.last.delta + min(max(part, 0.05), 0.95) * (above.delta - self.last.delta)
-            solved = self.seek(float(delta), self.last, exact=False)
-            if not np.isfinite(solved.force) or (solved.force >= goal and solved.state.touching.any()):
-                above = solved
-            else:
-                self._accept(solved)
-        return above
+    def _next_delta(self, goal, over, target):
+        """Return the next displacement on loading: a step ahead, or towards a goal that the state ``over`` exceeds."""
+        last = self.last
+        delta = last.delta + self.step
+        if over is not None:
+            part = (goal - last.force) / (over.force - last.force)
+            delta = last.delta + min(max(part, 0.05), 0.95) * (over.delta - last.delta)
+        return float(target) if target - delta < _EQUAL_DELTA * self.step else float(delta)
 
 
 class _Retraction(_Stepper):
-    """The retraction from the present state of the loading, until contact is lost; it locates the largest tension."""
+    """The retraction from where the loading stands, until contact is lost; it finds the largest tension."""
 
     def __init__(self, loading):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
         self.last, self.stiffness = loading.last, loading.stiffness
+        self.first = float(self.solver.separation.min()) - self.solver.law.onset
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
             row = turn.row.copy()
@@ -260,101 +269,108 @@ class _Retraction(_Stepper):
             self.visited.append(_Visit(row, self.last, self.stiffness, turn.pressure))
 
     def retract(self):
-        """Retract until contact is lost, locate the ends of branches; return whether all states are finite."""
+        """Retract through the prescribed displacements, then on until contact is lost; return whether it converged."""
         same = _EQUAL_DELTA * self.step
-        finite = self._walk([(float(d), True, None) for d in self.deltas[::-1] if d < self.last.delta - same])
-        while finite and (k := self._most_doubtful()) is not None:
-            known, self.visited = self.visited[k + 1 :], self.visited[: k + 1]
-            begin = self.visited[-1]
-            self.last, self.stiffness, begin.bound = begin.solved, begin.stiffness, -np.inf
-            targets = [(float(visit.row["delta"]), bool(visit.row["prescribed"]), visit) for visit in known]
-            finite = self._walk(targets, locate=True)
-        if finite:
+        targets = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
+        fine = self._walk(targets)
+        while fine and (place := self._doubtful_place()) is not None:
+            fine = self._locate_ends(place)
+        if fine:
             self._solve_vertex()
-        return finite
+        return fine
 
-    def _walk(self, targets, *, locate=False):
-        """Retract in whole steps through targets (δ, prescribed, `_Visit` or None), until lost or on the known path."""
-        whole = stride = _RETRACTION_STEP * self.step
+    def _walk(self, targets):
+        """Retract in whole steps through the targets, then until contact is lost; return whether it converged."""
         while targets or not self.is_lost():
-            lost = self.is_lost()
-            if lost:  # nothing happens between the prescribed displacements
-                targets = [target for target in targets if target[1]]
-                if not targets:
-                    break
-            target, prescribed, known = targets[0] if targets else (-np.inf, False, None)
-            delta = self.last.delta - min(np.inf if lost else stride, self.last.delta - target)
-            delta = target if delta - target < _EQUAL_DELTA * self.step else float(delta)
-            solved, exact = None, prescribed and delta == target
-            if locate and not lost:
-                delta, solved = self._branch_end(delta, exact)
-            arrives = delta == target
-            solved = solved or self.solver.seek(delta, self.last, exact=arrives and prescribed)
+            step = np.inf if self.is_lost() else _RETRACTION_STEP * self.step
+            delta = self._delta_after(step, targets[0] if targets else -np.inf)
+            at_target = bool(targets) and delta == targets[0]
+            solved = self.solver.seek(delta, self.last, exact=at_target)
             if not np.isfinite(solved.force):
                 return False
-            if self.visited and not locate and self._may_hide_more(solved):
-                self.visited[-1].bound = self._bound(delta)
-            stride = min(2.0 * (self.last.delta - delta), whole) if locate else whole  # a new branch may be short
-            self.accept(solved, arrives and prescribed)
+            if self.visited and self._passed_more(solved):
+                self.visited[-1].most = self.stiffness * (self.last.delta - delta) - self.last.force
+            self.accept(solved, at_target)
             self._forget()
-            targets = targets[1:] if arrives else targets
-            if arrives and known and (targets or self.is_lost()) and self._is_same(known):
-                self._join(known, [visit for *_, visit in targets])
-                break
+            targets = targets[1:] if at_target else targets
         return True
 
-    def _branch_end(self, end, exact):
-        """Follow the branch to a displacement; return it and its state, or the nearest one beyond its end and None."""
-        delta = end
-        while self.last.delta - end > self.shortest and self._bound(end) > (1.0 + _PULL_ERROR) * self.largest:
-            solved = self.solver.seek(delta, self.last, near=True, exact=exact and delta == end)
-            if not solved.fine or self._may_hide_more(solved):
-                end = delta
-            elif delta == end:
-                return end, solved
-            else:
-                self.accept(solved, False)
-                self._forget()
-            delta = float(0.5 * (self.last.delta + end))
-        return end, None
-
-    def _bound(self, delta):
-        """Return the tension at a displacement by the last stiffness."""
-        return self.stiffness * (self.last.delta - delta) - self.last.force
-
-    def _may_hide_more(self, solved):
-        """Return whether a larger tension may lie within a step: it jumped, or the tension fell although it grew."""
-        if self._is_smooth(solved) and solved.force <= self.last.force:
-            return False
-        return self._bound(solved.delta) > (1.0 + _PULL_ERROR) * max(self.largest, -solved.force)
+    def _delta_after(self, step, target):
+        """Return the displacement a step further out, or the target if that is nearer."""
+        delta = self.last.delta - min(step, self.last.delta - target)
+        return float(target) if delta - target < _EQUAL_DELTA * self.step else float(delta)
 
     def _forget(self):
         """Free states beyond which no larger tension can lie, but for the last two and that of the largest."""
         for visit in self.visited[:-2]:
-            if visit.bound <= (1.0 + _PULL_ERROR) * self.largest and -visit.row["force"] < self.largest:
+            if visit.most <= (1.0 + _PULL_ERROR) * self.largest and -visit.row["force"] < self.largest:
                 visit.solved = None
 
-    def _most_doubtful(self):
-        """Return the position of the state after which the largest tension may lie; None where it is known already."""
+    def _doubtful_place(self):
+        """Return the place of the state beyond which the largest tension may lie; None where it is known already."""
         self.largest = max((-visit.row["force"] for visit in self.visited), default=0.0)
-        stored = [(visit.bound, k) for k, visit in enumerate(self.visited) if visit.solved is not None]
-        bound, k = max(stored, default=(0.0, 0))
-        return k if bound > (1.0 + _PULL_ERROR) * self.largest else None
+        stored = [(visit.most, k) for k, visit in enumerate(self.visited) if visit.solved is not None]
+        most, place = max(stored, default=(0.0, 0))
+        return place if most > (1.0 + _PULL_ERROR) * self.largest else None
 
-    def _is_same(self, known):
-        """Return whether the present state is a known one at the same displacement."""
-        row, cells = self.visited[-1].row, known.row["contact_area"]
-        same_force = abs(row["force"] - known.row["force"]) <= _PULL_ERROR * self.largest
-        return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
+    def _locate_ends(self, place):
+        """Retract from a state once more, and locate the ends of branches, until the path is the known one again."""
+        known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
+        start, least = self.visited[-1], _SHORTEST_STEP * self.step
+        self.last, self.stiffness, start.most = start.solved, start.stiffness, -np.inf
+        whole = step = _RETRACTION_STEP * self.step
+        beyond = None  # a displacement before which the branch has ended
+        if known and known[0].solved is not None:
+            beyond = known[0].solved.delta
+            step = max(0.5 * (self.last.delta - beyond), least)
+        while known or not self.is_lost():
+            if self.is_lost():  # nothing happens between the prescribed displacements
+                known, step, beyond = [visit for visit in known if visit.row["prescribed"]], np.inf, None
+                if not known:
+                    break
+            target, prescribed = -np.inf, False
+            if known:
+                target, prescribed = known[0].row["delta"], bool(known[0].row["prescribed"])
+            at_end = beyond is not None and self.last.delta - beyond < _AT_END * least
+            delta = self._delta_after(least if at_end else step, target)
+            moved, at_target = self.last.delta - delta, delta == target
+            near = not at_end and moved > _SHORT * least and not self.is_lost() and self._leads_to_more(moved)
+            solved = self.solver.seek(delta, self.last, near=near, exact=at_target and prescribed)
+            if near and (not solved.fine or self._passed_more(solved)):
+                step, beyond = max(0.5 * moved, least), delta
+                continue
+            if not np.isfinite(solved.force):
+                return False
+            if near and beyond is not None and beyond < delta:
+                step = 0.5 * (delta - beyond)
+            else:
+                step, beyond = min(whole, max(step, 2.0 * moved)), None
+            self.accept(solved, at_target and prescribed)
+            self._forget()
+            if at_target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
+                self._join(known[0], known[1:])
+                break
+            known = known[1:] if at_target else known
+        return True
 
     def _join(self, same, following):
-        """Continue by the known path."""
+        """Go on by the known path, of which a larger tension is expected only if the present stiffness agrees."""
         if following:
             row, last = following[0].row, self.last
-            self.visited[-1].bound = min(same.bound, self._bound(row["delta"]))
+            self.visited[-1].most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
             work = 0.5 * (row["force"] + last.force) * (row["delta"] - last.delta)
             row["dissipated"] = work - (row["energy"] - last.energy)
         self.visited += following
+
+    def _is_same(self, other):
+        """Return whether the present state is another one at the same displacement."""
+        row, cells = self.visited[-1].row, other.row["contact_area"]
+        same_force = abs(row["force"] - other.row["force"]) <= _PULL_ERROR * self.largest
+        return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
+
+    def _leads_to_more(self, moved):
+        """Return whether the branch, with its last stiffness, leads to a larger tension than any before."""
+        return self.stiffness * moved - self.last.force > (1.0 + _PULL_ERROR) * self.largest
 
     def _solve_vertex(self):
         """Solve the state at the vertex of the parabola through the state of the largest tension and its neighbours."""
@@ -372,5 +388,22 @@ class _Retraction(_Stepper):
             self.visited.insert(best + (delta < x1), _Visit(self._row(solved, False, 0.0), None, np.nan))
 
     def is_lost(self):
-        """Return whether nothing touches, at a displacement where nothing attracts either."""
-        return self.last.delta <= self.start and not self.last.state.touching.any()
+        """Return whether nothing touches, and almost nothing attracts."""
+        last = self.last
+        if last.state.touching.any():
+            return False
+        largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
+        past = last.delta < largest_at  # a force of zero before it turns to a tension
+        return last.delta <= self.first or (-last.force < _LEAST_PULL * self.largest and past)
+
+    def _passed_more(self, solved):
+        """Return whether a step may have passed over a larger tension.
+
+        It may if, by its energy, it jumped or a stiff contact detached, or if the tension fell although it was growing.
+        """
+        last, smooth = self.last, self._is_smooth(solved)
+        if smooth and solved.force <= last.force:
+            return False
+        missed = _PULL_ERROR_ON_CURVE if smooth else _PULL_ERROR
+        most = self.stiffness * (last.delta - solved.delta) - last.force
+        return most > (1.0 + missed) * max(self.largest, -solved.force)
