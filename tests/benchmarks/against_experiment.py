@@ -206,7 +206,7 @@ def silicon(seed, cells, *, humidity, angle, smooth, etched, tip, hurst, rolloff
     for rms in (smooth, etched):
         ground = roughxr.scans.synthetic.self_affine((cells | 1, cells | 1), rms=np.hypot(rms, tip), **surface)
         flat = xr.DataArray(face, {"x": at, "y": at}, ("x", "y"))
-        air = roughxr.HumidAir(humidity, contact_angle=np.radians(angle))
+        air = roughxr.HumidAir(humidity, contact_angle=angle)
         pair = roughxr.assign_pair(ground, indenter=flat, materials="silicon", humidity=air)
         forces.append(pull(pair))
     return (forces[0] / forces[1],)
