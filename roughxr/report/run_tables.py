@@ -97,7 +97,7 @@ def force_table(run: Run) -> pd.DataFrame:
         rows[number(delta, "nm")] = [float(at.mean()) / size, _spread(at) / size, float(at.max()) / size]
         if "solutions/smooth" in run:
             smooth = run["solutions/smooth"]["force"].sel(delta=delta, method="nearest")
-            rows[number(delta, "nm")].append(float(at.mean()) / float(smooth.item()))
+            rows[number(delta, "nm")].append(float(at.mean() / smooth.item() if smooth.item() else np.nan))
     columns = [f"mean [{unit}]", f"std [{unit}]", f"largest [{unit}]", "rough / smooth"]
     table = pd.DataFrame.from_dict(rows, orient="index")
     return table.set_axis(columns[: table.shape[1]], axis="columns").rename_axis("displacement")
