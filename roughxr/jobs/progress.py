@@ -52,11 +52,6 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
         _STREAM.reset(token)
 
 
-def is_shown() -> bool:
-    """Return whether progress is shown."""
-    return _STREAM.get() is not None
-
-
 def say(words: str) -> None:
     """Write a line; nothing where no progress is shown."""
     if stream := _STREAM.get():

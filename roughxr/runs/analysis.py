@@ -356,8 +356,7 @@ def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
 def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     """Return resisting moments and the flow that overcomes them.
 
-    Moments are those of the simulation's own contacts; in humid air, where the simulation takes minutes, those of rigid
-    bodies.
+    Moments are those of the simulation's own contacts; in humid air, those of rigid bodies.
     """
     groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
     moments = (rigid_moments if task.is_wet else simulated_moments)(task.specimen, solved)
