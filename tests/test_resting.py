@@ -52,8 +52,8 @@ def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
     place = found.isel(subregion=0)
     assert np.hypot(place.subregion_x - 3.1, place.subregion_y + 7.4) < 0.1 * pixel
     assert float(place.rest_height) == pytest.approx(on_circle(ring), abs=2e-3)
-    assert int(place.carriers) == corners
-    at = np.hypot(place.carrier_x - 3.1, place.carrier_y + 7.4)[:corners]
+    assert int(place.supports) == corners
+    at = np.hypot(place.support_x - 3.1, place.support_y + 7.4)[:corners]
     assert at.values == pytest.approx(ring * RADIUS / (RADIUS + 400.0), abs=0.2 * pixel)
 
 
@@ -190,12 +190,12 @@ def _patches(surface, radius):
     """Return what a sphere may touch of a scan of 10 nm pixels, on cells of half a pixel."""
     z = band_limited(surface.height.values, 2)
     axes = [(axis.values[:, None] + [-2.5, 2.5]).ravel() for axis in (surface.x, surface.y)]
-    return dilation.patches(z, *axes, (5.0, 5.0), radius, dilation.reach_of(radius, np.ptp(z)))[0], dilation.Ball(
-        radius, 2.5, 2.5
-    )
+    return dilation.patches(z, *axes, (5.0, 5.0), radius, dilation.contact_distance(radius, np.ptp(z)))[
+        0
+    ], dilation.Ball(radius, 2.5, 2.5)
 
 
-def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_carriers():
+def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_supports():
     surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0), 10.0))
     found = resting(surface)
     assert found.sizes["subregion"] > 20
@@ -254,10 +254,10 @@ _CHANGES = {
 @pytest.mark.parametrize("seed", [73, 94, 152])
 @pytest.mark.parametrize("change", [*_CHANGES])
 def test_equally_low_pixels_of_a_border_and_linked_contacts_do_not_depend_on_orientation(seed, change):
-    """One order of contacts gave four carriers for three, one pixel of a border other basins, one edge a pass on it."""
+    """One order of contacts gave four supports for three, one pixel of a border other basins, one edge a pass on it."""
     z, turn = rough(24, rms=1.5, smooth=2.0, seed=seed), _CHANGES[change][0]
     first, turned = (resting(glass_pair(scan(np.ascontiguousarray(k), 8.0), 800.0)) for k in (z, turn(z)))
-    for name in ("carriers", "barrier", "landing_share"):
+    for name in ("supports", "barrier", "landing_share"):
         np.testing.assert_allclose(np.sort(turned[name]), np.sort(first[name]), atol=1e-6)
 
 

@@ -41,7 +41,7 @@ def median(values, share):
 def test_the_archive_holds_rests_with_their_shares(groups):
     rests = groups["statistics/rests"]
     assert float(rests.landing_share.sum()) == pytest.approx(1.0)
-    assert (rests.carriers >= 3).all() and (rests.barrier > 0).all()
+    assert (rests.supports >= 3).all() and (rests.barrier > 0).all()
     for name in ("solutions/adhesive", "solutions/energy", "solutions/rolling"):
         for axis in ("subregion_x", "subregion_y", "landing_share"):
             assert groups[name][axis].values == pytest.approx(rests[axis].values)

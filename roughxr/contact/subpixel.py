@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..kernels.adhesion import path as path
-from ..kernels.topography.random_surface import bands, rms_of, sum_of
+from ..kernels.topography.random_surface import band_rms, roughness_bands, summed_modes
 from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
 from .problem import Surface
 
@@ -92,9 +92,9 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     distance = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
 
     def separations(boxes, shortest):
-        waves = bands(below.spectrum.of, below.longest, shortest, seed)
+        waves = roughness_bands(below.spectrum.of, below.longest, shortest, seed)
         offsets = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
-        heights = [shown(*box) + sum_of(waves, *box) for box in boxes]
+        heights = [shown(*box) + summed_modes(waves, *box) for box in boxes]
         return [problem.indenter.separation(height, 0.0, *offset) for height, offset in zip(heights, offsets)]
 
     cell = max(
@@ -104,7 +104,7 @@ def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surfac
     wave, finest = below.longest, False
     while not finest:
         near = _near(
-            separations(boxes, wave), within + _RISE_DEVIATIONS * rms_of(below.spectrum.at, wave, below.shortest)
+            separations(boxes, wave), within + _RISE_DEVIATIONS * band_rms(below.spectrum.at, wave, below.shortest)
         )
         finest, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
         finer = last if finest else min(cell, wave / _COARSE_PER_WAVE)

@@ -18,7 +18,7 @@ from numba import njit
 #: IEEE arithmetic; division by zero gives inf or NaN as in NumPy.
 _OPTIONS = {"nogil": True, "error_model": "numpy"}
 
-#: What a sum may be allowed for speed: another order, and fused multiply-add. NaN and inf keep their meaning.
+#: LLVM's flags for sums that may be reordered and fused for speed. NaN and inf keep their meaning.
 _REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
 _FOLDER = Path(__file__).parent
@@ -41,7 +41,7 @@ def _imports(file):
 
 @cache
 def digest(file):
-    """Return some digits that stand for the text of a kernel file and of all kernel files that it imports."""
+    """Return a hash of the text of a kernel file and of all kernel files that it imports."""
     files, added = {file}, {file}
     while added:
         added = set().union(*map(_imports, added)) - files
@@ -68,12 +68,12 @@ def kernel(function=None, *, reorder=False):
 
 @cache
 def _stored(folder):
-    """Return the names of the files that a folder contained when first looked at."""
+    """Return the names of the compiled files in a folder, listed once."""
     return [file.name for file in folder.glob("*@*.nb?")]
 
 
 def _remove_others(folder, begins, function):
-    """Remove the compiled files of a kernel that belong to another text of its sources."""
+    """Remove the compiled files of a kernel whose sources have changed since."""
     for name in _stored(folder):
         if name.startswith(begins) and function.__qualname__ not in name:
             (folder / name).unlink(missing_ok=True)

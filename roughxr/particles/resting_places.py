@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from ..kernels.topography import dilation, rests
+from ..kernels.topography import basins, dilation
 from ..kernels.topography.interpolation import band_limited
 from ..scans import regions
 from ..vocabulary import schema
@@ -30,13 +30,12 @@ _REFINE = 2
 #: Least resolved barrier, in pixel²/R: the rise of the sphere's front over about one pixel.
 _RESOLVED_BARRIER = 0.01
 
-
-#: Cells that a resting position may move on to the vertices of asperities.
+#: Largest distance (cells) between a resting position and the one on the vertices of asperities.
 _PAIRING_DISTANCE = 40.0
 
 
-class _Rests(NamedTuple):
-    """Places of rest, numbered from 1 in ``labels``, and the passes between them."""
+class _RestingPositions(NamedTuple):
+    """Resting positions, numbered from 1 in ``labels``, and the passes between them."""
 
     places: np.ndarray  # (rests, 3): x, y, height, nm
     labels: np.ndarray  # of each pixel, 0 where the sphere rolls off the scan
@@ -55,20 +54,20 @@ def resting(
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere. A lazy one is read now; some 130 bytes to a pixel are held.
+        A scan with an assigned sphere, loaded now. Needs some 130 bytes of memory a pixel.
     landings : (int, int), optional
         Grid of landing places: return only the positions reached from there, with shares of their number. By default
         spheres land everywhere, and shares are of the area.
     on : Dataset, optional
-        A catalogue of the scan's asperities. Each resting position is then moved to the nearest one on their vertices,
-        on which `rolling` and `superpose` put the sphere; where there is none near, it stays.
+        A catalogue of the scan's asperities. Each resting position is then moved to the nearest resting position on
+        their vertices, where `rolling` and `superpose` put the sphere, if there is one near.
 
     Returns
     -------
     Dataset
-        Along ``subregion``, to be given to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
+        Along ``subregion``, to be passed to any verb as ``subregions``: coordinates ``subregion_x``, ``subregion_y``
         (nm) and ``landing_share``, their weight in all statistics; ``rest_height`` of the sphere's lowest point (nm),
-        ``carriers``, the number of supporting summits (at most 8), and ``carrier_x``, ``carrier_y`` of each (nm);
+        ``supports``, the number of supporting summits (at most 8), and ``support_x``, ``support_y`` of each (nm);
         ``barrier``, the height of the lowest pass over the resting position (nm), ``pass_x``, ``pass_y`` (nm),
         ``pass_to``, the position beyond it, −1 off the scan; and ``truncated``, where the basin or the sphere over its
         supports reaches the scan's edge. The attribute ``share_off_scan`` is the share of the area from which a sphere
@@ -76,32 +75,32 @@ def resting(
 
     Notes
     -----
-    Bodies are rigid here, and the sphere rolls down without slip, inertia or adhesion. Between pixels the
-    surface is that of the simulations, without wavelengths shorter than two pixels.
+    Bodies are rigid here, and the sphere rolls down without slip, inertia or adhesion. Heights between pixels are
+    interpolated as in the simulations, without wavelengths shorter than two pixels.
 
     Examples
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> places = resting(scan)
-    >>> bool((places.carriers >= 3).mean() > 0.9), round(float(places.landing_share.sum()), 6)
+    >>> bool((places.supports >= 3).mean() > 0.9), round(float(places.landing_share.sum()), 6)
     (True, 1.0)
     >>> roughxr.rolling(scan, directions=8, subregions=places.isel(subregion=[0, 1])).sizes["subregion"]
     2
     """
     scan = schema.validate(ds, "scan")
     (radius,) = schema.pair(scan, "sphere_radius")
-    z, ground = _ground(scan, radius)
-    settled = _settled(z, ground)
-    out = _at_the_bottom(scan, ground, settled)
+    z, surface = _dilated_surface(scan, radius)
+    settled = _resting_positions(z, surface)
+    out = _with_barriers(scan, surface, settled)
     if landings is not None:
-        rest, count = np.unique(_basins_of(scan, ground, settled, landings).astype(int) - 1, return_counts=True)
+        rest, count = np.unique(_landing_basins(scan, surface, settled, landings).astype(int) - 1, return_counts=True)
         share = "subregion", count / max(count.sum(), 1)
-        out = out.isel(subregion=rest).assign_coords(landing_share=share)  # numbers stay those of all rests
+        out = out.isel(subregion=rest).assign_coords(landing_share=share)  # labels stay those of all resting positions
     if on is not None:
-        out = _on_vertices(out, schema.validate(on, "asperities"), ground)
+        out = _on_vertices(out, schema.validate(on, "asperities"), surface)
     out = out.assign_coords(schema.travelling(scan))
-    off = float((settled.labels == rests.OFF).mean())
+    off = float((settled.labels == basins.OFF).mean())
     out.attrs = {"share_off_scan": off}
     if out.sizes["subregion"] == 0:
         out.attrs["missing"] = "no resting position: from every pixel the sphere rolls off the scan"
@@ -111,13 +110,13 @@ def resting(
     return schema.record(schema.label(out), "resting", scan, landings=landings, on=None if on is None else "asperities")
 
 
-def is_rests(places: Any) -> bool:
-    """Return whether places are rests by gravity, with their passes, reached from a grid of landings."""
+def are_resting_positions(places: Any) -> bool:
+    """Return whether places are resting positions, with their passes, reached from a grid of landings."""
     return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
 
 
-def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
-    """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and what it may touch."""
+def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.Surface]:
+    """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and the surface it may touch."""
     height, cells = schema.finite(scan["height"].values), (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
     height = band_limited(height, _REFINE)
     x, y = (
@@ -126,55 +125,56 @@ def _ground(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, rests.Ground]:
     )
     pixel = float(x[1] - x[0]), float(y[1] - y[0])
     ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
-    patches, pixels = dilation.patches(height, x, y, pixel, radius, dilation.reach_of(radius, float(np.ptp(height))))
+    reach = dilation.contact_distance(radius, float(np.ptp(height)))
+    patches, pixels = dilation.patches(height, x, y, pixel, radius, reach)
     z, bounds, lists = dilation.dilation(patches, x, y, ball)
     lists = pixels.astype(np.int32)[lists]
-    return z, rests.Ground(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
+    return z, basins.Surface(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
 
 
-def _settled(z: np.ndarray, ground: rests.Ground) -> _Rests:
+def _resting_positions(z: np.ndarray, surface: basins.Surface) -> _RestingPositions:
     """Return the resting positions; merge those with barriers below the pixels' resolution."""
-    shallow = _RESOLVED_BARRIER * max(ground.pixel) ** 2 / ground.ball.radius
-    labels, minima = rests.basins(z, ground.pixel)
-    places, to = _rolled(ground, minima)
+    shallow = _RESOLVED_BARRIER * max(surface.pixel) ** 2 / surface.ball.radius
+    labels, minima = basins.drainage_basins(z, surface.pixel)
+    places, to = _rolled(surface, minima)
     _relabel(labels, to)
-    _claim_own_pixels(labels, places, to, ground)
+    _claim_own_pixels(labels, places, to, surface)
     pairs, pixels = _borders(z, labels)
-    passes = rests.passes(z, labels, pairs, pixels, places[:, 2], ground)
-    to = _joined(pairs, passes[:, 2], places[:, 2], shallow)
+    passes = basins.passes(z, labels, pairs, pixels, places[:, 2], surface)
+    to = _merged_basins(pairs, passes[:, 2], places[:, 2], shallow)
     reached = np.unique(to[np.unique(labels)])
-    reached = reached[reached != rests.OFF]
+    reached = reached[reached != basins.OFF]
     number = np.zeros(len(to), np.int64)
     number[reached] = np.arange(1, reached.size + 1)
     _relabel(labels, number[to])
     pairs = number[to[pairs]]
     between = pairs[:, 0] != pairs[:, 1]
-    pairs, chosen = _lowest(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
-    return _Rests(places[reached], labels, pairs, passes[chosen])
+    pairs, chosen = _lowest_passes(np.sort(pairs[between], axis=1), passes[between, 2], np.flatnonzero(between))
+    return _RestingPositions(places[reached], labels, pairs, passes[chosen])
 
 
-def _rolled(ground: rests.Ground, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return each minimum's resting position, and the first label with the same position.
+def _rolled(surface: basins.Surface, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return each minimum's resting position, and the first label with that position.
 
-    Entries begin at the label `rests.OFF`, whose position is infinitely high.
+    Entries begin at the label `basins.OFF`, whose position is infinitely high.
     """
-    rolled = rests.settle(ground, np.array(ground.first) + minima * np.array(ground.pixel))
+    rolled = basins.settle(surface, np.array(surface.first) + minima * np.array(surface.pixel))
     to = np.arange(len(minima) + 1)
     off = np.isnan(rolled[:, 2])
-    to[1:][off] = rests.OFF
+    to[1:][off] = basins.OFF
     on_scan = np.flatnonzero(~off)
-    equal = cKDTree(rolled[on_scan, :2]).query_pairs(_EQUAL_POSITIONS * max(ground.pixel)) if on_scan.size else ()
+    equal = cKDTree(rolled[on_scan, :2]).query_pairs(_EQUAL_POSITIONS * max(surface.pixel)) if on_scan.size else ()
     for a, b in equal:
         first, second = sorted(_root(to, int(on_scan[k]) + 1) for k in (a, b))
         to[second] = first
-    return np.concatenate([[[np.nan, np.nan, np.inf]], rolled]), _ends(to)
+    return np.concatenate([[[np.nan, np.nan, np.inf]], rolled]), _chain_ends(to)
 
 
-def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, ground: rests.Ground) -> None:
-    """Label the pixel of each resting position as its own: the sphere may have rolled to it from another basin."""
+def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, surface: basins.Surface) -> None:
+    """Label the pixel of each resting position by that position: the sphere may have come from another basin."""
     own = np.unique(to)
-    own = own[own != rests.OFF]
-    i, j = np.round((places[own, :2] - ground.first) / ground.pixel).astype(int).T
+    own = own[own != basins.OFF]
+    i, j = np.round((places[own, :2] - surface.first) / surface.pixel).astype(int).T
     order = np.argsort(-places[own, 2])  # the lowest one of a pixel last
     labels[i[order], j[order]] = own[order]
 
@@ -194,11 +194,11 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
             a, b = labels[first][higher], labels[second][higher]
             parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), flat[first][higher]], axis=-1))
     pairs = np.concatenate(parts)
-    pairs = _lowest_ones(pairs, z.ravel()[pairs[:, 2]], equal)
+    pairs = _lowest_rows(pairs, z.ravel()[pairs[:, 2]], equal)
     return pairs[:, :2], pairs[:, 2]
 
 
-def _lowest_ones(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.ndarray:
+def _lowest_rows(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.ndarray:
     """Return the rows (label, label, pixel) of each pair of labels with the least height."""
     pairs, first = np.unique(pairs, axis=0, return_index=True)
     if not len(pairs):
@@ -208,21 +208,21 @@ def _lowest_ones(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.nda
     return pairs[heights[first] <= least[np.cumsum(new) - 1] + equal]
 
 
-def _ends(to: np.ndarray) -> np.ndarray:
-    """Follow chains of basins to their ends."""
+def _chain_ends(to: np.ndarray) -> np.ndarray:
+    """Follow chains of labels to their ends."""
     while (to[to] != to).any():
         to = to[to]
     return to
 
 
 def _relabel(labels: np.ndarray, to: np.ndarray) -> None:
-    """Replace labels in place, row by row, so that no second map is needed."""
+    """Replace labels in place, row by row to save memory."""
     for row in labels:
         row[:] = to[row]
 
 
-def _lowest(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct pairs, each with the value at its least height."""
+def _lowest_passes(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distinct pairs, each with the value at its lowest pass."""
     order = np.lexsort((heights, pairs[:, 1], pairs[:, 0]))
     pairs = pairs[order]
     first = np.ones(len(pairs), bool)
@@ -230,19 +230,19 @@ def _lowest(pairs: np.ndarray, heights: np.ndarray, values: np.ndarray) -> tuple
     return pairs[first], values[order][first]
 
 
-def _joined(pairs: np.ndarray, heights: np.ndarray, lowest: np.ndarray, shallow: float) -> np.ndarray:
-    """Return for each label the deepest one within reach over barriers lower than ``shallow`` (nm)."""
+def _merged_basins(pairs: np.ndarray, heights: np.ndarray, lowest: np.ndarray, shallow: float) -> np.ndarray:
+    """Return for each label the deepest basin that barriers lower than ``shallow`` (nm) lead to."""
     to = np.arange(lowest.size)
     for k in np.argsort(heights):
         a, b = (_root(to, label) for label in pairs[k])
         if a == b:
             continue
         deep, other = (a, b) if lowest[a] <= lowest[b] else (b, a)
-        if rests.OFF in (a, b):
-            deep, other = rests.OFF, max(a, b)
+        if basins.OFF in (a, b):
+            deep, other = basins.OFF, max(a, b)
         if heights[k] - lowest[other] < shallow:
             to[other] = deep
-    return _ends(to)
+    return _chain_ends(to)
 
 
 def _root(to: np.ndarray, label: int) -> int:
@@ -252,24 +252,25 @@ def _root(to: np.ndarray, label: int) -> int:
     return int(label)
 
 
-def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> xr.Dataset:
+def _with_barriers(scan: xr.Dataset, surface: basins.Surface, settled: _RestingPositions) -> xr.Dataset:
     """Return all resting positions with their lowest saddles."""
     count = len(settled.places)
     area = np.bincount(settled.labels.ravel(), minlength=count + 1)[1:]
     x, y = settled.places.T[:2]
     places = {"subregion_x": x, "subregion_y": y, "landing_share": area / max(area.sum(), 1)}
     out = xr.Dataset(coords={"subregion": np.arange(x.size), **{n: ("subregion", v) for n, v in places.items()}})
-    number, at = rests.carriers(settled.places, ground, _CARRYING_MOTION)
+    number, at = basins.supports(settled.places, surface, _CARRYING_MOTION)
     at = at[:, : max(int(number.max(initial=0)), 1)]
-    out = out.assign(rest_height=("subregion", settled.places[:, 2]), carriers=("subregion", number))
-    out = out.assign({f"carrier_{axis}": (("subregion", "carrier"), at[:, :, k]) for k, axis in enumerate("xy")})
+    out = out.assign(rest_height=("subregion", settled.places[:, 2]), supports=("subregion", number))
+    out = out.assign({f"support_{axis}": (("subregion", "support"), at[:, :, k]) for k, axis in enumerate("xy")})
     lowest = np.full((count, 4), np.nan)
     lowest[:, 3] = -1
     source, target = np.concatenate([settled.pairs, settled.pairs[:, ::-1]]).T
     order = np.lexsort((np.tile(settled.passes[:, 2], 2), source))
     which, first = np.unique(source[order], return_index=True)
-    of = order[first[which != rests.OFF]]  # the lowest of each rest
-    lowest[source[of] - 1] = np.column_stack([settled.passes[of % len(settled.pairs)], target[of] - 1])
+    lowest_pass = order[first[which != basins.OFF]]  # of each resting position
+    passes = settled.passes[lowest_pass % len(settled.pairs)]
+    lowest[source[lowest_pass] - 1] = np.column_stack([passes, target[lowest_pass] - 1])
     out["barrier"] = "subregion", lowest[:, 2] - settled.places[:, 2]
     for k, axis in enumerate("xy"):
         out[f"pass_{axis}"] = "subregion", lowest[:, k]
@@ -282,31 +283,31 @@ def _at_the_bottom(scan: xr.Dataset, ground: rests.Ground, settled: _Rests) -> x
     return out.assign(truncated=("subregion", touches | (off < far)))
 
 
-def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, ground: rests.Ground) -> xr.Dataset:
-    """Move resting positions to the nearest ones on the vertices of asperities."""
+def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Surface) -> xr.Dataset:
+    """Move resting positions to the nearest resting positions on the vertices of asperities."""
     summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
-    points, largest = dilation.Ball(ground.ball.radius, 0.0, 0.0), max(ground.pixel)
+    points, largest = dilation.Ball(surface.ball.radius, 0.0, 0.0), max(surface.pixel)
     farthest = _PAIRING_DISTANCE * largest
-    moved = rests.settle_near(rows, places, points, largest, farthest)
-    last = np.array(ground.first) + np.array(ground.pixel) * (np.array(ground.height.shape) - 1)
-    outside = (moved[:, :2] < ground.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
-    stays = outside.any(axis=1)  # no rest on vertices is near
+    moved = basins.settle_near(rows, places, points, largest, farthest)
+    last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.height.shape) - 1)
+    outside = (moved[:, :2] < surface.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
+    stays = outside.any(axis=1)  # no resting position on vertices is near
     moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
     out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
     return out.assign(rest_height=("subregion", moved[:, 2]))
 
 
-def _basins_of(scan: xr.Dataset, ground: rests.Ground, settled: _Rests, landings: Any) -> np.ndarray:
+def _landing_basins(scan: xr.Dataset, surface: basins.Surface, settled: _RestingPositions, landings: Any) -> np.ndarray:
     """Return the labels of the basins in which spheres land on a grid, without those that roll off the scan."""
     grid = regions.centres(scan, landings)
-    axes = zip("xy", ground.first, ground.pixel, settled.labels.shape)
+    axes = zip("xy", surface.first, surface.pixel, settled.labels.shape)
     i, j = (
         np.clip(np.round((grid[f"subregion_{axis}"].values - first) / step).astype(int), 0, n - 1)
         for axis, first, step, n in axes
     )
     labels = settled.labels[i, j]
-    return labels[labels != rests.OFF]
+    return labels[labels != basins.OFF]

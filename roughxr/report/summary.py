@@ -32,7 +32,7 @@ _DIGITS = 4
 #: Group, variable, name in the table of places, and method in words; of a variable with directions the mean over these.
 _COLUMNS = (
     (RESTS, "landing_share", "landing_share", ""),
-    (RESTS, "carriers", "carriers", ""),
+    (RESTS, "supports", "supports", ""),
     (RESTS, "barrier", "barrier", ""),
     ("statistics/adhesive", "pull_off_force", "pull_off_force", ""),
     ("statistics/adhesive", "pull_off_error", "pull_off_error", ""),

@@ -44,7 +44,7 @@ from ..jobs.progress import Stages, about
 from ..jobs.progress import say as print_line
 from ..jobs.records import loading
 from ..particles import critical_load, resting
-from ..particles.resting_places import is_rests
+from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import rigid_moments, simulated_moments
 from ..report.summary import BUDGET
 from ..scans import level, power_spectrum, regions, roughness
@@ -365,7 +365,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
             out[group] = quietly(critical_load, report.moments_of(known, way))
-    return out | ({"statistics/rests": places} if is_rests(places) else {})
+    return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
 def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
-from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_waves
+from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_roughness
 from ..vocabulary.schema import entered, finite, label, pixel, record, square_pixel, validate
 from ..vocabulary.units import Quantity, positive, single, whole_number
 from . import wavelength
@@ -228,7 +228,7 @@ def add_fine_roughness(
         model = known_spectrum(spectrum, model.shown, model.lay)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    added = nested_waves(axes["x"].values, axes["y"].values, model.of, model.shown, shortest, seed)
+    added = nested_roughness(axes["x"].values, axes["y"].values, model.of, model.shown, shortest, seed)
     height = band_limited(height, n) + added
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     made = {f"fine_{name}": value for name, value in made.items()}

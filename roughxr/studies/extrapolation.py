@@ -25,7 +25,7 @@ from ..contact.problem import Problem
 from ..contact.regimes import of_sphere
 from ..contact.subpixel import Below, pull_off_below
 from ..jobs import spread
-from ..kernels.topography.random_surface import rms_of
+from ..kernels.topography.random_surface import band_rms
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import Spectrum, known_spectrum, rings, without_noise
 from ..scans.self_affinity import unlike_self_affine
@@ -214,7 +214,7 @@ def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
         return False
     rest = ds["height"] - smooth(ds, shortest=shown)["height"]
     inner = rest.isel(x=slice(4, -4), y=slice(4, -4))
-    return float(inner.std()) < 0.3 * rms_of(known_spectrum(fitted).at, shown, 2 * pixel)
+    return float(inner.std()) < 0.3 * band_rms(known_spectrum(fitted).at, shown, 2 * pixel)
 
 
 def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
@@ -370,7 +370,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
         forces.append(pulls[..., 0])
         guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
-            low = rms_of(model.at, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
+            low = band_rms(model.at, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
             converged = low or _settled(_means(forces), parts, accuracy)
         if converged or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
@@ -445,7 +445,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness, sides:
     mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot, sides)
     if sides is not None:
         entries = entries | {"spectrum": 0.5 * sum(sides.widths()) / 1.96}
-    added = rms_of(model.at, model.shown, pilot.wavelengths[-1])
+    added = band_rms(model.at, model.shown, pilot.wavelengths[-1])
     out = xr.Dataset(
         {
             "pull_off_force": (("subregion", "seed"), forces),

@@ -1,6 +1,9 @@
-"""Peaks of a height map, the paraboloids fitted to them, and the surface that these paraboloids make up.
+"""Height maps: peaks, random surfaces, heights between the pixels, and a sphere that rests on them.
 
 peaks, paraboloid   local maxima, and a least-squares paraboloid at each
 envelope            the upper envelope of many paraboloids
 random_surface      Gaussian surfaces of a given spectrum
+interpolation       heights on finer cells
+dilation            height of a sphere that touches the surface, at every pixel
+basins              resting positions of a sphere, their basins, and the passes between them
 """

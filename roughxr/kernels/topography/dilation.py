@@ -1,14 +1,14 @@
-"""The heights at which a sphere touches a scan: its dilation by the sphere, with what is touched.
+"""The heights at which a sphere touches a scan (the scan's dilation by the sphere), and the patches that it touches.
 
     Z(x, y) = max over u, v of  h(u, v) − S(x − u, y − v),   S(r) = R − √(R² − r²)
 
-Z is the height of the sphere's lowest point, (u, v) where it touches. Between pixels h is the paraboloid through a
-pixel and its eight neighbours, each up to half a pixel from its own: Z then has no dimples between pixels, and a
-summit narrower than a few of them is as high as it would be drawn.
+Z is the height of the sphere's lowest point, (u, v) the contact point. Between pixels h is the paraboloid through a
+pixel and its eight neighbours, within half a pixel of that pixel. So Z has no dimples between pixels, and a summit
+narrower than a few pixels keeps its height.
 
-Two things keep this linear in the number of pixels. A pixel that is no summit even for the sphere, because between two
-others it lies lower than the sphere's own curve, is never touched. And of the others, over a box of places nearly all
-stay below the highest of the rest; box after box is halved until few are left, as in `envelope`. The result is exact.
+The cost is linear in the number of pixels for two reasons. A pixel that lies below the sphere's curve through two
+others is never touched. Of the remaining ones, nearly all stay below the highest over a box of positions; boxes are
+halved until few are left, as in `envelope`. The result is exact.
 
 Letters: x, y pixel centres (nm); h, Z heights (nm); R radius (nm); u, v position from a pixel's centre (nm).
 """
@@ -19,13 +19,13 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Pixels along a side of a box that is not divided further, and pixels around it for which its list also holds.
+#: Side of a box that is not divided further, and width of the margin in which its list also holds, both in pixels.
 SIDE, _MARGIN = 4, 1.0
 
-#: Farthest pixels that are asked whether they hide one from the sphere: with it the result is that of any tiling.
+#: Distance (pixels) up to which pixels may hide another one; the same for all tilings, so that results are the same.
 FARTHEST = 8
 
-#: Columns of a patch: place, height, slopes, second derivatives (nm⁻¹), and how far it may rise over its pixel (nm).
+#: Columns of a patch: position, height, slopes, second derivatives (nm⁻¹), and its largest rise over its pixel (nm).
 X, Y, H, GX, GY, HXX, HYY, HXY, RISE = range(9)
 
 
@@ -37,8 +37,8 @@ class Ball(NamedTuple):
     half_y: float
 
 
-def reach_of(radius, height_range):
-    """Return the distance (nm) from its axis at which a sphere may touch heights of a range (nm)."""
+def contact_distance(radius, height_range):
+    """Return the largest distance (nm) from its axis at which a sphere touches heights of a range (nm)."""
     return radius if height_range >= radius else float(np.sqrt(height_range * (2 * radius - height_range)))
 
 
@@ -76,14 +76,14 @@ def put_patch(out, z, i, j, pixel, radius):
 
 @kernel
 def patches(z, x, y, pixel, radius, reach):
-    """Return the patches (one a row) of the pixels that a sphere may touch, and each one's place in the tile, flat."""
+    """Return the patches (rows) of the pixels that a sphere may touch, and each one's flat index in the tile."""
     nx, ny = z.shape
     bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
     row, chosen, count = np.zeros(RISE + 1), np.zeros(z.size, np.int64), 0
     for i in range(nx):
         for j in range(ny):
             if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
-                continue  # the cheapest test first
+                continue  # cheapest test first
             put_patch(row, z, i, j, pixel, radius)
             if _is_summit(z, i, j, pixel, bend, row[RISE]):
                 chosen[count] = i * ny + j
@@ -98,7 +98,7 @@ def patches(z, x, y, pixel, radius, reach):
 
 @kernel
 def _fall(r2, radius):
-    """Return how far (nm) the sphere rises to a squared distance from its axis; inf beyond it."""
+    """Return the rise (nm) of the sphere's profile at a squared distance from its axis; inf beyond it."""
     return r2 / (radius + np.sqrt(radius * radius - r2)) if r2 < radius * radius else np.inf
 
 
@@ -109,7 +109,7 @@ def _clip(value, half):
 
 @kernel
 def touch(row, x, y, ball):
-    """Return the height (nm) of the sphere's lowest point on one patch, with its axis at x, y; and where it touches."""
+    """Return the height (nm) of the sphere's lowest point on one patch, its axis at x, y; and the contact point."""
     rx, ry = x - row[X], y - row[Y]
     r2 = rx * rx + ry * ry
     c2 = ball.radius**2 - r2
@@ -139,7 +139,7 @@ def touch(row, x, y, ball):
 
 @kernel
 def _visible(rows, candidates, x0, x1, y0, y1, radius):
-    """Return those of the candidates that the sphere may touch at the places in a box."""
+    """Return the candidates that the sphere may touch with its axis in a box."""
     highest, floor = np.zeros(candidates.size), -np.inf
     for n in range(candidates.size):
         row = rows[candidates[n]]
@@ -157,7 +157,7 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
 
 @kernel
 def _falls(part, x, y, radius, heights):
-    """Fill in the sphere's heights with its axis at a place on pixels' centres (rows of ``part``: x, y, height)."""
+    """Fill in the sphere's heights on pixels' centres (rows of ``part``: x, y, height), its axis at x, y."""
     for n in range(heights.size):
         r2 = (x - part[0, n]) ** 2 + (y - part[1, n]) ** 2
         fall = r2 / (radius + np.sqrt(max(radius * radius - r2, 0.0)))
@@ -166,15 +166,15 @@ def _falls(part, x, y, radius, heights):
 
 @kernel
 def _raise_bounds(part, first, wide, margin, heights, best, over):
-    """Raise ``over`` to how far a patch may lie over the best of a place, somewhere within the margin around it."""
+    """Raise ``over`` to the largest height of each patch over the best one, within the margin around a position."""
     for n in range(heights.size):
         distance = np.sqrt((part[0, first] - part[0, n]) ** 2 + (part[1, first] - part[1, n]) ** 2) + wide
         over[n] = max(over[n], heights[n] + part[3, n] + margin * distance - best)
 
 
 @kernel
-def _lay(rows, visible, x, y, box, ball, z):
-    """Fill a box with the heights of the sphere; put in front what it may touch up to the margin, return how many."""
+def _fill_box(rows, visible, x, y, box, ball, z):
+    """Fill a box with the sphere's heights; move patches touched within the margin to the front, return how many."""
     heights, over, farthest = np.zeros(visible.size), np.full(visible.size, -np.inf), 0.0
     part = np.zeros((4, visible.size))
     for n in range(visible.size):
@@ -206,16 +206,16 @@ def _lay(rows, visible, x, y, box, ball, z):
 
 @kernel
 def _middle(low, high):
-    """Return where to cut a range of pixels: at a whole number of boxes."""
+    """Return the middle of a range of pixels, rounded to a whole number of boxes."""
     return low + max((high - low) // (2 * SIDE), 1) * SIDE
 
 
 @kernel
 def dilation(rows, x, y, ball):
-    """Return the height of the sphere's lowest point (nm) at pixel centres, and which patches it may touch near them.
+    """Return the height of the sphere's lowest point (nm) at pixel centres, and lists of the patches it may touch.
 
-    These are lists, one for each box of `SIDE` × `SIDE` pixels, valid up to a pixel beyond it: first and last entry
-    (boxes along x, boxes along y, 2) in a vector of patches.
+    Each box of `SIDE` × `SIDE` pixels has a list, valid up to a pixel beyond it: its first and last entry (boxes along
+    x, boxes along y, 2) in a vector of patches.
     """
     z = np.zeros((x.size, y.size))
     bounds = np.zeros((-(-x.size // SIDE), -(-y.size // SIDE), 2), np.int64)
@@ -227,7 +227,7 @@ def dilation(rows, x, y, ball):
         edges = x[i0] - wide_x, x[i1 - 1] + wide_x, y[j0] - wide_y, y[j1 - 1] + wide_y
         visible = _visible(rows, candidates, edges[0], edges[1], edges[2], edges[3], ball.radius)
         if i1 - i0 <= SIDE and j1 - j0 <= SIDE:
-            visible = visible[: _lay(rows, visible, x, y, (i0, i1, j0, j1), ball, z)]
+            visible = visible[: _fill_box(rows, visible, x, y, (i0, i1, j0, j1), ball, z)]
             while size + visible.size > lists.size:
                 longer = np.zeros(2 * lists.size, np.int32)
                 longer[:size] = lists[:size]

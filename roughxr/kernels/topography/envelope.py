@@ -2,12 +2,12 @@
 
     height(x, y) = max over i of  z_i − (Â_i x̂² + B̂_i ŷ²)
 
-(Cheng, Dunn & Brach, eq. 31, "by hiding the overlapping parts".) A paraboloid has no end, and that of a
+(Cheng, Dunn & Brach, eq. 31, "by hiding the overlapping parts".) A paraboloid extends without end, and that of a
 nearly cylindrical asperity stays high over the whole scan, so none may be cut off by distance; yet nearly
-all of them are hidden nearly everywhere. The envelope is therefore computed by branch and bound: over a box of
-pixels, the envelope is nowhere below the highest of the paraboloids' lowest points; whichever paraboloid
-stays below that all over the box is hidden there, and is dropped. What is left goes on to the two halves of
-the box, until a few pixels or a single paraboloid remain. The result is exact.
+all of them are hidden nearly everywhere. The envelope is therefore computed by branch and bound. Over a box of
+pixels it is nowhere below the highest of the paraboloids' lowest points; a paraboloid below that level all over the
+box is hidden there, and is dropped. The box is halved with the rest, until a few pixels or a single paraboloid remain.
+The result is exact.
 
 Letters: x, y pixel centres (nm); z height (nm); u, v position from an asperity's vertex (nm). With the axis
 t of the flattest direction, the depth of a paraboloid below its vertex is
@@ -26,7 +26,7 @@ _PIXELS_PER_BOX = 256
 
 
 def upper_envelope(x, y, rows):
-    """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`, NaN where none reaches."""
+    """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`, NaN beyond their reach."""
     out = np.full((x.size, y.size), -np.inf)
     boxes = [(0, x.size, 0, y.size, rows)] if out.size else []
     while boxes:
@@ -46,9 +46,9 @@ def upper_envelope(x, y, rows):
 def asperity_rows(x, y, height, curvature_min, curvature_max, orientation, *, reach=np.inf):
     """Return one row (x, y, z, p, q, reach²) of eight numbers for each asperity with a summit.
 
-    Vertices ``x``, ``y``, ``height`` and ``reach`` (one, or one for each) in nm, curvatures in nm⁻¹, the
-    ``orientation`` of the flattest direction in rad. Saddles (curvature_min <= 0) and failed fits (NaN) are
-    left out: their paraboloids bound nothing.
+    Vertices ``x``, ``y``, ``height`` and ``reach`` (a number, or an array for all asperities) in nm, curvatures in
+    nm⁻¹, the ``orientation`` of the flattest direction in rad. Saddles (curvature_min <= 0) and failed fits (NaN) are
+    left out: their paraboloids have no summit.
     """
     along, across = np.cos(orientation), np.sin(orientation)
     with np.errstate(invalid="ignore"):

@@ -1,36 +1,36 @@
 """Heights between the pixels.
 
-`band_limited` gives the one surface through the pixel centres that has no wave shorter than two pixels: of a scan that
-resolves its surface it is that surface. Its waves are those of a cosine transform, whose cells lie as pixels do, at
-(j + ½)/N of the window's length (DCT-II; Strang, SIAM Review 41 (1999) 135), so that finer cells need only be asked.
-Beyond its edges the window is continued by its image turned about the outermost pixel, with the same slope, and that by
-its mirror image, after a plane is taken off; what is felt of both falls off as the third power of the distance from the
-edge. Steps, which no such surface has, ring by a tenth of their height.
+`band_limited` returns the one surface through the pixel centres without wavelengths shorter than two pixels. It is
+exact for a scan that resolves its surface. Its modes are those of a cosine transform, sampled at (j + ½)/N of the
+window's length as pixels are (DCT-II; Strang, SIAM Review 41 (1999) 135), so that the inverse transform also gives
+finer cells. Each edge is extended by the heights turned by 180° about the outermost pixel, which keeps the slope, after
+a plane is removed; the effect of this choice falls as the third power of the distance from the edge. Steps ring by a
+tenth of their height.
 
-`splined` is the smoother choice, whose waves of two to three pixels come out some per cent lower and which rings less.
-By what results differ between both it is told how much they hang on what no pixel shows.
+`splined` interpolates by bicubic splines: wavelengths of two to three pixels come out some per cent lower, and steps
+ring less. The difference between both estimates the effect of heights that no pixel shows.
 """
 
 import numpy as np
 
-#: Pixels by which a window is continued on each side, at most.
+#: Pixels by which a window is extended on each side, at most.
 _MARGIN = 16
 
 
 def band_limited(height: np.ndarray, n: int) -> np.ndarray:
-    """Return heights (nx, ny) on n × n cells for each pixel, without waves shorter than two pixels."""
+    """Return heights (nx, ny) on n × n cells for each pixel, without wavelengths shorter than two pixels."""
     from scipy.fft import dctn, idctn
 
     if n == 1:
         return np.array(height, dtype=float)
-    beyond = [min(_MARGIN, size - 1) for size in height.shape]
-    height = np.pad(height, [(k, k) for k in beyond], "reflect", reflect_type="odd")
+    margins = [min(_MARGIN, size - 1) for size in height.shape]
+    height = np.pad(height, [(k, k) for k in margins], "reflect", reflect_type="odd")
     (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in height.shape] for k in (1, n))
     along_x, along_y = _slope(height.mean(axis=1), x), _slope(height.mean(axis=0), y)
-    waves = np.zeros((fine_x.size, fine_y.size))
-    waves[: x.size, : y.size] = dctn(height - along_x * x[:, None] - along_y * y, norm="forward")
-    fine = idctn(waves, norm="forward", overwrite_x=True) + along_x * fine_x[:, None] + along_y * fine_y
-    rows, columns = (slice(n * k, size - n * k) for k, size in zip(beyond, fine.shape))
+    modes = np.zeros((fine_x.size, fine_y.size))
+    modes[: x.size, : y.size] = dctn(height - along_x * x[:, None] - along_y * y, norm="forward")
+    fine = idctn(modes, norm="forward", overwrite_x=True) + along_x * fine_x[:, None] + along_y * fine_y
+    rows, columns = (slice(n * k, size - n * k) for k, size in zip(margins, fine.shape))
     return np.ascontiguousarray(fine[rows, columns])
 
 
@@ -44,7 +44,7 @@ def splined(height: np.ndarray, n: int) -> np.ndarray:
 
 
 def _centred(size: int, n: int) -> np.ndarray:
-    """Return the places of n cells for each of ``size`` pixels, in pixels from their middle."""
+    """Return the positions of n cells for each of ``size`` pixels, in pixels from their middle."""
     return (np.arange(size * n) + 0.5) / n - 0.5 * size
 
 

@@ -21,10 +21,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-#: The pixels do not determine a term if less than this part of it is independent of the other terms.
+#: A term is undetermined if less than this part of it is independent of the other terms.
 _RANK_TOLERANCE = 1e-10
 
-#: Heights of patches that are fitted at a time.
+#: Number of heights fitted in one block.
 _MOST_HEIGHTS = 2**21
 
 
@@ -39,7 +39,7 @@ class Fit(NamedTuple):
     orientation: np.ndarray  # of the flattest direction, from x towards y, in [−π/2, π/2), rad
     fit_rms: np.ndarray  # root mean square of the patch's residuals, nm
     saddle: np.ndarray  # curvature_min <= 0: the paraboloid is no summit
-    edge: np.ndarray  # patch cut by the scan's edge or by NaN, fitted on the pixels there are
+    edge: np.ndarray  # patch cut by the scan's edge or by NaN, fitted on the remaining pixels
     vertex_fixed: np.ndarray  # vertex held at the peak's pixel
 
 
@@ -71,7 +71,7 @@ def fit_paraboloids(z, ix, iy, dx, dy, *, size=5, vertex="fitted"):
 
 
 def _fit_block(heights, level, dx, dy, fixed):
-    """Return the fit of patches (peaks, pixels) above their peak's pixel, which lies at a level (nm)."""
+    """Fit patches (peaks, pixels) of heights over their peak's pixel, whose height is the level (nm)."""
     size = round(heights.shape[1] ** 0.5)
     u, v = (offset.ravel() for offset in np.mgrid[:size, :size] - size // 2.0)
     terms = np.stack([np.ones(u.size), u, v, u * u, v * v, u * v], axis=1)
@@ -95,7 +95,7 @@ def _fit_block(heights, level, dx, dy, fixed):
 
 
 def _coefficients(terms, heights, known, first):
-    """Return c (peaks, 6) by least squares, those before ``first`` being 0; NaN where the known pixels are too few."""
+    """Return c (peaks, 6) by least squares, 0 before ``first``; NaN where the known pixels are too few."""
     c = np.zeros((len(heights), terms.shape[1]))
     whole = known.all(axis=1)
     c[whole, first:] = heights[whole] @ np.linalg.pinv(terms[:, first:]).T
@@ -112,7 +112,7 @@ def _second_order(c, dx, dy):
 
 
 def _vertex(c, dx, dy):
-    """Return where the paraboloids are level, x and y (nm) from the pixel, and their heights there (nm)."""
+    """Return the vertices of the paraboloids: x, y from the pixel and height (nm)."""
     (A, B, C), gx, gy = _second_order(c, dx, dy), c[:, 1] / dx, c[:, 2] / dy
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = 4 * A * B - C**2

@@ -1,12 +1,12 @@
 """Summits of a surface: local maxima among eight neighbours, flat tops counted once.
 
 Cheng, Dunn & Brach take as asperity every point that is higher than its neighbours. A digitised scan has
-equal heights side by side, so the rule is applied to plateaus: a plateau is a set of pixels of one height,
-connected by sides or corners; it is a peak when every pixel around it is strictly lower. One pixel alone is
-the smallest plateau.
+adjacent pixels of equal height, so the rule is applied to plateaus: a plateau is a set of pixels of one height,
+connected by sides or corners; it is a peak when every pixel around it is strictly lower. A single pixel is the
+smallest plateau.
 
-What lies outside the scan, or under a missing (NaN) pixel, is unknown: a plateau that holds a pixel of the
-outermost ring, or that has a NaN neighbour, is not known to be a maximum and is not a peak.
+Heights outside the scan and at missing (NaN) pixels are unknown: a plateau with a pixel of the outermost ring, or with
+a NaN neighbour, may not be a maximum and is not a peak.
 
 Letters: z heights (nm) as z[ix, iy]; n a plateau's number of pixels.
 """
@@ -21,7 +21,7 @@ _NEIGHBOURHOOD = np.ones((3, 3))
 class Peaks(NamedTuple):
     """Peaks in the order in which a walk along the rows z[0], z[1], … first meets them."""
 
-    ix: np.ndarray  # first index of the plateau's pixel nearest its centroid, of equals the first
+    ix: np.ndarray  # first index of the plateau's pixel nearest its centroid; of equally near ones the first
     iy: np.ndarray  # second index
     size: np.ndarray  # number of pixels of the plateau
 
@@ -36,9 +36,8 @@ def search(z: np.ndarray) -> Peaks:
     top = (z == maximum_filter(z, 3)) & (z < np.inf)
     top[[0, -1], :] = top[:, [0, -1]] = False
     lower = np.where(top, -np.inf, z)
-    shelf = top & (
-        maximum_filter(lower, 3) == z
-    )  # beside an equal pixel that is no top: part of a plateau that is none
+    # next to a pixel of equal height that is not a top: its plateau is not a peak
+    shelf = top & (maximum_filter(lower, 3) == z)
     plateaus, count = label(top, _NEIGHBOURHOOD)
     is_peak = np.ones(count + 1, np.bool_)
     is_peak[plateaus[shelf]] = False
@@ -46,7 +45,7 @@ def search(z: np.ndarray) -> Peaks:
     _, first, number = np.unique(plateaus[ix, iy], return_index=True, return_inverse=True)
     n, sum_x, sum_y = (np.bincount(number, weights).astype(np.int64) for weights in (None, ix, iy))
     off_x, off_y = (n[number] * at - total[number] for at, total in ((ix, sum_x), (iy, sum_y)))
-    off_centroid = off_x.astype(float) ** 2 + off_y.astype(float) ** 2  # n² times the square, whole: equal ones tie
-    nearest = np.lexsort((off_centroid, first[number]))  # stable: of equals the first pixel comes first
+    off_centroid = off_x.astype(float) ** 2 + off_y.astype(float) ** 2  # n² times the square, exact: ties stay ties
+    nearest = np.lexsort((off_centroid, first[number]))  # stable: of equally near pixels the first comes first
     nearest = nearest[np.concatenate([[True], np.diff(first[number][nearest]) > 0])] if nearest.size else nearest
     return Peaks(ix[nearest], iy[nearest], n[number[nearest]])

@@ -1,16 +1,16 @@
 """Gaussian random surfaces of a given spectrum, the same for the same seed with any version of numpy.
 
-White noise of one unit per pixel has the two-dimensional spectrum C = a, the area of a pixel (C as in
+White noise of variance 1 per pixel has the two-dimensional spectrum C = a, the area of a pixel (C as in
 ``scans.spectra``: |a Σ h exp(−iqr)|²/A). Filtered by √(C(q)/a) it becomes a surface of the spectrum C, periodic over
-the map. The random numbers come from the raw bits of PCG64 and the inverse normal distribution, not from a library's
-way of drawing normal numbers, which may change between versions.
+the map. The random numbers come from the raw bits of PCG64 and the inverse normal distribution: a library's normal
+numbers may change between its versions.
 
 K-correlation model: C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H), flat at wavelengths above ℓ₀, self-affine below (Persson et
 al., J. Phys.: Condens. Matter 17 (2005) R1).
 
-Nested waves: bands of half an octave, each a sum of Fourier modes h = Σ Re 2c exp(ikr) over half of the plane, with
-|c|² = C/P² in the mean, P the period of the band. So a surface can be evaluated at any points, on any mesh, and shorter
-bands are added to longer ones that stay as they are.
+Nested roughness: bands of half an octave of wavelengths, each a sum of Fourier modes h = Σ Re 2c exp(ikr) over half of
+the plane, with |c|² = C/P² in the mean, P the period of the band. Such a surface can be evaluated at any points, and
+bands of shorter wavelengths are added without a change of the longer ones.
 
 q    wavevector, nm⁻¹;  C₀ nm⁴;  ℓ₀ ``rolloff``, nm;  H ``hurst``, Hurst exponent
 """
@@ -20,18 +20,18 @@ import numpy as np
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
 
-#: Error of ln C over a factor e of wavelengths, beside that of few waves: no surface follows the model exactly.
+#: Model error of ln C over a factor e of wavelengths, beside the sampling error: no surface follows the model exactly.
 _MODEL_ERROR = 0.05
 
-#: Periods of a band of nested waves, in its longest wave; ratio of the longest to the shortest wave of a band.
+#: Period of a band of nested roughness, in its longest wavelengths; ratio of its longest to its shortest wavelength.
 _PERIODS, _BAND = 32, 2.0**0.5
 
-#: Stream of random numbers of the longest band of nested waves; shorter bands have the next ones.
-_NESTED = 100
+#: Stream of random numbers of the band of the longest wavelengths; shorter bands use the next streams.
+_FIRST_STREAM = 100
 
 
 def uniform(count, seed, stream):
-    """Return numbers inside (0, 1) from PCG64's raw bits, which no version of numpy changes."""
+    """Return uniform random numbers in (0, 1) from PCG64's raw bits, the same in all versions of numpy."""
     bits = np.random.PCG64([seed, stream]).random_raw(count)
     return ((bits >> np.uint64(11)) + 0.5) * 2.0**-53
 
@@ -49,38 +49,42 @@ def k_correlation(q, plateau, rolloff, hurst):
 
 
 def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
-    """Return the (C₀, ℓ₀, H) of a spectrum seen at wavevectors q, and the covariance of ln C at q₁ and 8q₁, with q₁ the
-    largest: how uncertain its continuation is. And by how much the fit is off, squared and summed, in errors.
+    """Fit the K-correlation model to a spectrum at wavevectors q.
 
-    ``modes`` says of how many independent waves each value is the mean, ``hurst`` fixes H, which lies in ``bounds``.
-    Heights averaged over a pixel of side a keep exp(−(qa)²/12) of their power, over a part of it exp(−u(qa)²/12): u,
-    from 0 to 1, is found with the rest. Wavevectors without power are left out; NaN where fewer than four have any.
+    Returns (C₀, ℓ₀, H); the covariance of ln C at q₁ and 8q₁, q₁ the largest wavevector, which is the uncertainty of an
+    extrapolation; and χ², the sum of squared residuals over their errors.
+
+    ``modes`` is the number of independent Fourier modes that each value averages; ``hurst`` fixes H, which lies in
+    ``bounds``. Heights averaged over a pixel of side a keep exp(−(qa)²/12) of their power, over a part of it
+    exp(−u(qa)²/12); u, from 0 to 1, is fitted as well. Wavevectors without power are left out; NaN where fewer than
+    four have any.
     """
     from scipy.optimize import least_squares
 
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
         return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
-    unit, level = 1.0 / q[known][-1], np.log(psd[known][0])  # so that the units of lengths decide nothing
+    unit, level = 1.0 / q[known][-1], np.log(psd[known][0])  # so that the result does not depend on the unit of length
     q, pixel, modes = q[known] * unit, pixel / unit, modes[known]
-    wanted = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m waves is 1/2m too low
+    measured = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
     error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
     longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
-    likely, unsure = np.array([0.0, np.log(longest), np.mean(bounds)]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀ and H
+    prior, prior_error = np.array([0.0, np.log(longest), np.mean(bounds)]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀, H
 
     def model(unknown, q):
         H = hurst if hurst is not None else unknown[3]
         return unknown[0] + np.log(k_correlation(q, 1.0, np.exp(unknown[2]), H))
 
-    def off(unknown):
-        seen = model(unknown, q) - unknown[1] * (q * pixel) ** 2 / 12.0
-        return np.concatenate([(seen - wanted) / error, (unknown[1:] - likely[: count - 1]) / unsure[: count - 1]])
+    def residuals(unknown):
+        averaged = model(unknown, q) - unknown[1] * (q * pixel) ** 2 / 12.0
+        off_prior = (unknown[1:] - prior[: count - 1]) / prior_error[: count - 1]
+        return np.concatenate([(averaged - measured) / error, off_prior])
 
     low = [-np.inf, 0.0, np.log(shortest), bounds[0] - 1e-9]
     high = [np.inf, 1.0, np.log(100.0 * longest), bounds[1]]
-    start, count = [wanted[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
-    tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-13)  # so that rounding of what enters stays rounding
-    solved = least_squares(off, start[:count], "3-point", (low[:count], high[:count]), **tight)
+    start, count = [measured[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
+    tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-13)  # so that rounding of the input is not amplified
+    solved = least_squares(residuals, start[:count], "3-point", (low[:count], high[:count]), **tight)
     fitted, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
     moved = (fitted + small * unit for unit in np.eye(count))
     gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
@@ -90,10 +94,10 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
 
 
 def lay_factor(kx, ky, lay):
-    """Return by what factor the power at wavevectors exceeds that in the mean of all directions.
+    """Return the power at wavevectors over its mean over all directions.
 
-    ``lay`` is the mean of exp(2iθ), weighted by power, over directions θ of wavevectors: 0 where all are alike. The
-    factor is von Mises' distribution of 2θ, near to that of a self-affine surface drawn out along one direction.
+    ``lay`` is the mean of exp(2iθ), weighted by power, over directions θ of wavevectors: 0 for an isotropic surface.
+    The factor is von Mises' distribution of 2θ, close to that of a self-affine surface stretched along one direction.
     """
     from scipy.special import i0
 
@@ -102,27 +106,27 @@ def lay_factor(kx, ky, lay):
     return np.exp(sharp * np.cos(2.0 * np.arctan2(ky, kx) - np.angle(lay))) / i0(sharp)
 
 
-def nested_waves(x, y, spectrum, longest, shortest, seed):
-    """Return the heights (x, y), nm, of waves from ``longest`` down to ``shortest`` at points x, y (nm).
+def nested_roughness(x, y, spectrum, longest, shortest, seed):
+    """Return the heights (x, y), nm, of wavelengths from ``longest`` down to ``shortest`` at points x, y (nm).
 
-    ``spectrum`` gives C of wavevectors kx, ky. The same seed gives the same waves at any points; a smaller ``shortest``
-    adds waves and changes none.
+    ``spectrum`` returns C at wavevectors kx, ky. One seed is one surface, at any points; a smaller ``shortest`` adds
+    wavelengths and leaves the others unchanged.
     """
-    return sum_of(bands(spectrum, longest, shortest, seed), x, y)
+    return summed_modes(roughness_bands(spectrum, longest, shortest, seed), x, y)
 
 
-def bands(spectrum, longest, shortest, seed):
-    """Return `_modes` of each band of nested waves."""
+def roughness_bands(spectrum, longest, shortest, seed):
+    """Return the Fourier modes of each band of nested roughness."""
     out = []
     while longest > shortest * (1.0 + 1e-9):
         least = max(longest / _BAND, shortest)
-        out.append(_modes(spectrum, longest, least, seed, len(out)))
+        out.append(_band_modes(spectrum, longest, least, seed, len(out)))
         longest = least
     return out
 
 
-def sum_of(bands, x, y):
-    """Return the heights (x, y), nm, of bands of waves at points x, y (nm)."""
+def summed_modes(bands, x, y):
+    """Return the heights (x, y), nm, of the Fourier modes of some bands at points x, y (nm)."""
     out = np.zeros((x.size, y.size))
     for amplitude, kx, ky in bands:
         along_x, along_y = np.exp(1j * np.outer(x, kx)), np.exp(1j * np.outer(ky, y))
@@ -131,14 +135,14 @@ def sum_of(bands, x, y):
     return out
 
 
-def _modes(spectrum, longest, shortest, seed, band):
+def _band_modes(spectrum, longest, shortest, seed, band):
     """Return the amplitudes 2c (kx, ky), nm, of one band, and its wavevectors, nm⁻¹."""
     most, unit = int(np.ceil(_PERIODS * _BAND)), 2.0 * np.pi / (_PERIODS * longest)
     kx, ky = np.arange(most + 1), np.arange(-most, most + 1)
     periods = np.hypot(kx[:, None], ky)
     inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
     inside &= (kx[:, None] > 0) | (ky > 0)
-    parts = normal((2, periods.size), seed, _NESTED + band).reshape(2, *periods.shape)
+    parts = normal((2, periods.size), seed, _FIRST_STREAM + band).reshape(2, *periods.shape)
     amplitude = np.zeros(periods.shape, complex)
     wavevectors = [unit * part[inside] for part in np.broadcast_arrays(kx[:, None], ky)]
     root = np.sqrt(2.0 * spectrum(*wavevectors)) * unit / (2.0 * np.pi)
@@ -146,8 +150,8 @@ def _modes(spectrum, longest, shortest, seed, band):
     return amplitude, unit * kx, unit * ky
 
 
-def rms_of(spectrum, longest, shortest):
-    """Return the standard deviation, nm, of the waves of a spectrum from ``longest`` down to ``shortest``."""
+def band_rms(spectrum, longest, shortest):
+    """Return the rms height, nm, of a spectrum's wavelengths from ``longest`` down to ``shortest``."""
     if not longest > shortest:
         return 0.0
     q = np.geomspace(2.0 * np.pi / longest, 2.0 * np.pi / shortest, 65)

@@ -1,17 +1,17 @@
-"""Where a sphere lies still on a scan, from which places it gets there, and over which pass it leaves.
+"""Resting positions of a sphere on a scan, their drainage basins, and the passes between basins.
 
-A sphere rests where its height Z (``dilation``) is least. Z is the largest of the heights Z_k on the patches that it
-may touch; the slope of each points from the sphere's axis away from where it touches,
+A sphere rests at a local minimum of its height Z (``dilation``). Z is the largest of the heights Z_k on the patches
+that it may touch, with the slopes
 
     ∇Z_k = −(x − u_k) / √(R² − |x − u_k|²)
 
-so that the sphere rests where its axis lies within the polygon of what it touches, and a pass between two summits is
-where it lies on the line that joins them, at equal heights.
+where u_k is the contact. So the sphere's axis lies within the polygon of its contacts at rest, and on the line between
+two contacts of equal height at a pass.
 
-1. Every pixel drains down the steepest way to a neighbour; pixels that drain to one minimum are its basin.
-2. A trough that runs obliquely to the pixels has false minima on them. From each minimum the sphere therefore rolls on
-   between pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does
-   not lower the sphere. Basins from which it rolls to the same resting position are parts of one.
+1. Every pixel drains along the steepest descent to a neighbour; pixels that drain to one minimum are its basin.
+2. A trough oblique to the pixels has false minima on them. From each minimum the sphere therefore rolls on between
+   pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does not lower
+   the sphere. Basins from which it rolls to the same resting position are merged.
 3. The pass between two basins is the lowest point on their common border: its lowest pixel, or near that pixel the
    lowest point on a line that joins two touched summits. It lies above both resting positions.
 
@@ -25,41 +25,41 @@ import numpy as np
 from ..jit import kernel
 from .dilation import RISE, SIDE, X, Y, put_patch, touch
 
-#: Label of pixels from which the sphere rolls off the scan; of those without a lower neighbour, the last of a list of
-#: labels; and of those not yet seen.
-OFF, _NO_WAY, _UNSEEN = 0, -1, -2
+#: Labels of pixels from which the sphere rolls off the scan, of pixels without a lower neighbour, and of pixels not yet
+#: labelled. The second is also the last index of a list of labels.
+OFF, _NO_DESCENT, _UNLABELLED = 0, -1, -2
 
-#: Relative difference of slopes within which these are equal.
+#: Slopes that differ by less than this part count as equal.
 _EQUAL_SLOPES = 1e-9
 
-#: Half-width of a step, in pixels: at first (no path of equal steps ends midway between pixels), and at the end; and
-#: the largest number of steps.
+#: First and last half-width of a step, in pixels, and the largest number of steps. Steps of the first never end midway
+#: between pixels.
 _FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
 
-#: Least distance (pixels) of contacts on different summits; no multiple of half a pixel, where many contacts lie.
+#: Least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are.
 _LEAST_SEPARATION = 1.9
 
 #: Most rounds of the search for a saddle, each by the planes at the point of the round before.
 _CROSSING_ROUNDS = 30
 
-#: How far (distance²/R) the sphere's heights on two patches may part from their planes.
+#: Largest deviation, in distance²/R, of the sphere's heights on two patches from their tangent planes.
 _LARGEST_DEVIATION = 2.5
 
-#: Distance (pixels) of a pass from the lowest pixel of a border, at most: pixels drain in eight directions alone.
+#: Largest distance (pixels) of a pass from the lowest pixel of a border: pixels drain in only eight directions.
 _PASS_DISTANCE = 4.0
 
-#: Distance (pixels) from a saddle, on both sides of it, from which the sphere rolls down: more than a first step; and
-#: the steps after which the basin is read.
-_BESIDE_SADDLE, _DRAINING_STEPS = 0.5, 12
+#: Distance (pixels) from a saddle at which the sphere starts to roll, on both sides; more than a first step. And the
+#: steps after which its basin is read.
+_SADDLE_OFFSET, _DRAINING_STEPS = 0.5, 12
 
-#: Half the width of a pixel, in pixels, and what rounding takes from it.
+#: Half the width of a pixel, in pixels, with a margin for rounding.
 _EDGE = 0.5 + 1e-9
 
-#: Most planes that are taken in along an axis, in the search for the best step.
+#: Largest number of tangent planes along an axis, in the search for the best step.
 _MOST_CUTS = 50
 
-#: Heights that differ by less than this part of a step are one, in `_best_step`. Contacts lie below the centre by the
-#: second part of the radius, at least: slopes stay finite.
+#: In `_best_step`, heights that differ by less than the first part of a step count as equal. Contacts lie below the
+#: centre by at least the second part of the radius, so that slopes stay finite.
 _ROUNDING, _LEAST_SLANT = 1e-10, 1e-9
 
 _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
@@ -72,9 +72,9 @@ def on_border(shape, i, j):
 
 
 @kernel
-def _way_down(z, i, j, pixel, labels, lowest):
-    """Return the label of the steepest lower neighbour, of ways equally steep that to the lowest minimum."""
-    steepest, label = 0.0, _NO_WAY
+def _downhill_label(z, i, j, pixel, labels, lowest):
+    """Return the label of the steepest lower neighbour; of equally steep ones, that of the lowest minimum."""
+    steepest, label = 0.0, _NO_DESCENT
     for di, dj in _OFFSETS:
         p, q = i + di, j + dj
         if 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] < z[i, j]:
@@ -88,8 +88,8 @@ def _way_down(z, i, j, pixel, labels, lowest):
 
 @kernel
 def _fill(z, start, pixel, labels, lowest, plateau):
-    """List the pixels of a plateau without a way down; return their number and label, ``_NO_WAY`` for a minimum."""
-    (nx, ny), count, done, label, off = z.shape, 1, 0, _NO_WAY, False
+    """List the pixels of a plateau; return their number and label, ``_NO_DESCENT`` if the plateau is a minimum."""
+    (nx, ny), count, done, label, off = z.shape, 1, 0, _NO_DESCENT, False
     plateau[0] = start
     while done < count:
         i, j = plateau[done] // ny, plateau[done] % ny
@@ -99,33 +99,33 @@ def _fill(z, start, pixel, labels, lowest, plateau):
             p, q = i + di, j + dj
             if not (0 <= p < nx and 0 <= q < ny and z[p, q] == z[i, j]):
                 continue
-            if labels[p, q] == _UNSEEN:
-                labels[p, q] = _way_down(z, p, q, pixel, labels, lowest)
-                if labels[p, q] == _NO_WAY:
+            if labels[p, q] == _UNLABELLED:
+                labels[p, q] = _downhill_label(z, p, q, pixel, labels, lowest)
+                if labels[p, q] == _NO_DESCENT:
                     plateau[count] = p * ny + q
                     count += 1
             if lowest[labels[p, q]] < lowest[label]:
                 label = labels[p, q]
-    return count, OFF if label == _NO_WAY and off else label
+    return count, OFF if label == _NO_DESCENT and off else label
 
 
 @kernel
-def basins(z, pixel):
-    """Return the label of each pixel's basin (``OFF``, 1, 2, …), and of each from 1 on its minimum, in pixels."""
+def drainage_basins(z, pixel):
+    """Return the label of each pixel's basin (``OFF``, 1, 2, …), and the minimum of each basin from 1 on, in pixels."""
     ny, count = z.shape[1], 0
-    labels = np.full(z.shape, _UNSEEN, np.int32)
+    labels = np.full(z.shape, _UNLABELLED, np.int32)
     lowest, minima = np.full(z.size // 4 + 3, np.inf), np.zeros((z.size // 4 + 1, 2))
     lowest[OFF] = -np.inf
     plateau = np.zeros(z.size, np.int32)
     for start in np.argsort(z.ravel()):
         i, j = start // ny, start % ny
-        if labels[i, j] != _UNSEEN:
+        if labels[i, j] != _UNLABELLED:
             continue
-        labels[i, j] = _way_down(z, i, j, pixel, labels, lowest)
-        if labels[i, j] != _NO_WAY:
+        labels[i, j] = _downhill_label(z, i, j, pixel, labels, lowest)
+        if labels[i, j] != _NO_DESCENT:
             continue
         size, label = _fill(z, start, pixel, labels, lowest, plateau)
-        if label == _NO_WAY:
+        if label == _NO_DESCENT:
             for k in plateau[:size]:
                 minima[count, 0] += k // ny / size
                 minima[count, 1] += k % ny / size
@@ -137,8 +137,8 @@ def basins(z, pixel):
     return labels, minima[:count].copy()
 
 
-class Ground(NamedTuple):
-    """A scan's heights (nm), what a sphere may touch anywhere on it, and the scan's pixels."""
+class Surface(NamedTuple):
+    """A scan's heights (nm), the patches that a sphere may touch at each pixel, and the pixels."""
 
     height: np.ndarray
     bounds: np.ndarray  # first and last entry in ``lists`` of each box of pixels
@@ -149,38 +149,38 @@ class Ground(NamedTuple):
 
 
 @kernel
-def _pixel_at(ground, x, y):
-    """Return the pixel nearest to a place."""
-    i = int(np.floor((x - ground.first[0]) / ground.pixel[0] + 0.5))
-    j = int(np.floor((y - ground.first[1]) / ground.pixel[1] + 0.5))
+def _pixel_at(surface, x, y):
+    """Return the pixel nearest to a point."""
+    i = int(np.floor((x - surface.first[0]) / surface.pixel[0] + 0.5))
+    j = int(np.floor((y - surface.first[1]) / surface.pixel[1] + 0.5))
     return i, j
 
 
 @kernel
-def _is_off(ground, x, y):
-    """Return whether a place lies on the scan's outermost pixels or beyond: on their inner edge too, on all sides."""
-    nx, ny = ground.height.shape
-    along_x, along_y = (x - ground.first[0]) / ground.pixel[0], (y - ground.first[1]) / ground.pixel[1]
+def _is_off(surface, x, y):
+    """Return whether a point lies on the scan's outermost pixels, their inner edge included, or beyond."""
+    nx, ny = surface.height.shape
+    along_x, along_y = (x - surface.first[0]) / surface.pixel[0], (y - surface.first[1]) / surface.pixel[1]
     return min(along_x, along_y, nx - 1 - along_x, ny - 1 - along_y) <= _EDGE
 
 
 @kernel
-def _near(ground, i, j):
-    """Return the patches (rows) that a sphere may touch whose axis is within a pixel of a pixel, or of the nearest."""
-    nx, ny = ground.height.shape
-    start, stop = ground.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
+def _patches_near(surface, i, j):
+    """Return the patches (rows) that a sphere may touch with its axis within a pixel of pixel i, j."""
+    nx, ny = surface.height.shape
+    start, stop = surface.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
     rows = np.zeros((stop - start, RISE + 1))
     for n in range(stop - start):
-        p, q = ground.lists[start + n] // ny, ground.lists[start + n] % ny
-        put_patch(rows[n], ground.height, p, q, ground.pixel, ground.ball.radius)
-        rows[n, X], rows[n, Y] = ground.first[0] + p * ground.pixel[0], ground.first[1] + q * ground.pixel[1]
+        p, q = surface.lists[start + n] // ny, surface.lists[start + n] % ny
+        put_patch(rows[n], surface.height, p, q, surface.pixel, surface.ball.radius)
+        rows[n, X], rows[n, Y] = surface.first[0] + p * surface.pixel[0], surface.first[1] + q * surface.pixel[1]
     return rows
 
 
 @kernel
-def _near_pass(ground, i, j):
-    """Return the patches that a sphere may touch whose axis is within ``_PASS_DISTANCE`` of a pixel."""
-    nx, ny = ground.height.shape
+def _patches_near_pass(surface, i, j):
+    """Return the patches that a sphere may touch with its axis within ``_PASS_DISTANCE`` of a pixel."""
+    nx, ny = surface.height.shape
     boxes, count, wide = np.zeros((9, 2), np.int64), 0, int(_PASS_DISTANCE) - 1
     low = max(i - wide, 0) // SIDE, max(j - wide, 0) // SIDE
     high = min(i + wide, nx - 1) // SIDE, min(j + wide, ny - 1) // SIDE
@@ -188,9 +188,9 @@ def _near_pass(ground, i, j):
         for b in range(low[1], high[1] + 1):
             boxes[count] = a, b
             count += 1
-    rows = _near(ground, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
+    rows = _patches_near(surface, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
     for n in range(1, count):
-        more, new = _near(ground, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE), 0
+        more, new = _patches_near(surface, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE), 0
         for k in range(len(more)):
             known = False
             for m in range(len(rows)):
@@ -204,7 +204,7 @@ def _near_pass(ground, i, j):
 
 @kernel
 def _plane(row, x, y, ball):
-    """Return the sphere's height on a patch, its slopes, and the place of contact."""
+    """Return the sphere's height on a patch, its slopes, and the contact point."""
     height, u, v = touch(row, x, y, ball)
     c = np.sqrt(max(ball.radius**2 - (x - u) ** 2 - (y - v) ** 2, (_LEAST_SLANT * ball.radius) ** 2))
     return height, (u - x) / c, (v - y) / c, u, v
@@ -212,7 +212,7 @@ def _plane(row, x, y, ball):
 
 @kernel
 def _planes(rows, x, y, ball, reach):
-    """Return height, slopes, place of contact and number of the patches that may be touched within a step."""
+    """Return height, slopes, contact point and index of the patches that may be touched within a step."""
     out, top = np.zeros((len(rows), 6)), 0
     for n in range(len(rows)):
         out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = _plane(rows[n], x, y, ball)
@@ -230,8 +230,7 @@ def _planes(rows, x, y, ball, reach):
 
 
 @kernel
-def _chosen(rows, planes):
-    """Return the patches that some planes belong to."""
+def _patches_of_planes(rows, planes):
     out = np.zeros((len(planes), rows.shape[1]))
     for n in range(len(planes)):
         out[n] = rows[int(planes[n, 5])]
@@ -239,8 +238,8 @@ def _chosen(rows, planes):
 
 
 @kernel
-def _height(rows, x, y, ball):
-    """Return the greatest height on some patches."""
+def _touching_height(rows, x, y, ball):
+    """Return the sphere's height, the greatest on some patches."""
     highest = -np.inf
     for n in range(len(rows)):
         highest = max(highest, touch(rows[n], x, y, ball)[0])
@@ -254,7 +253,7 @@ def _plane_height(plane, dx, dy):
 
 @kernel
 def _highest_plane(planes, dx, dy):
-    """Return the greatest height of planes at a step, and the plane."""
+    """Return the greatest height of planes at a step, and the index of that plane."""
     highest, at = -np.inf, 0
     for n in range(len(planes)):
         height = _plane_height(planes[n], dx, dy)
@@ -265,7 +264,7 @@ def _highest_plane(planes, dx, dy):
 
 @kernel
 def _best_across(planes, dx, step):
-    """Return the least height over dy, its slope along x, and dy: where planes cross that fall and rise along y."""
+    """Return the least height over dy, its slope along x, and dy: there a falling plane crosses a rising one."""
     height, fall = _highest_plane(planes, dx, -step)
     if planes[fall, 2] >= 0:
         return height, planes[fall, 1], -step
@@ -315,13 +314,13 @@ def _best_step(planes, step):
 
 @kernel
 def _step_down(rows, x, y, ball, step, last):
-    """Return a lower place within a step, its height, and the step; where none is, the place and a step below last."""
-    height = _height(rows, x, y, ball)
+    """Return a lower point within a step, its height, and the step; if there is none, the point and a step < last."""
+    height = _touching_height(rows, x, y, ball)
     while step >= last:
         planes = _planes(rows, x, y, ball, step)
-        rows = _chosen(rows, planes)
+        rows = _patches_of_planes(rows, planes)
         dx, dy = _best_step(planes, step)
-        lower = _height(rows, x + dx, y + dy, ball)
+        lower = _touching_height(rows, x + dx, y + dy, ball)
         if lower < height - 1e-12 * ball.radius:
             return x + dx, y + dy, lower, step
         step *= 0.5
@@ -329,36 +328,36 @@ def _step_down(rows, x, y, ball, step, last):
 
 
 @kernel
-def _roll(ground, x, y):
-    """Roll from x, y to rest; return x, y and height there, NaN where the sphere rolls off the scan."""
-    largest, height = max(ground.pixel[0], ground.pixel[1]), np.inf
+def _roll(surface, x, y):
+    """Roll from x, y to a resting position; return its x, y and height, NaN where the sphere rolls off the scan."""
+    largest, height = max(surface.pixel[0], surface.pixel[1]), np.inf
     step = _FIRST_STEP * largest
     for _ in range(_MOST_STEPS):
-        if _is_off(ground, x, y):
+        if _is_off(surface, x, y):
             return np.nan, np.nan, np.nan
-        i, j = _pixel_at(ground, x, y)
-        x, y, height, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
+        i, j = _pixel_at(surface, x, y)
+        x, y, height, step = _step_down(_patches_near(surface, i, j), x, y, surface.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
     return x, y, height
 
 
 @kernel
-def settle(ground, places):
-    """Roll a sphere from each place to rest; return x, y, height (nm), (places, 3), NaN where it rolls off the scan."""
+def settle(surface, places):
+    """Roll a sphere from each place to rest; return its x, y, height (nm), (places, 3), NaN if it leaves the scan."""
     out = np.zeros((len(places), 3))
     for n in range(len(places)):
-        out[n, 0], out[n, 1], out[n, 2] = _roll(ground, places[n, 0], places[n, 1])
+        out[n, 0], out[n, 1], out[n, 2] = _roll(surface, places[n, 0], places[n, 1])
     return out
 
 
 @kernel
 def settle_near(rows, places, ball, largest, farthest):
-    """Roll a sphere from each place down on patches, no farther than a distance; return x, y, height (nm)."""
+    """Roll a sphere from each place down some patches, at most a distance; return x, y, height (nm)."""
     out = np.zeros((len(places), 3))
     for n in range(len(places)):
         x, y, step = places[n, 0], places[n, 1], _FIRST_STEP * largest
-        near, height = _chosen(rows, _planes(rows, x, y, ball, farthest)), np.inf
+        near, height = _patches_of_planes(rows, _planes(rows, x, y, ball, farthest)), np.inf
         while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
             x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
         out[n, 0], out[n, 1], out[n, 2] = x, y, height
@@ -366,14 +365,14 @@ def settle_near(rows, places, ball, largest, farthest):
 
 
 @kernel
-def _is_apart(a, b, pixel):
+def _on_different_summits(a, b, pixel):
     """Return whether two contacts lie on different summits."""
     return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
 
 
 @kernel
 def _crossing(a, b, x, y):
-    """Return where the sphere touches two patches at once, by their planes at a place; NaN if not between them."""
+    """Return the point where the sphere touches two patches at once, by their planes; NaN if not between them."""
     dx, dy = b[3] - a[3], b[4] - a[4]
     off = a[0] - b[0] + (a[1] - b[1]) * (a[3] - x) + (a[2] - b[2]) * (a[4] - y)
     t = off / ((b[1] - a[1]) * dx + (b[2] - a[2]) * dy)
@@ -381,34 +380,34 @@ def _crossing(a, b, x, y):
 
 
 @kernel
-def _drains_to(labels, x, y, ground):
-    """Return the basin into which a sphere rolls from a point: that of the pixel to which a few steps lead."""
-    largest, (nx, ny) = max(ground.pixel[0], ground.pixel[1]), labels.shape
+def _drains_to(labels, x, y, surface):
+    """Return the basin into which a sphere rolls from a point: that of its pixel after a few steps."""
+    largest, (nx, ny) = max(surface.pixel[0], surface.pixel[1]), labels.shape
     step = _FIRST_STEP * largest
     for _ in range(_DRAINING_STEPS):
-        if _is_off(ground, x, y):
+        if _is_off(surface, x, y):
             return OFF
-        i, j = _pixel_at(ground, x, y)
-        x, y, _, step = _step_down(_near(ground, i, j), x, y, ground.ball, step, _LAST_STEP * largest)
+        i, j = _pixel_at(surface, x, y)
+        x, y, _, step = _step_down(_patches_near(surface, i, j), x, y, surface.ball, step, _LAST_STEP * largest)
         if step < _LAST_STEP * largest:
             break
-    i, j = _pixel_at(ground, x, y)
+    i, j = _pixel_at(surface, x, y)
     return labels[min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)]
 
 
 @kernel
-def _divides(labels, a, b, x, y, ground, pair):
-    """Return whether a sphere on two contacts rolls into one basin of a pair on one side, into the other beyond."""
+def _divides(labels, a, b, x, y, surface, pair):
+    """Return whether a sphere on two contacts rolls into the two basins of a pair on its two sides."""
     along, across = b[3] - a[3], b[4] - a[4]
-    off = _BESIDE_SADDLE * max(ground.pixel[0], ground.pixel[1]) / np.hypot(along, across)
-    first = _drains_to(labels, x - off * across, y + off * along, ground)
-    second = _drains_to(labels, x + off * across, y - off * along, ground)
+    off = _SADDLE_OFFSET * max(surface.pixel[0], surface.pixel[1]) / np.hypot(along, across)
+    first = _drains_to(labels, x - off * across, y + off * along, surface)
+    second = _drains_to(labels, x + off * across, y - off * along, surface)
     return min(first, second) == min(pair[0], pair[1]) and max(first, second) == max(pair[0], pair[1])
 
 
 @kernel
 def _saddle(a, b, x, y, ball):
-    """Return x, y and height where the sphere touches two patches, between its contacts; NaN if nowhere."""
+    """Return x, y and height of the saddle at which the sphere touches two patches; NaN if there is none."""
     for _ in range(_CROSSING_ROUNDS):
         first, second = _plane(a, x, y, ball), _plane(b, x, y, ball)
         previous_x, previous_y = x, y
@@ -419,57 +418,57 @@ def _saddle(a, b, x, y, ball):
 
 
 @kernel
-def _lowest_saddle(rows, planes, start, least, labels, pair, ground):
+def _lowest_saddle(rows, planes, start, least, labels, pair, surface):
     """Return x, y and height of the lowest saddle between two basins near their border's lowest pixel, or that pixel.
 
     ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions.
     """
-    (x, y, _), lowest, ball = start, start, ground.ball
-    largest = max(ground.pixel[0], ground.pixel[1])
+    (x, y, _), lowest, ball = start, start, surface.ball
+    largest = max(surface.pixel[0], surface.pixel[1])
     nearest = _PASS_DISTANCE * largest
     for p in range(len(planes)):
         for q in range(p):
-            if not _is_apart(planes[p], planes[q], ground.pixel):
+            if not _on_different_summits(planes[p], planes[q], surface.pixel):
                 continue
             px, py = _crossing(planes[p], planes[q], x, y)
             off = np.hypot(px - x, py - y)
             if not off < nearest + largest:
                 continue
-            bent = _LARGEST_DEVIATION * off * off / ball.radius  # as far as planes can tell
-            highest = min(_plane_height(planes[p], px - x, py - y), lowest[2]) + bent
+            deviation = _LARGEST_DEVIATION * off * off / ball.radius  # of the heights from the planes
+            highest = min(_plane_height(planes[p], px - x, py - y), lowest[2]) + deviation
             if _highest_plane(planes, px - x, py - y)[0] > highest:
                 continue
             px, py, height = _saddle(rows[p], rows[q], px, py, ball)
-            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]) or _is_off(ground, px, py):
-                continue  # what lies beyond the scan's edge is not known
-            on_surface = _height(rows, px, py, ball) <= height + 1e-8 * ball.radius
-            if on_surface and _divides(labels, planes[p], planes[q], px, py, ground, pair):
+            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]) or _is_off(surface, px, py):
+                continue  # heights beyond the scan's edge are unknown
+            on_surface = _touching_height(rows, px, py, ball) <= height + 1e-8 * ball.radius
+            if on_surface and _divides(labels, planes[p], planes[q], px, py, surface, pair):
                 lowest = (px, py, height)
     return lowest
 
 
 @kernel
-def passes(z, labels, pairs, pixels, rest_heights, ground):
-    """Return x, y and height (nm) of the pass between each pair of basins from their border's lowest pixel."""
-    out, reach = np.zeros((pixels.size, 3)), _PASS_DISTANCE * max(ground.pixel[0], ground.pixel[1])
+def passes(z, labels, pairs, pixels, rest_heights, surface):
+    """Return x, y and height (nm) of the pass between each pair of basins, given their border's lowest pixel."""
+    out, reach = np.zeros((pixels.size, 3)), _PASS_DISTANCE * max(surface.pixel[0], surface.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
-        x, y = ground.first[0] + i * ground.pixel[0], ground.first[1] + j * ground.pixel[1]
-        rows = _near_pass(ground, i, j)
-        planes = _planes(rows, x, y, ground.ball, reach)
+        x, y = surface.first[0] + i * surface.pixel[0], surface.first[1] + j * surface.pixel[1]
+        rows = _patches_near_pass(surface, i, j)
+        planes = _planes(rows, x, y, surface.ball, reach)
         least = -np.inf
         for label in pairs[n]:
             if label != OFF:
                 least = max(least, rest_heights[label])
         out[n, 0], out[n, 1], out[n, 2] = _lowest_saddle(
-            _chosen(rows, planes), planes, (x, y, z[i, j]), least, labels, pairs[n], ground
+            _patches_of_planes(rows, planes), planes, (x, y, z[i, j]), least, labels, pairs[n], surface
         )
     return out
 
 
 @kernel
-def _none_above(planes, reach):
-    """Return the planes that no other one exceeds all over a step: at rest any of several may be the highest."""
+def _contact_planes(planes, reach):
+    """Return the planes that are the highest somewhere within a step: at rest several are."""
     out, number = np.zeros((len(planes), planes.shape[1])), 0
     for n in range(len(planes)):
         within = True
@@ -483,15 +482,15 @@ def _none_above(planes, reach):
 
 
 @kernel
-def _groups(planes, pixel):
-    """Return contacts from the highest on, and of each the place of the highest that it is linked to by others."""
+def _summits(planes, pixel):
+    """Return the contacts' order from the highest on, and the rank of the highest contact on the summit of each."""
     order = np.argsort(-planes[:, 0])
-    top = np.arange(len(planes))  # places in the order
+    top = np.arange(len(planes))  # ranks in the order
     for _ in range(len(planes)):
         changed = False
         for k in range(len(planes)):
             for m in range(len(planes)):
-                if top[m] < top[k] and not _is_apart(planes[order[k]], planes[order[m]], pixel):
+                if top[m] < top[k] and not _on_different_summits(planes[order[k]], planes[order[m]], pixel):
                     top[k], changed = top[m], True
         if not changed:
             break
@@ -499,16 +498,16 @@ def _groups(planes, pixel):
 
 
 @kernel
-def carriers(places, ground, slack):
-    """Return for each place how many summits carry a sphere, within ``slack`` pixels of motion, and where."""
+def supports(places, surface, slack):
+    """Return for each place the number of summits that support a sphere, within ``slack`` pixels, and their x, y."""
     most = 8
     number, at = np.zeros(len(places), np.int64), np.full((len(places), most, 2), np.nan)
-    reach = slack * max(ground.pixel[0], ground.pixel[1])
+    reach = slack * max(surface.pixel[0], surface.pixel[1])
     for n in range(len(places)):
         x, y = places[n, 0], places[n, 1]
-        i, j = _pixel_at(ground, x, y)
-        planes = _none_above(_planes(_near(ground, i, j), x, y, ground.ball, reach), reach)
-        order, top = _groups(planes, ground.pixel)
+        i, j = _pixel_at(surface, x, y)
+        planes = _contact_planes(_planes(_patches_near(surface, i, j), x, y, surface.ball, reach), reach)
+        order, top = _summits(planes, surface.pixel)
         for k in range(len(planes)):
             if top[k] == k and number[n] < most:
                 at[n, number[n], 0], at[n, number[n], 1] = planes[order[k], 3], planes[order[k], 4]
