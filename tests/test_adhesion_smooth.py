@@ -40,12 +40,12 @@ def pull_off(path):
 
 @pytest.fixture(scope="module")
 def law():
-    return laws.law_of(exponential=(W, LENGTH))
+    return laws.smooth_law(exponential=(W, LENGTH))
 
 
 @pytest.mark.parametrize("name, cut", [("exponential", 40.0), ("waals", 1e4)])
 def test_laws_do_the_work_of_separation(name, cut):
-    law = laws.law_of(**{name: (W, LENGTH)}, cut=cut * LENGTH)
+    law = laws.smooth_law(**{name: (W, LENGTH)}, cut=cut * LENGTH)
     u = np.r_[0.0, np.geomspace(1e-4, law.range, 40001)[:-1]]
     t, fall = np.array([laws.traction(x, law) for x in u]).T
     assert np.trapezoid(t, u) == pytest.approx(W, rel=1e-4)
@@ -112,7 +112,7 @@ def test_short_range_pulls_off_as_jkr():
     errors = []
     for tabor in (1.5, 3.0):
         length = (radius * w**2) ** (1 / 3) / tabor
-        (path,) = follow(sphere(100, radius), [0.5], laws.law_of(exponential=(w, length)), step=0.1)
+        (path,) = follow(sphere(100, radius), [0.5], laws.smooth_law(exponential=(w, length)), step=0.1)
         errors.append(pull_off(path) / (1.5 * np.pi * w * radius) - 1)
         assert path.states["converged"].all()
     assert 0 < errors[1] < errors[0] < 0.12
@@ -121,7 +121,7 @@ def test_short_range_pulls_off_as_jkr():
 
 def test_a_stiff_sphere_pulls_off_as_a_rigid_one():
     radius, w = 250.0, 5e-6
-    (path,) = follow(sphere(130, radius), [0.2], laws.law_of(exponential=(w, 0.8), cut=10.0 * 0.8), step=0.2)
+    (path,) = follow(sphere(130, radius), [0.2], laws.smooth_law(exponential=(w, 0.8), cut=10.0 * 0.8), step=0.2)
     assert pull_off(path) == pytest.approx(2 * np.pi * w * radius, rel=0.02)
 
 
@@ -130,7 +130,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
     elastic = kalker.solve(separation, 1.0, 1.0, 1.0, tolerance=1e-7).force
     errors = []
     for w in (1e-2 * W, 1e-3 * W, 1e-4 * W):
-        (path,) = follow(separation, [1.0], laws.law_of(exponential=(w, LENGTH)))
+        (path,) = follow(separation, [1.0], laws.smooth_law(exponential=(w, LENGTH)))
         errors.append(1 - path.states["force"][path.turn - 1] / elastic)
     np.testing.assert_allclose(errors[1:], np.array(errors[:-1]) / 10, rtol=0.1)  # in proportion to w, to nothing
     assert 0 < errors[-1] < 5e-4
@@ -205,7 +205,7 @@ def test_what_is_never_touched_has_no_force(law):
 @pytest.mark.parametrize("name", ["exponential", "waals", "step"])
 def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name):
     """From contact on, where the van der Waals law repels more the closer it is."""
-    law = laws.law_of(**{name: (0.03, 0.4)})
+    law = laws.smooth_law(**{name: (0.03, 0.4)})
     u, part = np.linspace(1e-4, 3.0, 61), 1e-5
     every = [[(*laws.traction(x, law), laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)]
     (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))

@@ -7,7 +7,7 @@ import roughxr
 from roughxr.contact import elastic
 from roughxr.kernels.adhesion import equilibrium as smooth_equilibrium
 from roughxr.kernels.adhesion import states as smooth_states
-from roughxr.kernels.adhesion.traction_laws import law_of
+from roughxr.kernels.adhesion.traction_laws import smooth_law
 from roughxr.kernels.halfspace import displacement_control, working_set
 
 from . import half_space
@@ -166,11 +166,11 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
     lost = working_set.solve_in_box(1.0 - gap, begin, 1e-6, 100, np.inf)
     displacement_control.describe(row, lost, 1.0 - gap, np.inf, np.inf)
     assert row[half_space.STATUS] != half_space.CONVERGED and np.isnan(row[displacement_control.RESIDUAL])
-    law = law_of(exponential=(WORK * PIXEL / MODULUS, RANGE))
+    law = smooth_law(exponential=(WORK * PIXEL / MODULUS, RANGE))
     solver = smooth_states.Solver(gap, law, np.inf, np.inf, False)
-    nothing = solver.nothing(1.0, np.zeros(gap.shape))
+    nothing = solver.without_traction(1.0, np.zeros(gap.shape))
     spoiled = nothing._replace(state=nothing.state._replace(pressure=nothing.state.pressure * np.nan))
-    assert solver.seek(1.0, nothing).fine and not solver.seek(1.0, spoiled).fine
+    assert solver.solve(1.0, nothing).converged and not solver.solve(1.0, spoiled).converged
 
 
 @pytest.mark.parametrize(("rounds", "tolerance"), [(1, smooth_states.TOLERANCE), (20, 0.0)])
@@ -178,7 +178,7 @@ def test_numbers_that_are_none_do_not_pass_for_a_solution():
 def test_an_adhesive_solve_that_stagnates_is_flagged_and_told_of(surface, monkeypatch, rounds, tolerance, asked):
     monkeypatch.setattr(smooth_equilibrium, "_MOST_ROUNDS", rounds)
     monkeypatch.setattr(smooth_states, "TOLERANCE", tolerance)
-    monkeypatch.setattr(smooth_states, "ON_THE_WAY", 0.0)
+    monkeypatch.setattr(smooth_states, "INTERMEDIATE_TOLERANCE", 0.0)
     with pytest.warns(UserWarning, match=r"have not converged \(converged is False\)"):
         cycle = roughxr.adhesive(surface, law="exponential", mesh=1, subregions=([0.0], [0.0]), **asked)
     assert not cycle.converged.any() and np.isnan(cycle.pull_off_force).all()

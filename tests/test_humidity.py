@@ -140,7 +140,7 @@ def test_over_gaussian_heights_it_is_their_integral(gaussian, height, shares):
     law = potentials.with_liquid(potentials.potential("dugdale", 0.0, 0.3), height, 1.0, 1.0)
     for distance, share in enumerate(shares):
         gap = distance - gaussian
-        area = kernels.pulls(gap, kernels.cells(gap, law), np.zeros(1), law, 1e-12, 1.0)[0] / gap.size
+        area = kernels.attractions(gap, kernels.cells(gap, law), np.zeros(1), law, 1e-12, 1.0)[0] / gap.size
         assert area == pytest.approx(ndtr(height - distance), rel=2e-3)
         work = float(np.mean(potentials.energy(np.maximum(gap, 0.0), law)))
         assert work / height == pytest.approx(share, rel=2e-3)

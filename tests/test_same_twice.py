@@ -10,12 +10,12 @@ import pytest
 
 from roughxr.kernels.adhesion import newton_system
 from roughxr.kernels.adhesion.path import CONVERGED, follow_path
-from roughxr.kernels.adhesion.traction_laws import law_of
+from roughxr.kernels.adhesion.traction_laws import smooth_law
 from roughxr.kernels.halfspace import products
 
 from . import half_space as kalker
 
-LAW = law_of(exponential=(0.05, 0.8))
+LAW = smooth_law(exponential=(0.05, 0.8))
 
 
 def gap(rows, columns):
@@ -33,7 +33,9 @@ def solutions(rows, columns):
     assert path.status == CONVERGED
     pressed = kalker.sweep_arrays(separation, [1.0, 2.0], 1.0, 1.0, keep=2)
     loaded = kalker.loaded_arrays(separation, [5.0], 1.0, 1.0, hardness=kalker.Hardness(0.1), keep=1)
-    return b"".join(array.tobytes() for array in (path.states, path.pressures, path.left, *pressed, *loaded))
+    return b"".join(
+        array.tobytes() for array in (path.states, path.pressures, path.residual_heights, *pressed, *loaded)
+    )
 
 
 @pytest.mark.parametrize("cells", [121, 125, 128])

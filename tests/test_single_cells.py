@@ -51,7 +51,7 @@ def smooth_cell(depth, law, compliance):
 def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch):
     monkeypatch.setattr(smooth_states, "TOLERANCE", 1e-8)
     w = {"exponential": 0.2, "waals": 0.02}[name]  # softer than the cell is
-    law = smooth_laws.law_of(**{name: (w, 0.8)})
+    law = smooth_laws.smooth_law(**{name: (w, 0.8)})
     separation = window(places)
     with np.errstate(invalid="ignore"):  # uncompiled it would warn of what is NaN and not used: directions to nowhere
         (found,) = path.follow_path(separation, DELTAS, 0.1, law, fields=True)
@@ -77,7 +77,7 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
 def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
-    law, cap, sinks, number = smooth_laws.law_of(exponential=(0.2, 0.8)), 0.9, compliance(places), len(places)
+    law, cap, sinks, number = smooth_laws.smooth_law(exponential=(0.2, 0.8)), 0.9, compliance(places), len(places)
     separation, deltas = window(places), DELTAS[-4:]
     with np.errstate(invalid="ignore"):
         (found,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=True)
@@ -90,5 +90,5 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     assert turned["yielded_area"] == number
     assert turned["plastic_work"] == pytest.approx(number * dent, abs=5e-3)
     assert not any(first[name] for name in ("yielded_fraction", "yielded_area", "plastic_work"))
-    assert found.left[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
-    assert not found.left[0].any()  # not at the first displacement
+    assert found.residual_heights[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
+    assert not found.residual_heights[0].any()  # not at the first displacement

@@ -126,7 +126,7 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     H, radius, dx = 6.0, 100.0, 2.0
     x = (np.arange(65) - 32) * dx
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
-    law = smooth_laws.law_of(exponential=(0.05 * dx / E, 0.3))
+    law = smooth_laws.smooth_law(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
     (found,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
     pull, contact = -found.states["force"].min() * E * dx, found.states["contact_area"][found.turn - 1] * dx**2
@@ -146,7 +146,7 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypat
     limits = {"hardness": displacement_control.Hardness(0.05), "tolerance": 1e-10, "keep": 1}
     known, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
     left = residual_heights(*fields, separation, deltas, 0.05)[0]
-    np.testing.assert_allclose(found.left[-1], left, atol=1e-6 * np.ptp(left))
+    np.testing.assert_allclose(found.residual_heights[-1], left, atol=1e-6 * np.ptp(left))
     assert found.states["force"][found.turn - 1] == pytest.approx(known[0, displacement_control.FORCE], rel=1e-6)
 
 
@@ -164,7 +164,7 @@ def punch(cells):
 def exponential_pull(cells, length):
     """Return a flat punch's pull-off force (nN) under the law that yielding bodies take."""
     separation, dx = punch(cells)
-    law = smooth_laws.law_of(exponential=(W * dx / E, length))
+    law = smooth_laws.smooth_law(exponential=(W * dx / E, length))
     (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
     return -found.states["force"].min() * E * dx
 

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ..jobs import spread
-from ..kernels.adhesion.states import ON_THE_WAY, TOLERANCE
+from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
@@ -219,7 +219,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
     length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == "lennard_jones" else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
-    limit = {"tolerance": ON_THE_WAY if adhesion.preloads.size else TOLERANCE}
+    limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
     return {"law": adhesion.law, **length, **mesh, **limit, "missing": missing}
 
 

@@ -106,8 +106,9 @@ def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))
     shape = surface
     if problem.yielding:
-        put_fields(record, surface, {"residual_height": followed.left})
-        left = np.stack((followed.left, np.broadcast_to(followed.left[-1], followed.left.shape)))
+        heights = followed.residual_heights
+        put_fields(record, surface, {"residual_height": heights})
+        left = np.stack((heights, np.broadcast_to(heights[-1], heights.shape)))
         shape = surface._replace(separation=surface.separation - left)
     put_fields(record, surface, fields_of(_split_branches(followed.pressures), shape, deltas, problem))
 

@@ -109,11 +109,11 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> trac
     if adhesion.liquid is not None:
         return _law_with_liquid(w, length, adhesion.liquid, per_unit)
     if w == 0:
-        return traction_laws.law_of(exponential=(_NO_WORK, 1.0))
+        return traction_laws.smooth_law(exponential=(_NO_WORK, 1.0))
     if adhesion.law == "exponential":
-        return traction_laws.law_of(exponential=(w, length))
+        return traction_laws.smooth_law(exponential=(w, length))
     if adhesion.law == "lennard_jones":
-        return traction_laws.law_of(waals=(w, length))
+        return traction_laws.smooth_law(waals=(w, length))
     if adhesion.law == "griffith":
         return traction_laws.without_range(w, _EDGE_SLOPE * steepness)
     return traction_laws.dugdale(w, length, _EDGE_SLOPE * steepness)
@@ -124,7 +124,7 @@ def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) 
     pull, height = liquid.pull * per_unit, liquid.height
     wide = np.clip(2.0 * pull / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
     solids = {"exponential": (w, length)} if w > 0 else {}
-    return traction_laws.law_of(step=traction_laws.edged(pull, height, wide), **solids)
+    return traction_laws.smooth_law(step=traction_laws.widened_step(pull, height, wide), **solids)
 
 
 def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
@@ -321,15 +321,15 @@ def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields:
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
-            _cycle(surface, problem, adhesion, law, fields, load, followed.left[-1])[0] if followed.turn else followed
-            for load, followed in zip(loads, before)
+            _cycle(surface, problem, adhesion, law, fields, load, last.residual_heights[-1])[0] if last.turn else last
+            for load, last in zip(loads, before)
         ]
         paths = paths + before
     return [_in_units(followed, surface, problem) for followed in paths]
 
 
-def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path.Path]:
-    """Return the paths up to each preload (nN) and back, on a surface whose residual height is ``left`` (nm)."""
+def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -> list[path.Path]:
+    """Return the paths up to each preload (nN) and back, on a surface with residual heights (nm) of earlier cycles."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
     return path.follow_path(
@@ -342,7 +342,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, left) -> list[path
         fields=fields,
         cap=cap,
         limit=limit,
-        left=left,
+        residual_height=residual_height,
         from_contact=adhesion.law == "griffith" and adhesion.work > 0,
         capture=adhesion.capture,
     )

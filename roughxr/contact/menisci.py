@@ -23,7 +23,7 @@ def relative_error(
 ) -> float:
     """Return the relative error of thin menisci in a capillary force (nN), from the change of their edge length."""
     step = _LEVEL_STEP * menisci.height
-    high, low = (kernels.wet_area(cells, law.filled + delta + change)[1] for change in (step, -step))
+    high, low = (kernels.wetted_area(cells, law.filled + delta + change)[1] for change in (step, -step))
     return abs(menisci.edge * cell * (high - low) / (2 * step)) / pull
 
 

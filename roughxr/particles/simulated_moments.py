@@ -20,7 +20,7 @@ from ..contact.rigid.bodies import rigid
 from ..contact.solving import fields_of
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
-from ..kernels.adhesion.rigid import floor
+from ..kernels.adhesion.rigid import smallest_gap
 from ..specimen import Specimen
 from ..vocabulary import schema
 
@@ -73,7 +73,7 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     retraction = followed.states["prescribed"] & (np.arange(followed.states.size) >= followed.turn)
     states = followed.states[retraction][::-1]
     pressure = followed.pressures[: -states.size - 1 : -1]
-    left = surface._replace(separation=surface.separation - followed.left[-1])
+    left = surface._replace(separation=surface.separation - followed.residual_heights[-1])
     gap = fields_of(pressure, left, states["delta"] + surface.zero, problem)["gap"]
     contact = States(
         *cell_axes(place, problem),
@@ -92,7 +92,7 @@ def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int 
 
     For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
     """
-    closest = floor(options_of(specimen, "hamaker").law)
+    closest = smallest_gap(options_of(specimen, "hamaker").law)
     places = []
     with warnings.catch_warnings():  # the run has given the warnings of these sums
         warnings.simplefilter("ignore", UserWarning)

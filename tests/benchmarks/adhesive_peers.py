@@ -59,7 +59,7 @@ def ours(separation, dx, deltas=(DEPTH,)):
     from roughxr.kernels.adhesion import path, traction_laws
 
     began, per_unit = time.process_time(), dx / MODULUS
-    law = traction_laws.law_of(exponential=(WORK * per_unit, RANGE))
+    law = traction_laws.smooth_law(exponential=(WORK * per_unit, RANGE))
     (followed,) = path.follow_path(separation, np.array(deltas), STEP, law)
     back = followed.states[followed.turn :]
     back = back[back["prescribed"] > 0] if len(deltas) > 1 else back

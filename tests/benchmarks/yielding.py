@@ -135,7 +135,7 @@ def punch_rows():
             (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
             row.append(f"{words} {-found.states['force'].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
-            law = smooth_laws.law_of(exponential=(w, length))
+            law = smooth_laws.smooth_law(exponential=(w, length))
             (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
             pull = -found.states["force"].min() * MODULUS * dx
             row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")

@@ -121,7 +121,7 @@ def _warn(out: xr.Dataset, options: Options) -> None:
         return
     law = options.law
     largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
-    share = options.area * potentials.traction(max(largest, kernels.floor(law)), law) / float(pull.median())
+    share = options.area * potentials.traction(max(largest, kernels.smallest_gap(law)), law) / float(pull.median())
     if share > _ONE_CELL_SHARE:
         warn(
             f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "

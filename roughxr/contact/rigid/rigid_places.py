@@ -59,7 +59,8 @@ class _Setting(NamedTuple):
     def pulls(self, deltas: np.ndarray) -> np.ndarray:
         """Return the adhesion force (nN) at displacements (nm below the datum)."""
         o = self.options
-        inside = kernels.pulls(self.surface.separation, self.cells, deltas, o.law, kernels.floor(o.law), o.area)
+        closest = kernels.smallest_gap(o.law)
+        inside = kernels.attractions(self.surface.separation, self.cells, deltas, o.law, closest, o.area)
         return inside + self.beyond(deltas)
 
     def beyond(self, deltas: np.ndarray) -> np.ndarray:
@@ -67,7 +68,7 @@ class _Setting(NamedTuple):
         indenter, o = self.problem.indenter, self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
-        return kernels.outside(self.ground - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle)
+        return kernels.force_outside(self.ground - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle)
 
     def touch(self) -> float:
         """Return the displacement (nm below the datum) of first touch."""
@@ -130,7 +131,7 @@ def touches_earlier(separation: np.ndarray) -> float:
 def _touching(setting: _Setting, delta: float) -> float:
     """Return the adhesion force (nN) from cells that count as in contact."""
     o = setting.options
-    gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.floor(o.law))
+    gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.smallest_gap(o.law))
     near = gap[gap < _TOUCHING * o.law.length]
     return o.area * float(potentials.tractions(near, o.law).sum())
 
@@ -138,7 +139,7 @@ def _touching(setting: _Setting, delta: float) -> float:
 def _fields(setting: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
     """Return pressures and gaps on the window; rigid bodies have no displacement field."""
     law = setting.options.law
-    gap = np.maximum(setting.surface.separation - deltas[:, None, None], kernels.floor(law))
+    gap = np.maximum(setting.surface.separation - deltas[:, None, None], kernels.smallest_gap(law))
     pressure = -potentials.tractions(np.minimum(gap, 1e12).ravel(), law).reshape(gap.shape)
     return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
 
@@ -147,7 +148,7 @@ def _largest_pull(setting: _Setting) -> tuple[float, tuple[float, float]]:
     """Return the displacement of closest approach, and the largest adhesion force with its displacement."""
     law = setting.options.law
     if law.closest is not None:
-        closest = setting.touch() - kernels.floor(law)
+        closest = setting.touch() - kernels.smallest_gap(law)
         return closest, (float(setting.pulls(np.array([closest]))[0]), closest)
     deltas = setting.touch() - law.length * NEAREST_GAPS
     return np.inf, largest_pull(deltas, setting.pulls(deltas))

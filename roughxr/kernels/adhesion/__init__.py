@@ -3,9 +3,9 @@
 traction_laws   traction across a gap, and the work left to separate the surfaces from it
 equilibrium     a local minimum of the energy at a fixed displacement, all cells at once
 newton_system   the linear systems of its steps
-patches         the number of contacts, and how well the mesh resolves them
-states          a state from the state before it, and how a surface gives way
+patches         the number of contacts, and their resolution by the mesh
+states          a state from the state before it, and plastic yielding
 path            loading and retraction, state by state
 potentials      attraction across a gap between bodies too stiff to deform
-rigid           the pull of a rigid body on a rough half space, at one place or at all
+rigid           the attraction between a rigid body and a rough half space
 """

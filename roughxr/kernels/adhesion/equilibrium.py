@@ -1,18 +1,18 @@
 """Equilibrium at one displacement: p + t(g) = 0 where surfaces attract, g = 0 and p + t(0) ≥ 0 where they touch.
 
-The gap of every cell follows from the pressures, g = S − δ + A p. Either of two steps improves a guess, each by one
+The gap of every cell follows from the pressures, g = S − δ + A p. Two kinds of steps improve a guess, each with a
 linear system (``newton_system``):
 
-Newton's       linearises t as well. It converges quadratically near the solution, and is taken where it lowers the
-               potential, which follows without another product.
-tangent        holds t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
+Newton's       linearises t. It converges quadratically near the solution, and is taken if it lowers the potential,
+               which follows without another product.
+tangent        keeps t fixed (τ = 0). As the energy of adhesion −W(u) is concave, the energy with the tangent in place
                of −W is an upper bound, so that its minimum is a descent from any state ("convex-concave procedure",
                Yuille & Rangarajan 2003). This step leads from the end of a branch to the next branch.
 
-After either step, the attracting cells get the traction at their new gap. Cells so far apart that their traction hardly
+After each step, the attracting cells get the traction at their new gap. Cells so far apart that their traction hardly
 changes with the gap (``_SMALLEST_SLOPE``) are left out of the systems, and their tractions updated with their gaps.
 
-Gaps are computed by transforms in single precision, until the residual is so small that their rounding would matter.
+Gaps are computed by transforms in single precision, until the residual is so small that rounding would matter.
 Unit cells and unit modulus.
 """
 
@@ -25,13 +25,14 @@ from ..halfspace.active_set import solve as solve_contact
 from ..halfspace.products import displaced
 from ..halfspace.transforms import Convolution, convolve
 from ..jit import kernel
-from .newton_system import near_cells, solve, workspace
+from .newton_system import operator_on, solve, workspace
 from .traction_laws import SmoothLaw, remaining_work, traction
 
-#: Cells are left out of the linear systems if their traction falls by at most this part of the cell's own stiffness.
+#: Cells are left out of the linear systems if |dt/du| is at most this, in units of a cell's stiffness (about 1).
 _SMALLEST_SLOPE = 1e-3
 
-#: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are exact.
+#: Residual, over the largest traction, above which only tangent steps are taken, and below which gaps are computed in
+#: double precision.
 _TANGENT_RESIDUAL, _EXACT_RESIDUAL = 1.0, 1e-3
 
 #: A Newton step is too long if it opens a gap by more than this many lengths of the law.
@@ -40,28 +41,28 @@ _LARGEST_OPENING = 3.0
 #: Largest number of products for a linear system, and the part to which its residual is reduced.
 _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
-#: Where a step is no descent direction, the linearised slope of the tractions is multiplied by this factor, again and
-#: again, until less than ``_LEAST_SLOPE`` of it is left, and then dropped. These systems start from the directions of
-#: the one before, which saves a fifth of all work, until no more than ``_LARGEST_UNSOLVED`` of the right side is left.
-_SLOPE_PART, _LEAST_SLOPE, _LARGEST_UNSOLVED = 0.85, 0.3, 0.3
+#: If a step is not a descent direction, the slopes τ are multiplied by the first factor repeatedly, and set to 0 below
+#: the second. Each such system starts from the directions of the last one, which saves a fifth of all work, and is
+#: solved to the third part of the right side.
+_SLOPE_FACTOR, _LEAST_SLOPE, _DAMPED_TOLERANCE = 0.85, 0.3, 0.3
 
-#: When Newton's method is given up: number of rounds without progress, and residual. Progress is a residual that falls
-#: to the first part of the least, or a potential that falls by the second part of w of one cell. While the front of a
-#: contact runs, residuals rise and fall, and only the potential tells that it gets on: counting it saves a fifth of the
-#: work of whole cycles, and half of that where contacts jump.
+#: Newton's method ends after this many rounds without progress, or at this residual. Progress is a residual below the
+#: third number times the least so far, or a potential lower by the fourth number times w of one cell. While the front
+#: of a contact moves, residuals rise and fall and only the potential shows progress: counting it saves a fifth of the
+#: work of whole cycles, half where contacts jump.
 _STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
 _RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Number of rounds after which a state is given up, and one near the guess.
+#: Largest number of rounds: in general, and for states near the guess.
 _MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
 
-#: The residual is relative to this part of the largest pressure, if that is more than the largest attraction.
+#: The residual is relative to this part of the largest pressure, if that exceeds the largest attraction.
 _PRESSURE_SCALE = 0.1
 
-#: Number of tangent steps at the start where that is the case.
+#: Number of tangent steps after Newton's method has first failed; doubled after each further failure.
 _FIRST_TANGENT_STEPS = 2
 
-#: With attraction fixed fixed, gaps are closed to this part of the largest traction, with at most so many products.
+#: Tolerance of gaps at fixed attraction, over the largest traction, and largest number of products.
 _OVERLAP_TOLERANCE, _OVERLAP_PRODUCTS = 0.01, 200
 
 #: Weight of a gap (nm) relative to a pressure (nm) in deciding whether a cell touches.
@@ -76,7 +77,7 @@ class BoxProblem(NamedTuple):
     tolerance: float
     quick: Convolution  # with A, in single precision
     inverse: Convolution  # with the periodic inverse of A
-    sinks: np.ndarray  # the last displacement in double precision, nm
+    displacement: np.ndarray  # the last one in double precision, nm
 
 
 class ContactState(NamedTuple):
@@ -93,18 +94,18 @@ class Convergence(NamedTuple):
     rounds: int
     products: int
     residual: float  # over the largest traction
-    fine: bool
+    converged: bool
 
 
 def settle(body, delta, state, near=False):
-    """Bring ``state`` to equilibrium at a displacement (nm), starting from its own values.
+    """Bring ``state`` to equilibrium at a displacement (nm), in place.
 
-    With ``near`` only Newton's method is used: a state that is not close to the start is not searched.
+    With ``near`` only Newton's method is used, which converges only to states close to the start.
     """
     anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)
     products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
-    if out.fine or near:
+    if out.converged or near:
         return out
     while rounds < _MOST_ROUNDS:
         products += _relax(body, delta, anchor, steps)
@@ -113,13 +114,13 @@ def settle(body, delta, state, near=False):
             new[:] = old
         out = _newton(body, delta, state, near)
         products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
-        if out.fine and energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound):
+        if out.converged and energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound):
             break
-    return Convergence(rounds, products, out.residual, out.fine)
+    return Convergence(rounds, products, out.residual, out.converged)
 
 
 def _newton(body, delta, state, near):
-    """Iterate until the residual is small, or has not fallen for long; unless ``near``, nor has the potential."""
+    """Iterate until the residual is small or progress ends; a fall of the potential counts unless ``near``."""
     products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
     most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
     for turn in range(most):
@@ -144,25 +145,25 @@ def _relax(body, delta, state, steps):
     fixed = np.zeros(state.gap.shape)
     _fix_attraction(body.law, state, fixed)
     _quick_gaps(body.quick, body.separation, delta, state)
-    return sum(_press(body, delta, state, fixed) for _ in range(steps))
+    return sum(_tangent_step(body, delta, state, fixed) for _ in range(steps))
 
 
 def _exact_residual(body, delta, state):
-    """Compute gaps in double precision, and which cells touch; return the largest residual, and the potential."""
-    body.sinks[:] = displaced(state.pressure)
-    np.add(body.sinks, body.separation - delta, out=state.gap)
+    """Compute gaps in double precision and the touching cells; return the largest residual, and the potential."""
+    body.displacement[:] = displaced(state.pressure)
+    np.add(body.displacement, body.separation - delta, out=state.gap)
     return _classify(body.separation, body.law, delta, state)
 
 
 def _quick_residual(body, delta, state):
-    """Do the same in single precision."""
+    """Compute gaps in single precision and the touching cells; return the largest residual, and the potential."""
     _quick_gaps(body.quick, body.separation, delta, state)
     return _classify(body.separation, body.law, delta, state)
 
 
 @kernel
 def _fix_attraction(law, state, fixed):
-    """Set the pressure of each cell to the attraction at its gap, minus what presses where it touches."""
+    """Set the pressure of each cell to minus the attraction at its gap, plus the contact pressure if it touches."""
     for i in range(fixed.shape[0]):
         for j in range(fixed.shape[1]):
             t = traction(max(state.gap[i, j], 0.0), law)[0]
@@ -171,14 +172,14 @@ def _fix_attraction(law, state, fixed):
             fixed[i, j], state.pressure[i, j] = t, presses - t
 
 
-def _press(body, delta, state, fixed):
-    """Find which cells touch, and their pressures, with the attraction fixed; return the number of products."""
+def _tangent_step(body, delta, state, fixed):
+    """Solve for the touching cells and their pressures at fixed attraction; return the number of products."""
     _fix_attraction(body.law, state, fixed)
     _quick_gaps(body.quick, body.separation, delta, state)
-    at = rows, columns = _places(body.law, state)
+    at = rows, columns = _coupled_cells(body.law, state)
     if rows.size == 0:
         return 1
-    near = near_cells(rows, columns, body.quick, body.inverse)
+    near = operator_on(rows, columns, body.quick, body.inverse)
     pressure, gap, contact = (np.append(values[at], values.dtype.type(0)) for values in state)
     pressure[:-1] += fixed[at]
     contact &= pressure > 0.0
@@ -204,11 +205,11 @@ def _quick_gaps(convolution, separation, delta, state):
 
 @kernel
 def _classify(separation, law, delta, state):
-    """Decide which cells touch, update the tractions of distant cells; return the largest residual, and the potential.
+    """Update the touching cells and the tractions of distant cells; return the largest residual, and the potential.
 
     The residual is relative to the largest attraction, or to ``_PRESSURE_SCALE`` of the largest pressure if more. The
-    potential (nm²) is the energy less Σ (p + t) g over touching cells: to first order, gaps that are not closed yet do
-    not count.
+    potential (nm²) is the energy less Σ (p + t) g over touching cells, which removes the first-order effect of gaps
+    that are not closed yet.
     """
     worst, most, potential = 0.0, 0.0, 0.0
     for i in range(state.gap.shape[0]):
@@ -218,7 +219,7 @@ def _classify(separation, law, delta, state):
             t, tau = traction(max(gap, 0.0), law)
             touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
             state.touching[i, j] = touching
-            potential += _stored(pressure, gap, separation[i, j], delta, law)
+            potential += _cell_energy(pressure, gap, separation[i, j], delta, law)
             if touching:
                 potential -= (pressure + t) * gap
                 worst = max(worst, abs(gap))
@@ -230,24 +231,24 @@ def _classify(separation, law, delta, state):
 
 
 def _improve(body, state, worst):
-    """Take one step; return the number of products."""
-    rows, columns = _places(body.law, state)
+    """Take a Newton step, or a tangent step where none descends; return the number of products."""
+    rows, columns = _coupled_cells(body.law, state)
     if rows.size == 0:
         return 0
-    near = near_cells(rows, columns, body.quick, body.inverse)
-    touching, fall, right = _system(body.law, state, rows, columns)
+    near = operator_on(rows, columns, body.quick, body.inverse)
+    touching, fall, right = _linear_system(body.law, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
     size = solve(near, touching, part * fall, right, _SYSTEM_TOLERANCE, 0, room, x, image)
     while part > 0.0 and not _is_downhill(body.law, state, rows, columns, touching, x, image):
-        part = _SLOPE_PART * part if part > _LEAST_SLOPE else 0.0
-        size = solve(near, touching, part * fall, right, _LARGEST_UNSOLVED, size, room, x, image)
-    _go(body.law, state, rows, columns, touching, x, image)
+        part = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0
+        size = solve(near, touching, part * fall, right, _DAMPED_TOLERANCE, size, room, x, image)
+    _apply_step(body.law, state, rows, columns, touching, x, image)
     return size
 
 
 @kernel
-def _go(law, state, rows, columns, touching, x, image):
+def _apply_step(law, state, rows, columns, touching, x, image):
     """Apply a step: solved pressures where cells touch, tractions at the new gaps where they attract."""
     most = traction(0.0, law)[0]
     for k in range(rows.size):
@@ -259,7 +260,7 @@ def _go(law, state, rows, columns, touching, x, image):
 
 
 @kernel
-def _places(law, state):
+def _coupled_cells(law, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
     rows, columns, count = np.empty(state.gap.size, np.int64), np.empty(state.gap.size, np.int64), 0
     for i in range(state.gap.shape[0]):
@@ -271,8 +272,8 @@ def _places(law, state):
 
 
 @kernel
-def _system(law, state, rows, columns):
-    """Return which cells touch, the slopes of the others' tractions, and the right side."""
+def _linear_system(law, state, rows, columns):
+    """Return which cells touch, the slopes τ of the others' tractions, and the right side."""
     count = rows.size
     touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
     for k in range(count):
@@ -288,7 +289,7 @@ def _system(law, state, rows, columns):
 
 @kernel
 def _is_downhill(law, state, rows, columns, touching, x, image):
-    """Return whether a step x of the pressures, A x of the gaps, lowers the potential and is not too long."""
+    """Return whether a step x of the pressures and A x of the gaps lowers the potential and is short enough."""
     rise, longest = 0.0, _LARGEST_OPENING * law.length
     for k in range(rows.size):
         rise += 0.5 * x[k] * image[k]
@@ -303,7 +304,7 @@ def _is_downhill(law, state, rows, columns, touching, x, image):
 
 @kernel
 def _work_from(gap, law):
-    """Return the work left at a gap; below zero as if the traction in contact went on."""
+    """Return the remaining work at a gap; below zero, extrapolated by the traction in contact."""
     return remaining_work(max(gap, 0.0), law) - min(gap, 0.0) * traction(0.0, law)[0]
 
 
@@ -313,13 +314,13 @@ def energy(separation, law, delta, state):
     total = 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
-            total += _stored(state.pressure[i, j], state.gap[i, j], separation[i, j], delta, law)
+            total += _cell_energy(state.pressure[i, j], state.gap[i, j], separation[i, j], delta, law)
     return total
 
 
 @kernel
-def _stored(pressure, gap, separation, delta, law):
-    """Return the energy of one cell, nm²."""
+def _cell_energy(pressure, gap, separation, delta, law):
+    """Return the energy of a cell, nm²."""
     if not gap < law.range:
         return 0.0
     return 0.5 * pressure * (delta - separation + gap) - remaining_work(max(gap, 0.0), law)
@@ -327,7 +328,7 @@ def _stored(pressure, gap, separation, delta, law):
 
 @kernel
 def closed_parts(state, law):
-    """Return the closed fraction of each cell: the work of separation that is left there, over the whole."""
+    """Return the closed fraction of each cell: the remaining work of separation over the whole work."""
     closed = np.empty(state.gap.shape)
     for i in range(closed.shape[0]):
         for j in range(closed.shape[1]):

@@ -4,11 +4,11 @@ A change x of the pressures changes the gaps by A x (Love's coefficients, ``half
 
     (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract,
 
-with τ = −dt/du the slope of the falling traction. GCR (Eisenstat, Elman & Schultz 1983) searches along what is left of
-the right side until a fifth of it is left, which is enough for Newton's method, with some four products. The attracting
-part is close to the identity, and the touching part is preconditioned by the inverse of A on a periodic box, restricted
-to the cells that touch. A system that differs in τ alone goes on from the directions of the last one. Products are
-transforms of a box around the cells, in single precision; up to ``DENSE_LIMIT`` cells the matrix is used.
+with τ = −dt/du the slope of the falling traction. GCR (Eisenstat, Elman & Schultz 1983) searches along the residual
+until a fifth of it remains, which is enough for Newton's method and takes some four products. The attracting part is
+close to the identity, and the touching part is preconditioned by the inverse of A on a periodic box, restricted to the
+touching cells. A system that differs in τ alone starts from the directions of the last system. Products are transforms
+of a box around the cells, in single precision; up to ``DENSE_LIMIT`` cells the matrix is used.
 """
 
 from typing import NamedTuple
@@ -27,8 +27,8 @@ class Workspace(NamedTuple):
     images: np.ndarray  # (products, count) A times the preconditioned
 
 
-def near_cells(rows, columns, product, inverse):
-    """Return A on cells at (rows, columns) of the box of two convolutions: with A, and with its periodic inverse."""
+def operator_on(rows, columns, product, inverse):
+    """Return A on cells at (rows, columns) of a box, given convolutions there with A and with its periodic inverse."""
     matrix = np.empty((0, 0))
     if rows.size <= DENSE_LIMIT:
         matrix = matrix_between(rows, columns, coefficients_for(product.box.shape))
@@ -42,7 +42,7 @@ def workspace(products, count):
 
 @kernel
 def _precondition(near, touching, values, out):
-    """Write into ``out`` nearly the pressures that solve the system for a right side."""
+    """Write into ``out`` approximate pressures that solve the system for a right side."""
     for k in range(values.size):
         out[k] = values[k] if touching[k] else 0.0
     if near.matrix.size == 0:
@@ -53,7 +53,7 @@ def _precondition(near, touching, values, out):
 
 
 @kernel(reorder=True)
-def _along(vector, other):
+def _dot(vector, other):
     total = 0.0
     for k in range(vector.size):
         total += vector[k] * other[k]
@@ -61,7 +61,7 @@ def _along(vector, other):
 
 
 @kernel(reorder=True)
-def _remove(values, part, other):
+def _subtract(values, part, other):
     for k in range(values.size):
         values[k] -= part * other[k]
 
@@ -70,8 +70,8 @@ def _remove(values, part, other):
 def solve(near, touching, tau, right, part, known, room, x, image):
     """Solve the system to ``part`` of the right side; write the solution into ``x`` and A x into ``image``.
 
-    Start from the first ``known`` directions of ``room``, whose images under A are stored from the last system. Only
-    the remaining residual needs new products with A.
+    Start from the first ``known`` directions of ``room``, with their images under A from the last system. Only the
+    remaining residual needs new products with A.
 
     Returns
     -------
@@ -80,39 +80,39 @@ def solve(near, touching, tau, right, part, known, room, x, image):
     """
     most, left = room.images.shape[0], right.copy()
     h, e = np.zeros((most, most)), np.zeros(most)
-    goal = part * np.sqrt(_along(right, right))
+    goal = part * np.sqrt(_dot(right, right))
     for m in range(known):
-        _take(touching, tau, room, m, h, e, left)
-    size, rest = known, np.sqrt(_along(left, left))
+        _orthogonalise(touching, tau, room, m, h, e, left)
+    size, rest = known, np.sqrt(_dot(left, left))
     while size < most and rest > goal:
         z = room.preconditioned[size]
         _precondition(near, touching, left, z)
         multiply(near, z, room.images[size])
-        _take(touching, tau, room, size, h, e, left)
-        size, rest = size + 1, np.sqrt(_along(left, left))
+        _orthogonalise(touching, tau, room, size, h, e, left)
+        size, rest = size + 1, np.sqrt(_dot(left, left))
     _combine(h, e, size, room, x, image)
     return size
 
 
 @kernel
-def _take(touching, tau, room, m, h, e, left):
-    """Orthogonalise the image of the ``m``-th direction, and remove it from what is left of the right side."""
+def _orthogonalise(touching, tau, room, m, h, e, left):
+    """Orthogonalise the image of the ``m``-th direction, and subtract its part of the residual."""
     z, y, new = room.preconditioned[m], room.images[m], room.basis[m]
     for k in range(left.size):
         new[k] = y[k] if touching[k] else z[k] - tau[k] * y[k]
     for i in range(m):
-        h[i, m] = _along(room.basis[i], new)
-        _remove(new, h[i, m], room.basis[i])
-    h[m, m] = np.sqrt(_along(new, new))
+        h[i, m] = _dot(room.basis[i], new)
+        _subtract(new, h[i, m], room.basis[i])
+    h[m, m] = np.sqrt(_dot(new, new))
     for k in range(left.size):
         new[k] /= h[m, m]
-    e[m] = _along(new, left)
-    _remove(left, e[m], new)
+    e[m] = _dot(new, left)
+    _subtract(left, e[m], new)
 
 
 @kernel(reorder=True)
 def _combine(h, e, size, room, x, image):
-    """Solve the triangular system, and add up the solution."""
+    """Solve the triangular system, and combine the directions to the solution."""
     for k in range(x.size):
         x[k], image[k] = 0.0, 0.0
     for m in range(size - 1, -1, -1):

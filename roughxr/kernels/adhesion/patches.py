@@ -1,36 +1,36 @@
-"""Contacts under a smooth law: their number, and how well the mesh resolves them."""
+"""Contacts under a smooth law: their number, and their resolution by the mesh."""
 
 import numpy as np
 from scipy import ndimage
 
-#: Cells with more than this part of the largest attraction belong to the contacts that they surround.
+#: Cells with more than this part of the largest attraction belong to the contact that they surround.
 _ATTRACTS = 0.02
 
-#: Contacts with a smaller part of the whole tension than this do not count for the resolution.
+#: Contacts with less than this part of the whole tension do not count for the resolution.
 _SHARE = 0.1
 
 
 def contacts_and_resolution(state, closed, law):
-    """Return the number of contacts, and the radius in cells of the smallest that bears a relevant part of the tension.
+    """Return the number of contacts, and the radius in cells of the smallest contact with a relevant tension.
 
-    Cells that touch and share a side are one contact. Its size counts each cell by its ``closed`` fraction, the work of
-    separation that is left there. Contacts share the attracting cells around them by the roots of their numbers of
-    cells, so that no cell is equally near to two; what attracts around no contact counts as one. NaN where nothing
-    attracts.
+    A contact is a set of touching cells connected by sides. Its size is the sum of the ``closed`` fractions of its
+    cells (the remaining work of separation over the whole). Connected attracting cells are shared among the contacts
+    that they surround, in proportion to the roots of the contacts' areas; those around no contact count as one. NaN
+    where nothing attracts.
     """
     members = state.touching | (state.pressure < -_ATTRACTS * law.strength)
     if not members.any():
         return 0, np.nan
-    (of, labels), (parts, count) = ndimage.label(state.touching), ndimage.label(members)
-    surrounded = np.zeros(labels + 1, int)  # by which connected part of the members each contact is
-    surrounded[of[state.touching]] = parts[state.touching]
-    edge = np.sqrt(np.bincount(of[members], minlength=labels + 1))
+    (contact, labels), (parts, count) = ndimage.label(state.touching), ndimage.label(members)
+    surrounded = np.zeros(labels + 1, int)  # connected part of the members around each contact
+    surrounded[contact[state.touching]] = parts[state.touching]
+    edge = np.sqrt(np.bincount(contact[members], minlength=labels + 1))
     whole = np.bincount(surrounded[1:], edge[1:], count + 1)
     unattached, attracting = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
 
     def per_contact(values):
         shared = np.bincount(parts[attracting], values[attracting], count + 1)
-        own = np.bincount(of[state.touching], values[state.touching], labels + 1)[1:]
+        own = np.bincount(contact[state.touching], values[state.touching], labels + 1)[1:]
         return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[unattached]])
 
     tension, size = per_contact(np.maximum(-state.pressure, 0.0)), per_contact(closed)

@@ -1,17 +1,16 @@
 """Path of a body under a smooth law of adhesion: one loading, any number of turning points, a retraction from each.
 
-Each state is searched from the last one. So the path follows a branch of solutions to its end and then descends to
-another one, as a body held by a stiff device does. The displacement moves in steps, and the pull-off must not depend on
-what lies between two of them:
+Each state is solved from the last one. So the path follows a branch of solutions to its end and then descends to
+another branch, as a body under displacement control does. The displacement changes in steps, and the pull-off must not
+depend on them:
 
-- retraction takes whole steps first. Then, from the state beyond which the largest tension may lie, it is repeated, and
-  only states near the last one are accepted. Where there is none, a branch has ended or the last contact of a stiff
-  body is lost; shorter steps locate this end. Once the path is again the known one, it leads on from there. Ends that
-  cannot matter are not located, which saves a third of the work.
+- retraction takes whole steps first. It is then repeated from the state beyond which the largest tension may lie, and
+  only states near the last one are accepted. If there is none, a branch has ended or the last contact of a stiff body
+  is lost; shorter steps locate this end. Once the path coincides with the known path again, it continues on that. Ends
+  that cannot change the largest tension are not located, which saves a third of the work.
 - a preload is located by regula falsi.
 
-The energy that a step releases at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ less the increase of the
-energy.
+The energy released at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ of a step less the increase of energy.
 
 Unit cells and unit modulus.
 """
@@ -25,8 +24,8 @@ from .states import Solver
 #: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
-#: A state's values; of yielding, the shares of pushing force and touching cells at the hardness or above, and area and
-#: volume of what has given way, in cells.
+#: Values of a state. Yielding: the shares of compressive force and touching cells at the hardness or above, and area
+#: and volume of the dents, in cells.
 STATE = np.dtype(
     [
         *((name, float) for name in ("delta", "force", "contact_area", "energy", "dissipated", "contact_patches")),
@@ -39,31 +38,30 @@ STATE = np.dtype(
 )
 
 #: Retraction ends where nothing touches and the tension is below this part of the largest.
-_LEAST_PULL = 1e-3
+_LEAST_TENSION = 1e-3
 
-#: A step has jumped if it dissipated more than this part of |ΔF Δδ|, and has passed a sharp edge if it seems to have
-#: gained more than the second part: a smooth curved branch stays well below both.
+#: A step has jumped if it dissipates more than the first part of |ΔF Δδ|, and has passed a sharp edge if it gains more
+#: than the second part. A smooth branch stays well below both.
 _JUMP_DISSIPATION, _EDGE_GAIN = 0.15, 0.05
 
 #: Avoids 0/0 in ratios.
 _TINY = 1e-300
 
-#: Largest part of the largest tension that may be missed between two states; part of the longest step below which steps
-#: are not halved.
-_PULL_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
+#: Largest error of the largest tension by states missed between two steps; and the shortest step over the longest.
+_TENSION_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
 
-#: The same where a smooth curve may have turned: the tangent is an upper bound.
-_PULL_ERROR_ON_CURVE = 0.05
+#: The same error on a smooth curve that may have turned: there the tangent is an upper bound.
+_TENSION_ERROR_ON_CURVE = 0.05
 
-#: An end is located where a state before it lies nearer than the first, and steps below the second are not halved, in
-#: shortest steps: no binary fractions, as steps are, so that rounding decides nothing.
+#: An end is located once a state before it is nearer than the first number, in shortest steps; steps below the second
+#: number are not halved. Not binary fractions, unlike steps, so that rounding does not decide.
 _AT_END, _SHORT = 2.3, 1.3
 
-#: Retraction's steps over those of loading. Longer ones pass from one branch to another that shorter ones do not meet:
-#: places of the twin then pull off by up to 17 % less with steps of 0.4 nm, on four cells to a pixel.
+#: Steps of retraction over those of loading. Longer steps jump to branches that shorter ones do not meet: pull-off
+#: forces on the twin are then up to 17 % lower, with steps of 0.4 nm and 4 × 4 cells a pixel.
 _RETRACTION_STEP = 0.5
 
-#: Accuracy of a preload, as a part of it, or of the largest tension if that is more.
+#: Tolerance of a preload, as a part of the preload or of the largest tension, whichever is larger.
 _PRELOAD_TOLERANCE = 1e-3
 
 #: Displacements closer than this part of a step count as equal.
@@ -71,13 +69,13 @@ _EQUAL_DELTA = 1e-9
 
 
 class Path(NamedTuple):
-    """All states of one cycle in order, and how it ended."""
+    """The states of one cycle in order, and its outcome."""
 
     states: np.ndarray  # (state,) of STATE; prescribed: at a prescribed displacement
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, there, in the order of the path
-    left: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, residual height after loading to the prescribed displacements
+    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, at prescribed displacements, in the path's order
+    residual_heights: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, after loading to the prescribed displacements
 
 
 def follow_path(
@@ -91,7 +89,7 @@ def follow_path(
     fields=False,
     cap=np.inf,
     limit=np.inf,
-    left=None,
+    residual_height=None,
     from_contact=False,
     capture=0.0,
 ):
@@ -107,22 +105,22 @@ def follow_path(
         Longest step between two states, nm.
     law : laws.SmoothLaw
     preloads : array, optional
-        Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, once it
-        touches; at 0 it has settled under its own adhesion. All share one loading path. Without any it turns back at
-        the last of ``deltas``.
+        Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, in
+        contact; at 0 it has settled under its own adhesion. All share one loading path. Without preloads it turns back
+        at the last of ``deltas``.
     max_cells : int
         Largest number of cells within range.
     fields : bool
         Whether to return pressures.
     cap : float
-        Largest pressure that the body bears, nm (H dx/E*); inf where it never yields.
+        Hardness of the body, nm (H dx/E*); inf for an elastic body.
     limit : float
         Pressure, nm, above which the shares of force and area are reported.
-    left : (nx, ny) array, optional
-        Residual height of earlier cycles, nm ≤ 0.
+    residual_height : (nx, ny) array, optional
+        From earlier cycles, nm ≤ 0.
     from_contact : bool
-        The law stands for one without range: it attracts where contacts are and within the opening of their edges, and
-        across the gap to other cells only where that gap is smaller than ``capture``.
+        The law represents one without range: it attracts cells in contact and within the opening of the edges, and
+        other cells only across gaps smaller than ``capture``.
     capture : float
         Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
 
@@ -138,75 +136,77 @@ def follow_path(
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
     solver = Solver(separation, law, cap, limit, from_contact, capture)
-    left = np.zeros(separation.shape) if left is None else left
-    loading = _Loading(solver, step, deltas, left, fields=fields)
+    residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
+    loading = _Loading(solver, step, deltas, residual_height, fields=fields)
     return [_path(loading, loading.load(goal)) for goal in goals]
 
 
-def _path(loading, fine):
-    """Return the `Path` that turns back where the loading has arrived."""
+def _path(loading, loaded):
+    """Return the `Path` that turns back at the present state of loading."""
     retraction = _Retraction(loading)
-    whole = fine and retraction.retract()
-    visited, shape = loading.visited + (retraction.visited if fine else []), (0, *loading.solver.separation.shape)
+    whole = loaded and retraction.retract()
+    visited, shape = loading.visited + (retraction.visited if loaded else []), (0, *loading.solver.separation.shape)
     states = np.array([visit.row for visit in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [visit.pressure for visit in visited if visit.pressure is not None]
-    left = [visit.left for visit in loading.visited if visit.left is not None] or [loading.last.left]
+    heights = [visit.residual_height for visit in loading.visited if visit.residual_height is not None]
+    heights = heights or [loading.last.residual_height]
     status = CONVERGED if whole else NOT_FINITE
     pressures = np.array(pressures) if pressures else np.zeros(shape)
-    return Path(states, len(loading.visited), status, pressures, np.array(left))
+    return Path(states, len(loading.visited), status, pressures, np.array(heights))
 
 
 class _Visit:
     """A state of the path: its row and, while a larger tension may lie beyond, the state itself."""
 
-    __slots__ = ("left", "most", "pressure", "row", "solved", "stiffness")
+    __slots__ = ("most", "pressure", "residual_height", "row", "solved", "stiffness")
 
-    def __init__(self, row, solved, stiffness, pressure=None, left=None):
-        self.row, self.solved, self.stiffness, self.pressure, self.left = row, solved, stiffness, pressure, left
+    def __init__(self, row, solved, stiffness, pressure=None, residual_height=None):
+        self.row, self.solved, self.stiffness = row, solved, stiffness
+        self.pressure, self.residual_height = pressure, residual_height
         self.most = -np.inf  # the largest tension that may lie between this state and the next
 
 
 class _Stepper:
-    """The present state of a path, and the states that it has visited."""
+    """The present state of a path, and the states visited so far."""
 
     def __init__(self, solver, step, deltas, fields):
         self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
         self.visited, self.largest, self.stiffness, self.last = [], 0.0, np.inf, None
 
     def accept(self, solved, prescribed):
-        """Append a state, which becomes the present one."""
-        freed = self._freed(solved)
+        """Append a state, which becomes the present state."""
+        freed = self._freed_energy(solved)
         moved = self.last.delta - solved.delta
         if moved != 0.0 and self._is_smooth(solved):  # across a jump two states do not give the stiffness
             self.stiffness = (self.last.force - solved.force) / moved
         self.last = solved
         self.largest = max(self.largest, -solved.force)
-        pressure = left = None
+        pressure = residual_height = None
         if prescribed and self.fields:
-            pressure, left = np.zeros(self.solver.separation.shape), solved.left
+            pressure, residual_height = np.zeros(self.solver.separation.shape), solved.residual_height
             pressure[solved.rows, solved.columns] = solved.state.pressure
         row = self._row(solved, prescribed, freed)
-        self.visited.append(_Visit(row, solved, self.stiffness, pressure, left))
+        self.visited.append(_Visit(row, solved, self.stiffness, pressure, residual_height))
 
     def _row(self, solved, prescribed, freed):
-        """Return the values of a state, with the energy that the step to it has freed in place of their sum."""
+        """Return the values of a state, with the energy freed by the last step in place of the whole dissipation."""
         row, state = np.zeros(1, STATE)[0], solved.state
         row["delta"], row["force"], row["energy"], row["dissipated"] = solved.delta, solved.force, solved.energy, freed
         row["contact_patches"], row["resolution"] = self.solver.contacts(state)
         row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), solved.residual, solved.rounds
-        row["converged"], row["prescribed"] = solved.fine, prescribed
+        row["converged"], row["prescribed"] = solved.converged, prescribed
         for name, value in self.solver.yielded(solved).items():
             row[name] = value
         return row
 
     def _is_smooth(self, solved):
-        """Return whether a step follows a branch, judged by what it dissipates."""
+        """Return whether a step follows a branch, judged by its dissipation."""
         work = abs((self.last.force - solved.force) * (self.last.delta - solved.delta)) + _TINY
-        return -_EDGE_GAIN <= self._freed(solved) / work <= _JUMP_DISSIPATION
+        return -_EDGE_GAIN <= self._freed_energy(solved) / work <= _JUMP_DISSIPATION
 
-    def _freed(self, solved):
-        """Return the energy that the step to a state dissipates, nm²."""
+    def _freed_energy(self, solved):
+        """Return the energy dissipated by the step to a state, nm²."""
         last = self.last
         return 0.5 * (solved.force + last.force) * (solved.delta - last.delta) - (solved.energy - last.energy)
 
@@ -214,15 +214,15 @@ class _Stepper:
 class _Loading(_Stepper):
     """The approach, through the prescribed displacements and up to preloads."""
 
-    def __init__(self, solver, step, deltas, left, *, fields):
+    def __init__(self, solver, step, deltas, residual_height, *, fields):
         super().__init__(solver, step, deltas, fields)
-        self.seek = solver.press if solver.cap < np.inf else solver.seek
+        self.solve = solver.solve_yielding if solver.cap < np.inf else solver.solve
         first = float(solver.separation.min()) - solver.law.onset
-        steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole steps: both ways visit the same displacements
-        self.last, self.next = solver.nothing(deltas[0] - step * steps, left), 0
+        steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole, so that retraction visits the same displacements
+        self.last, self.next = solver.without_traction(deltas[0] - step * steps, residual_height), 0
 
     def load(self, goal):
-        """Continue until the force reaches ``goal`` or the last displacement; return whether it converged."""
+        """Continue to the force ``goal`` or to the last displacement; return whether all states are finite."""
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
             target, last = self.deltas[self.next], self.last
@@ -230,7 +230,7 @@ class _Loading(_Stepper):
                 solved = over  # the force jumps past the goal
             else:
                 delta = self._next_delta(goal, over, target)
-                solved = self.seek(delta, last, exact=delta == target)
+                solved = self.solve(delta, last, exact=delta == target)
             if not np.isfinite(solved.force):
                 return False
             reached = solved.force >= goal and solved.state.touching.any()
@@ -256,7 +256,7 @@ class _Loading(_Stepper):
 
 
 class _Retraction(_Stepper):
-    """The retraction from where the loading stands, until contact is lost; it finds the largest tension."""
+    """The retraction from the present state of loading until contact is lost; it finds the largest tension."""
 
     def __init__(self, loading):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
@@ -269,26 +269,26 @@ class _Retraction(_Stepper):
             self.visited.append(_Visit(row, self.last, self.stiffness, turn.pressure))
 
     def retract(self):
-        """Retract through the prescribed displacements, then on until contact is lost; return whether it converged."""
+        """Retract through the prescribed displacements until contact is lost; return whether all states are finite."""
         same = _EQUAL_DELTA * self.step
         targets = [float(delta) for delta in self.deltas[::-1] if delta < self.last.delta - same]
-        fine = self._walk(targets)
-        while fine and (place := self._doubtful_place()) is not None:
-            fine = self._locate_ends(place)
-        if fine:
+        finite = self._retract_in_steps(targets)
+        while finite and (index := self._doubtful_state()) is not None:
+            finite = self._locate_ends(index)
+        if finite:
             self._solve_vertex()
-        return fine
+        return finite
 
-    def _walk(self, targets):
-        """Retract in whole steps through the targets, then until contact is lost; return whether it converged."""
+    def _retract_in_steps(self, targets):
+        """Retract in whole steps through the targets until contact is lost; return whether all states are finite."""
         while targets or not self.is_lost():
             step = np.inf if self.is_lost() else _RETRACTION_STEP * self.step
             delta = self._delta_after(step, targets[0] if targets else -np.inf)
             at_target = bool(targets) and delta == targets[0]
-            solved = self.solver.seek(delta, self.last, exact=at_target)
+            solved = self.solver.solve(delta, self.last, exact=at_target)
             if not np.isfinite(solved.force):
                 return False
-            if self.visited and self._passed_more(solved):
+            if self.visited and self._may_miss_tension(solved):
                 self.visited[-1].most = self.stiffness * (self.last.delta - delta) - self.last.force
             self.accept(solved, at_target)
             self._forget()
@@ -296,26 +296,26 @@ class _Retraction(_Stepper):
         return True
 
     def _delta_after(self, step, target):
-        """Return the displacement a step further out, or the target if that is nearer."""
+        """Return the displacement after a step of retraction, or the target if that is nearer."""
         delta = self.last.delta - min(step, self.last.delta - target)
         return float(target) if delta - target < _EQUAL_DELTA * self.step else float(delta)
 
     def _forget(self):
-        """Free states beyond which no larger tension can lie, but for the last two and that of the largest."""
+        """Free the memory of states beyond which no larger tension can lie, except the last two and the largest."""
         for visit in self.visited[:-2]:
-            if visit.most <= (1.0 + _PULL_ERROR) * self.largest and -visit.row["force"] < self.largest:
+            if visit.most <= (1.0 + _TENSION_ERROR) * self.largest and -visit.row["force"] < self.largest:
                 visit.solved = None
 
-    def _doubtful_place(self):
-        """Return the place of the state beyond which the largest tension may lie; None where it is known already."""
+    def _doubtful_state(self):
+        """Return the index of the state beyond which the largest tension may lie; None if that tension is known."""
         self.largest = max((-visit.row["force"] for visit in self.visited), default=0.0)
         stored = [(visit.most, k) for k, visit in enumerate(self.visited) if visit.solved is not None]
-        most, place = max(stored, default=(0.0, 0))
-        return place if most > (1.0 + _PULL_ERROR) * self.largest else None
+        most, index = max(stored, default=(0.0, 0))
+        return index if most > (1.0 + _TENSION_ERROR) * self.largest else None
 
-    def _locate_ends(self, place):
-        """Retract from a state once more, and locate the ends of branches, until the path is the known one again."""
-        known, self.visited = self.visited[place + 1 :], self.visited[: place + 1]
+    def _locate_ends(self, index):
+        """Retract again from a state, and locate the ends of branches, until the path joins the known path."""
+        known, self.visited = self.visited[index + 1 :], self.visited[: index + 1]
         start, least = self.visited[-1], _SHORTEST_STEP * self.step
         self.last, self.stiffness, start.most = start.solved, start.stiffness, -np.inf
         whole = step = _RETRACTION_STEP * self.step
@@ -334,9 +334,9 @@ class _Retraction(_Stepper):
             at_end = beyond is not None and self.last.delta - beyond < _AT_END * least
             delta = self._delta_after(least if at_end else step, target)
             moved, at_target = self.last.delta - delta, delta == target
-            near = not at_end and moved > _SHORT * least and not self.is_lost() and self._leads_to_more(moved)
-            solved = self.solver.seek(delta, self.last, near=near, exact=at_target and prescribed)
-            if near and (not solved.fine or self._passed_more(solved)):
+            near = not at_end and moved > _SHORT * least and not self.is_lost() and self._may_reach_largest(moved)
+            solved = self.solver.solve(delta, self.last, near=near, exact=at_target and prescribed)
+            if near and (not solved.converged or self._may_miss_tension(solved)):
                 step, beyond = max(0.5 * moved, least), delta
                 continue
             if not np.isfinite(solved.force):
@@ -354,7 +354,7 @@ class _Retraction(_Stepper):
         return True
 
     def _join(self, same, following):
-        """Go on by the known path, of which a larger tension is expected only if the present stiffness agrees."""
+        """Continue on the known path; expect a larger tension there only if the present stiffness does."""
         if following:
             row, last = following[0].row, self.last
             self.visited[-1].most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
@@ -363,17 +363,17 @@ class _Retraction(_Stepper):
         self.visited += following
 
     def _is_same(self, other):
-        """Return whether the present state is another one at the same displacement."""
+        """Return whether the present state equals another state at its displacement."""
         row, cells = self.visited[-1].row, other.row["contact_area"]
-        same_force = abs(row["force"] - other.row["force"]) <= _PULL_ERROR * self.largest
+        same_force = abs(row["force"] - other.row["force"]) <= _TENSION_ERROR * self.largest
         return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
 
-    def _leads_to_more(self, moved):
-        """Return whether the branch, with its last stiffness, leads to a larger tension than any before."""
-        return self.stiffness * moved - self.last.force > (1.0 + _PULL_ERROR) * self.largest
+    def _may_reach_largest(self, moved):
+        """Return whether the branch, extended by its last stiffness, exceeds the largest tension so far."""
+        return self.stiffness * moved - self.last.force > (1.0 + _TENSION_ERROR) * self.largest
 
     def _solve_vertex(self):
-        """Solve the state at the vertex of the parabola through the state of the largest tension and its neighbours."""
+        """Solve at the vertex of the parabola through the state of the largest tension and its neighbours."""
         best = int(np.argmin([visit.row["force"] for visit in self.visited])) if self.visited else 0
         if not 0 < best < len(self.visited) - 1 or self.visited[best].solved is None:
             return
@@ -383,8 +383,8 @@ class _Retraction(_Stepper):
             return
         first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
         delta = float(0.5 * (x0 + x1) - 0.5 * first * (x2 - x0) / (second - first))
-        solved = self.solver.seek(delta, self.visited[best].solved)
-        if solved.fine and solved.force < f1:
+        solved = self.solver.solve(delta, self.visited[best].solved)
+        if solved.converged and solved.force < f1:
             self.visited.insert(best + (delta < x1), _Visit(self._row(solved, False, 0.0), None, np.nan))
 
     def is_lost(self):
@@ -393,17 +393,17 @@ class _Retraction(_Stepper):
         if last.state.touching.any():
             return False
         largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
-        past = last.delta < largest_at  # a force of zero before it turns to a tension
-        return last.delta <= self.first or (-last.force < _LEAST_PULL * self.largest and past)
+        past = last.delta < largest_at  # the force also vanishes before it turns to a tension
+        return last.delta <= self.first or (-last.force < _LEAST_TENSION * self.largest and past)
 
-    def _passed_more(self, solved):
+    def _may_miss_tension(self, solved):
         """Return whether a step may have passed over a larger tension.
 
-        It may if, by its energy, it jumped or a stiff contact detached, or if the tension fell although it was growing.
+        It may if by its energy it jumped or a stiff contact detached, or if the tension fell after it had increased.
         """
         last, smooth = self.last, self._is_smooth(solved)
         if smooth and solved.force <= last.force:
             return False
-        missed = _PULL_ERROR_ON_CURVE if smooth else _PULL_ERROR
+        missed = _TENSION_ERROR_ON_CURVE if smooth else _TENSION_ERROR
         most = self.stiffness * (last.delta - solved.delta) - last.force
         return most > (1.0 + missed) * max(self.largest, -solved.force)

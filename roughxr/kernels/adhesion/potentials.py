@@ -1,4 +1,4 @@
-"""Attraction of two half spaces across a gap g: traction t, remaining work U, and the pull of a sphere.
+"""Attraction of two half spaces across a gap g: traction t, remaining work U, and the force on a sphere.
 
 hamaker         t = A/(6πg³), U = A/(12πg²), no closer than z₀: w = U(z₀), A = 12π z₀² w (Hamaker 1937; Israelachvili,
                 Intermolecular and Surface Forces, 3rd ed., eq. 13.15 and table 13.1)
@@ -13,13 +13,13 @@ Between bodies with condensed liquid gaps below b are wetted: there t is γ/r_K 
 
 where b is the height of a meniscus counted from contact, that is from the closest approach or Lennard-Jones's ε.
 
-A rigid body pulls on a half space as the sum of t over its front less its back (surface element integration,
-Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273). Over a plane, a sphere's rings of equal height S
-over its lowest point have the area 2π(R − S) dS, on its back of the opposite sign, so that with V = ∫U dg
+The attraction between a rigid body and a half space is the sum of t over the body's front less its back (surface
+element integration, Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273). Over a plane, a sphere's
+rings of equal height S over its lowest point have the area 2π(R − S) dS, negative on its back, so that with V = ∫U dg
 
     F(z) = 2π ∫₀^2R (R − S) t(z + S) dS = 2π [R U(z) + R U(z + 2R) − V(z) + V(z + 2R)]
 
-which is Hamaker's sphere, 2A R³/(3z²(z + 2R)²), for his t, and 2πR U(z) (Derjaguin, Bradley) where its back is far.
+which is Hamaker's sphere, 2A R³/(3z²(z + 2R)²), for his t, and 2πR U(z) (Derjaguin, Bradley) if its back is far away.
 
 g, z, S, R, z₀, ε, ρ, h, b, λ   nm;   t GPa;   U, w J/m²;   V nN/nm;   A nN nm;   F nN
 """
@@ -35,15 +35,15 @@ HAMAKER, RETARDED, LENNARD_JONES, EXPONENTIAL, DUGDALE = range(5)
 #: Laws by name; Hamaker's is retarded where a wavelength is given.
 POTENTIALS = {"hamaker": HAMAKER, "lennard_jones": LENNARD_JONES, "exponential": EXPONENTIAL, "dugdale": DUGDALE}
 
-#: Gap of Lennard-Jones's largest pull, in ε.
+#: Gap of Lennard-Jones's largest traction, in ε.
 LARGEST_AT = 3.0 ** (1 / 6)
 
-#: Gregory's factor.
+#: Gregory's factor of g/λ in x.
 _GREGORY = 5.32
 
 
 class Potential(NamedTuple):
-    """A law; for Hamaker's, ``work`` is U at the closest approach ``length``."""
+    """A law of attraction; for Hamaker's, ``work`` is U at the closest approach ``length``."""
 
     code: int
     work: float  # J/m²
@@ -55,12 +55,12 @@ class Potential(NamedTuple):
 
     @property
     def closest(self):
-        """The smallest gap, nm, that the law allows; None where it repels by itself."""
+        """The smallest gap, nm, that the law allows; None if the law repels by itself."""
         return {LENNARD_JONES: None, EXPONENTIAL: 0.0, DUGDALE: 0.0}.get(self.code, self.length)
 
     @property
     def range(self):
-        """The gap (nm) beyond which the pull is negligible; inf where it never is."""
+        """The gap (nm) beyond which the attraction is negligible; inf if it never is."""
         return {EXPONENTIAL: 25.0 * self.length, DUGDALE: self.length}.get(self.code, np.inf)
 
 
@@ -71,19 +71,19 @@ def potential(name, work, length, wavelength=np.inf):
 
 
 def with_liquid(law, height, pull, share):
-    """Return a law with liquid in gaps up to a height (nm) above contact, and its pull (GPa)."""
+    """Return a law with liquid in gaps up to a height (nm) above contact, and the liquid's tension (GPa)."""
     contact = law.length if law.code == LENNARD_JONES else law.closest
     return law._replace(filled=contact + height, pull=pull, share=share)
 
 
 @kernel
 def traction(g, law):
-    """Return t(g), GPa, at g > 0; positive pulls."""
-    return partly(g, law, 1.0 if g < law.filled else 0.0)
+    """Return t(g), GPa, at g > 0; positive for attraction."""
+    return partly_wetted_traction(g, law, 1.0 if g < law.filled else 0.0)
 
 
 @kernel
-def partly(g, law, wetted):
+def partly_wetted_traction(g, law, wetted):
     """Return t(g) where liquid covers a part of the area."""
     t = _solids(g, law)
     return t + wetted * (law.pull - (1.0 - law.share) * t) if wetted > 0.0 else t
@@ -106,13 +106,13 @@ def _solids(g, law):
 
 @kernel
 def _retardation(x):
-    """Return f − x f′/2 of f = 1 − x ln(1 + 1/x), the factor of retardation on a traction."""
+    """Return f − x f′/2 of f = 1 − x ln(1 + 1/x), the factor by which retardation lowers a traction."""
     return 1.0 - 0.5 * x * np.log1p(1.0 / x) - 0.5 * x / (x + 1.0)
 
 
 @kernel
 def tractions(g, law):
-    """Return t(g) of an array."""
+    """Return t(g) at an array of gaps."""
     values = np.empty(g.size)
     for k in range(g.size):
         values[k] = traction(g[k], law)
@@ -130,7 +130,7 @@ def energy(g, law):
 
 
 def _energy(g, law):
-    """Return U₀, that of the solids alone."""
+    """Return U₀, the work of the solids alone."""
     x = law.length / np.maximum(g, 1e-300)
     if law.code == EXPONENTIAL:
         return law.work * np.exp(-g / law.length)
@@ -145,7 +145,7 @@ def _energy(g, law):
 
 
 def gaussian_mean(law, sigma, cut=4.0):
-    """Return the largest mean of a potential (J/m²) over Gaussian heights of a standard deviation (nm), cut off."""
+    """Return the largest mean of U (J/m²) over Gaussian heights of a standard deviation (nm), cut at ``cut`` of it."""
     from scipy.optimize import minimize_scalar
     from scipy.special import erf
 

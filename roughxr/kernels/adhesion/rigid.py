@@ -1,15 +1,16 @@
-"""The pull of a rigid body on a rough half space: tractions summed over the local gaps.
+"""The attraction between a rigid body and a rough half space: tractions summed over the local gaps.
 
 With S the undeformed separation (``halfspace.separation``) and δ the displacement,
 
     F = a Σ t(g),   g = max(S − δ, g₀)
 
 over pixels of area a, g₀ the smallest gap of hard bodies (flattened summits are at g₀). Beyond the window
-the ground is its mean plane, and the pull of the rest of the sphere, its back included, an integral over S (`outside`).
+the surface is its mean plane, and the attraction to the rest of the sphere, its back included, is an integral over S
+(`force_outside`).
 
-With condensed liquid (`potentials`) its edge g = b runs through pixels. The part of a pixel that is wetted is that of
-a plane gap with the slopes at the pixel's middle and the mean gap of the pixel (own; without the difference between
-mean and middle, a²∇²g/24, the area of a disk of n pixels in radius is off by 1/(6n²)).
+The edge g = b of condensed liquid (`potentials`) crosses pixels. The wetted part of a pixel is computed for a plane gap
+with the slopes at the pixel's middle and the pixel's mean gap (own; without the difference between mean and middle,
+a²∇²g/24, the area of a disk of n pixels in radius is off by 1/(6n²)).
 
 S, δ, g  nm;  a nm²;  t GPa;  F nN
 """
@@ -20,19 +21,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .potentials import partly, tractions
+from .potentials import partly_wetted_traction, tractions
 
-#: Where nothing keeps the bodies apart, gaps below this part of the law's length count as equal to it.
+#: Smallest gap, as a part of the law's length, of laws that repel by themselves.
 _CRUSHED = 0.25
 
 
 class Cells(NamedTuple):
-    """What the wetted part of each cell depends on; arrays without cells where nothing is wetted."""
+    """Heights and slopes of cells, from which their wetted parts follow; empty arrays for a dry law."""
 
-    mean: np.ndarray  # gap or height, its mean over the cell, nm
-    x: np.ndarray  # change of it across the cell, nm
+    mean: np.ndarray  # mean gap or height of the cell, nm
+    x: np.ndarray  # change of gap or height across the cell, nm
     y: np.ndarray
-    most: float  # how far above its middle's gap a cell may reach the level, nm
+    most: float  # largest difference within a cell from the value at its middle, nm
 
 
 def cells(height, law):
@@ -46,7 +47,7 @@ def cells(height, law):
 
 @kernel
 def _planes(height, mean, x, y):
-    """Fill means and changes across each cell from its neighbours, itself at the rim; return ``Cells.most``."""
+    """Fill in means and changes across each cell from its neighbours (at the rim, itself); return ``Cells.most``."""
     n, m = height.shape
     most = 0.0
     for i in range(n):
@@ -63,8 +64,8 @@ def _planes(height, mean, x, y):
 
 
 @kernel
-def pulls(separation, cells, deltas, law, closest, area):
-    """Return the pull (nN) at each displacement (nm) of a window of separations."""
+def attractions(separation, cells, deltas, law, closest, area):
+    """Return the attractive force (nN) over a window of separations at each displacement (nm)."""
     forces, humid = np.zeros(deltas.size), cells.mean.size > 0
     for k in range(deltas.size):
         for i in range(separation.shape[0]):
@@ -74,13 +75,13 @@ def pulls(separation, cells, deltas, law, closest, area):
                     part = 0.0
                     if humid and s - deltas[k] < law.filled + cells.most:
                         part = wetted(law.filled + deltas[k] - cells.mean[i, j], cells.x[i, j], cells.y[i, j])
-                    forces[k] += partly(max(s - deltas[k], closest), law, part)
+                    forces[k] += partly_wetted_traction(max(s - deltas[k], closest), law, part)
     return area * forces
 
 
 @kernel
 def wetted(depth, x, y):
-    """Return the part of a cell where a plane gap lies below a level, ``depth`` above its mean and x, y its changes."""
+    """Return the part of a cell where a plane gap lies below a level ``depth`` over its mean; x, y are its changes."""
     a, b = max(abs(x), abs(y)), min(abs(x), abs(y))
     u = depth + 0.5 * (a + b)
     if u <= 0.0:
@@ -94,7 +95,7 @@ def wetted(depth, x, y):
 
 
 @kernel
-def wet_area(cells, level):
+def wetted_area(cells, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
     area, edge = 0.0, 0.0
     means, x, y = cells.mean.ravel(), cells.x.ravel(), cells.y.ravel()
@@ -110,25 +111,25 @@ def wet_area(cells, level):
     return area, edge
 
 
-def floor(law):
+def smallest_gap(law):
     """Return the smallest gap (nm) to evaluate: the closest approach, or a part of the law's length without one."""
     return _CRUSHED * law.length if law.closest is None else max(law.closest, 1e-12)
 
 
-def outside(gaps, law, radius, parabola, rectangle):
-    """Return the pull (nN) of a sphere on the mean plane beyond a rectangle around its axis, less that of its back.
+def force_outside(gaps, law, radius, parabola, rectangle):
+    """Return the attraction (nN) of a sphere to the mean plane outside a rectangle around its axis, less its back's.
 
     Parameters
     ----------
     gaps : ndarray
-        Distance of its lowest point from the mean plane, nm.
+        Distance of the sphere's lowest point from the mean plane, nm.
     law : Potential
     radius : float
         nm.
     parabola : bool
         Hertz's paraboloid in place of the sphere: it has no back.
     rectangle : (float, float, float, float)
-        Sides of the window from the axis: below and above along x, then along y, nm, all positive.
+        Distances from the axis to the sides: below and above along x, then along y, nm, all positive.
     """
     below_x, above_x, below_y, above_y = rectangle
     corners = [np.hypot(a, b) for a in (below_x, above_x) for b in (below_y, above_y)]
@@ -136,25 +137,25 @@ def outside(gaps, law, radius, parabola, rectangle):
     heights = marks**2 / (2 * radius) if parabola else marks**2 / (radius + np.sqrt(radius**2 - marks**2))
     edges = np.unique(np.append(heights, 2 * radius))
     forces = np.zeros(gaps.size)
-    for k, gap in enumerate(np.maximum(gaps, floor(law) - edges[0])):
+    for k, gap in enumerate(np.maximum(gaps, smallest_gap(law) - edges[0])):
         crosses = edges[0] < law.filled - gap < edges[-1]
         S, weight = _nodes(np.sort(np.append(edges, law.filled - gap)) if crosses else edges, gap)
         r = np.sqrt(2 * radius * S if parabola else np.maximum(S * (2 * radius - S), 0))
         rings = np.full(S.size, radius) if parabola else radius - S
-        share = np.where(rings > 0, 1 - _inside(r, rectangle), 1.0)
+        share = np.where(rings > 0, 1 - _fraction_inside(r, rectangle), 1.0)
         forces[k] = 2 * np.pi * np.sum(weight * rings * share * tractions(gap + S, law))
     return forces
 
 
-#: Gauss's nodes and weights, found once: half of the time of a place went into finding them again.
+#: Gauss's nodes and weights, cached: halves the time of a place.
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
 def _nodes(edges, gap, pieces=8, each=12):
-    """Return Gauss's nodes and weights along S, even in the logarithm of gap + S between the edges.
+    """Return Gauss's nodes and weights along S, uniform in the logarithm of gap + S between the edges.
 
-    The nodes are denser at the ends of each interval, as x²(3 − 2x), where the part of a circle inside a rectangle has
-    square-root singularities.
+    The nodes are denser at the ends of each interval, as x²(3 − 2x): there the fraction of a circle inside a rectangle
+    has square-root singularities.
     """
     x, w = _gauss(each)
     ends = np.log(gap + edges)
@@ -165,7 +166,7 @@ def _nodes(edges, gap, pieces=8, each=12):
     return (along - gap).ravel(), (length * weight * along).ravel()
 
 
-def _inside(r, rectangle):
+def _fraction_inside(r, rectangle):
     """Return the fraction of a circle of radius r that lies inside the rectangle."""
     angle = np.zeros(r.size)
     with np.errstate(divide="ignore"):

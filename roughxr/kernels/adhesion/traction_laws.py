@@ -5,11 +5,12 @@ van der Waals   t = (8w/3z₀) [(z₀/z)³ − (z₀/z)⁹],  z = z₀ + u      
 step            t = σ up to the gap a, σ (1 − s)² with s = (u − a)/(b − a) from there to b, 0 beyond
 
 The second is the attraction between two half spaces of Lennard-Jones atoms (Israelachvili; Greenwood 1997). The
-surfaces are taken as hard at z₀, closer than which they would repel. The third is Dugdale's law with an edge of finite
-width, also the pull of condensed water (σ = γ/r_K up to about h_c) and, with a = 0, adhesion of short range.
+surfaces are hard at z₀, below which they would repel. The third is Dugdale's law with a cohesive zone's edge of finite
+width; it also represents the tension of condensed water (σ = γ/r_K up to about h_c) and, with a = 0, adhesion of short
+range.
 
-A law is made of its terms by ``law_of``. The solvers know nothing of the terms: they call ``traction`` (t and −dt/du)
-and ``remaining_work`` (∫ t du beyond a gap), and read the fields of `SmoothLaw`.
+``smooth_law`` builds a law from its terms. Solvers do not see the terms: they call ``traction`` (t and −dt/du) and
+``remaining_work`` (∫ t du beyond a gap), and read the fields of `SmoothLaw`.
 
 Unit cells and unit modulus: tractions in nm (t dx/E*), w in nm² (w dx/E*).
 """
@@ -20,16 +21,15 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Gap beyond which nothing pulls, in ρ and in z₀.
+#: Gap at which the exponential (in ρ) and the second term (in z₀) are cut off.
 CUT, TAIL = 12.0, 11.0
 
-#: Largest traction of the second term over w/z₀, and the gap there over z₀; its largest fall over w/z₀², in contact
-#: the negative of it.
-_STRENGTH, _AT = 16.0 / (9.0 * 3.0**0.5), 3.0 ** (1.0 / 6.0) - 1.0
+#: Largest traction of the second term over w/z₀, and its largest |dt/du| over w/z₀², at contact.
+_STRENGTH = 16.0 / (9.0 * 3.0**0.5)
 WALL = 16.0
 
-#: Loading begins, and retraction ends, this many lengths of the exponential or of the second term before contact.
-_BEFORE = 8.0
+#: Gap at which loading begins and retraction ends, in lengths of the exponential or of the second term.
+_ONSET = 8.0
 
 
 class Term(NamedTuple):
@@ -48,23 +48,23 @@ class SmoothLaw(NamedTuple):
     step: Term
     work: float  # whole work of separation, nm²
     strength: float  # largest traction, nm
-    steepest: float  # largest |dt/du|: what a mesh must bear
-    length: float  # gap over which the traction changes: Newton's steps must not be much longer, nm
-    onset: float  # gap at which it begins to matter: loading begins there, nm
-    range: float  # gap beyond which nothing pulls, nm
-    cut: float  # the work left beyond the range, which is not counted, nm²
+    steepest: float  # largest |dt/du|, which the mesh must resolve
+    length: float  # gap over which the traction changes, a limit of Newton's steps, nm
+    onset: float  # gap at which loading begins, nm
+    range: float  # gap beyond which the traction is 0, nm
+    cut: float  # remaining work at the range, which is neglected, nm²
 
 
 _NONE = Term(0.0, 1.0)
 
 
-def law_of(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
-    """Return the sum of some terms (tuples as in `Term`); ``cut`` is the range (nm) if it is not the usual one."""
+def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
+    """Return the sum of some terms (tuples as in `Term`); ``cut`` is the range (nm), by default the terms'."""
     e, v, s = (Term(*(float(value) for value in term)) for term in (exponential, waals, step))
     strengths = e.size / e.near, _STRENGTH * v.size / v.near, s.size
     slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
     is_given = [term.size > 0.0 for term in (e, v, s)]
-    lengths, onsets = (e.near, v.near, s.far - s.near), (_BEFORE * e.near, _BEFORE * v.near, s.far)
+    lengths, onsets = (e.near, v.near, s.far - s.near), (_ONSET * e.near, _ONSET * v.near, s.far)
     ranges = CUT * e.near, TAIL * v.near, s.far
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(
@@ -79,28 +79,28 @@ def law_of(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
 
 
 def without_range(w, fall):
-    """Return a law that pulls at contact only, as nearly as a mesh bears that allows a traction to fall by ``fall``."""
+    """Return the shortest-ranged law of work ``w`` on a mesh that resolves |dt/du| up to ``fall``."""
     end = np.sqrt(6.0 * w / fall)
-    return law_of(step=(3.0 * w / end, 0.0, end))
+    return smooth_law(step=(3.0 * w / end, 0.0, end))
 
 
 def dugdale(w, length, fall):
-    """Return a constant traction w/length up to a gap, with the edge that such a mesh bears."""
-    wide = 2.0 * w / (length * fall)
-    if wide > 3.0 * length:
+    """Return a constant traction w/length up to a gap, with an edge of at most |dt/du| = ``fall``."""
+    width = 2.0 * w / (length * fall)
+    if width > 3.0 * length:
         return without_range(w, fall)
-    return law_of(step=edged(w / length, length, wide))
+    return smooth_law(step=widened_step(w / length, length, width))
 
 
-def edged(pull, length, wide):
-    """Return the step of a tension up to a gap, its edge spread over a width at the same work."""
-    begin = length - wide / 3.0
-    return pull, begin, begin + wide
+def widened_step(tension, length, width):
+    """Return the `Term` of a tension up to a gap, its edge of a finite width, at the same work."""
+    begin = length - width / 3.0
+    return tension, begin, begin + width
 
 
 @kernel
 def traction(u, law):
-    """Return t(u) ≥ 0, and the slope −dt/du at which it falls."""
+    """Return t(u) ≥ 0, and −dt/du."""
     t, fall = 0.0, 0.0
     if u >= law.range:
         return t, fall

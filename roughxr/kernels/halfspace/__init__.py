@@ -3,8 +3,8 @@
 love                   displacement of a uniformly loaded square
 transforms, products   u = A p, by fast transforms or by a matrix
 separation             the undeformed gap between indenter and surface
-active_set             which of a list of cells touch, and their pressures
-working_set            which cells of a box the active set must include, and a first guess by coarser cells
+active_set             the touching cells of a list, and their pressures
+working_set            the cells of a box that the active set must include, and a first guess by coarser cells
 displacement_control   contact at a displacement, or through a sweep
 load_control           contact under a load
 yielding               the residual heights of a contact that yields

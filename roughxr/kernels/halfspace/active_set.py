@@ -1,23 +1,22 @@
-"""Kalker's active set on a given list of cells: which of them touch, and their pressures.
+"""Kalker's active set on a given list of cells: the cells that touch, and their pressures.
 
 On ``count`` cells of unit side and unit modulus, overlapping the undeformed half space by h, find pressures p with
 
     p ≥ 0,     g = A p − h ≥ 0,     p g = 0
 
 where A holds Love's coefficients (Kalker 1990; Cheng, Dunn & Brach below eq. 42). A set C of cells is taken to be in
-contact; there g = 0 is solved by conjugate gradients; cells that pull (p < 0) leave C and cells that interpenetrate
-(g < 0) join, until none does. Where pressures are capped, p ≤ H (Almqvist et al. 2007), cells that press harder leave C
-as well, with p = H, and rejoin it if their gap opens: for them −g ≥ 0 is the depth by which they have given way. The
-pressure of a cell outside C tells whether it is open or yields. A is symmetric and positive definite, so the solution
-exists and is unique: it minimises ½ p A p − h p within the bounds. Exchanging all violating cells at once converges in
-a few rounds; where rounds stop making progress the cells are exchanged one at a time by least index, which is finite
-(Júdice & Pires 1994).
+contact, and g = 0 is solved there by conjugate gradients; cells in tension (p < 0) leave C and cells that penetrate
+(g < 0) join it, until none does. If pressures are capped, p ≤ H (Almqvist et al. 2007), cells above the cap leave C as
+well, with p = H, and rejoin it if their gap opens: for them −g ≥ 0 is the depth by which they have yielded. A cell
+outside C yields if p = H and is open if p = 0. A is symmetric and positive definite, so the solution exists and is
+unique: it minimises ½ p A p − h p within the bounds. Exchanging all violating cells at once converges in a few rounds;
+when rounds stop making progress the cells are exchanged one at a time by least index, which ends (Júdice & Pires 1994).
 
 A is nearly the inverse of |q| in Fourier space. Its own inverse is so short-ranged that 3 × 3 of its terms, within the
 contact, are a good preconditioner: half the iterations, at the cost of a few additions per cell.
 
 Pressures (p dx/E*), gaps and depths are in nm. Vectors are compact, see ``products``; their last entry stays zero and
-stands for a missing neighbour.
+represents a missing neighbour.
 """
 
 from typing import NamedTuple
@@ -33,10 +32,10 @@ CONVERGED, ITERATION_LIMIT = 0, 1
 #: Inverse of Love's coefficients at offsets (0,0), (0,1), (1,1), from 1/Â on a periodic grid of 128² cells.
 STENCIL = (1.1628, -0.1831, -0.0478)
 
-#: A round of conjugate gradients ends when the largest gap has fallen to this part of the largest violation.
+#: A round of conjugate gradients ends when the largest gap is below this part of the largest violation.
 _ROUND = 0.15
 
-#: Part of the load that is rounding.
+#: Relative rounding error of the load.
 _ROUNDING = 1e-13
 
 #: Number of rounds without a new minimum of violations after which cells are exchanged one at a time.
@@ -49,7 +48,7 @@ class Outcome(NamedTuple):
     status: int
     iterations: int  #: products A p
     violation: float  #: largest |g| in contact or penetration outside
-    shift: float  #: what was added to the depths to carry the load; 0 where none is prescribed
+    shift: float  #: added to all depths so that the load is met; 0 if no load is prescribed
 
 
 class Work(NamedTuple):
@@ -58,20 +57,19 @@ class Work(NamedTuple):
     direction: np.ndarray
     image: np.ndarray  # A times the direction; before that the residual
     preconditioned: np.ndarray
-    flat: np.ndarray  # nearly the pressures of a flat punch on the contact
-    change: np.ndarray  # of the pressures, by an exchange of cells
+    flat: np.ndarray  # approximate pressures of a flat punch on the contact
+    change: np.ndarray  # of the pressures by an exchange of cells
     neighbours: np.ndarray  # (count, 8): four by side, four by corner; `count` for a missing one
 
 
 @kernel
 def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, cap, patience):
-    """Solve from the given pressures, their gaps and a contact, each (count + 1,), which become the solution's.
+    """Solve from given pressures, their gaps and a contact, each (count + 1,), in place; return the `Outcome`.
 
     Gaps may be NaN: then they are computed first, by one product.
-    Every condition is met to ``goal`` (the unit of the depths) unless ``max_iterations`` products are not enough;
-    pressures are never negative or above the ``cap``. With a ``load`` > 0 the pressures keep adding up to it, and all
-    depths are shifted by what that takes: the search directions are projected onto loads of zero sum, at no further
-    product. Returns the `Outcome`.
+    Every condition is met to ``goal`` (nm) unless ``max_iterations`` products are not enough; pressures are never
+    negative or above the ``cap``. With a ``load`` > 0 the pressures keep adding up to it, and all depths shift as
+    needed: the search directions are projected onto zero total load, without a further product.
     """
     z = np.zeros((5, pressure.size))
     work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
@@ -79,7 +77,7 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     changed = _count_as_change(depth, pressure, gap, work.change)
     while True:
         if load > 0.0 and slope == 0.0:
-            changed, shift = _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap)
+            changed, shift = _restore_load(operator, depth, pressure, gap, contact, work, changed, load, shift, cap)
         elif changed:
             _displace(operator, gap, work)
         iterations += changed
@@ -106,7 +104,7 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
 
 @kernel
 def _count_as_change(depth, pressure, gap, change):
-    """Where gaps are unknown, write those without pressures, whose change is all pressures; return whether they are."""
+    """If gaps are unknown, set them as without pressures and count all pressures as a change; return whether so."""
     unknown = np.isnan(gap[0])
     for k in range(depth.size if unknown else 0):
         gap[k], change[k] = -depth[k], pressure[k]
@@ -140,7 +138,7 @@ def _close(operator, pressure, gap, contact, work, slope, shift, target, load, m
     """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
     products, closed = 0, False
     while not closed and products < most:
-        for k in range(gap.size):  # without branches, like the loops below, in half of their time
+        for k in range(gap.size):  # without branches, as below: half of the time
             work.image[k] = -gap[k] if contact[k] else 0.0
         _precondition(operator, work.neighbours, work.image, work.preconditioned)
         if load > 0.0:
@@ -154,7 +152,7 @@ def _close(operator, pressure, gap, contact, work, slope, shift, target, load, m
 
 @kernel
 def _precondition(operator, neighbours, r, preconditioned):
-    """Write nearly the pressures that would close the residual, which is zero outside the contact."""
+    """Write approximate pressures that would close the residual, which is zero outside the contact."""
     if operator.inverse.box.size:
         convolve_cells(operator.rows, operator.columns, operator.inverse, r, preconditioned)
         return
@@ -167,7 +165,7 @@ def _precondition(operator, neighbours, r, preconditioned):
 
 @kernel
 def _project(gap, contact, work):
-    """Remove the load from the preconditioned residual, and the shift that it stands for from the gaps."""
+    """Remove the net load from the preconditioned residual, and the corresponding shift from the gaps."""
     total, whole = 0.0, 0.0
     for k in range(gap.size - 1):
         if contact[k]:
@@ -183,7 +181,7 @@ def _project(gap, contact, work):
 
 @kernel(reorder=True)
 def _search(residual, contact, preconditioned, direction, slope):
-    """Set the next conjugate direction, ``slope`` 0 to start anew; return the residual's preconditioned square."""
+    """Set the next conjugate direction (the first if ``slope`` is 0); return the residual's preconditioned square."""
     new = 0.0
     for k in range(residual.size):
         new += residual[k] * preconditioned[k]
@@ -209,9 +207,9 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
 
 @kernel
 def _violations(pressure, gap, contact, cap, goal):
-    """Return the number of violations, the largest |g| in contact, and that or the largest wrong gap outside.
+    """Return the number of violating cells, the largest |g| in contact, and the largest violation of all gaps.
 
-    Cells violate a condition that pull, press above the cap or have the wrong gap outside; see `_wrong_by`.
+    Cells violate a condition in tension, above the cap, or with a gap of the wrong sign outside (`_gap_violation`).
     """
     violating, inside, worst = 0, 0.0, 0.0
     for k in range(gap.size - 1):
@@ -219,21 +217,21 @@ def _violations(pressure, gap, contact, cap, goal):
             violating += (pressure[k] < 0.0) | (pressure[k] > cap)
             inside = max(inside, abs(gap[k]))
         else:
-            wrong = _wrong_by(pressure[k], gap[k], cap)
+            wrong = _gap_violation(pressure[k], gap[k], cap)
             violating += wrong > goal
             worst = max(worst, wrong)
     return violating, inside, max(inside, worst)
 
 
 @kernel
-def _wrong_by(pressure, gap, cap):
-    """Return by how much the gap of a cell out of contact has the wrong sign, be it open or yielding."""
+def _gap_violation(pressure, gap, cap):
+    """Return the violation by the gap of a cell out of contact, open or yielding: positive if its sign is wrong."""
     return gap if pressure >= cap else -gap
 
 
 @kernel
 def _exchange(pressure, gap, contact, cap, change, goal, single):
-    """Free cells beyond the bounds and add those with the wrong gap, all or the first; return whether any was freed."""
+    """Free cells beyond the bounds and add cells with a wrong gap, all or the first; return whether any was freed."""
     freed = False
     for k in range(gap.size - 1):
         change[k] = 0.0
@@ -244,7 +242,7 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
             change[k] = bound - pressure[k]
             pressure[k] = bound
             freed = True
-        elif not contact[k] and _wrong_by(pressure[k], gap[k], cap) > goal:
+        elif not contact[k] and _gap_violation(pressure[k], gap[k], cap) > goal:
             contact[k] = True
         else:
             continue
@@ -255,17 +253,17 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
 
 @kernel
 def _displace(operator, gap, work):
-    """Add the displacement by a change of the pressures to the gaps."""
+    """Add the displacement under the change of pressures to the gaps."""
     multiply(operator, work.change, work.image)
     for k in range(gap.size):
         gap[k] += work.image[k]
 
 
 @kernel
-def _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, cap):
-    """Let another contact carry the load; return whether pressures have changed, and the shift of the depths.
+def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, shift, cap):
+    """Adapt the pressures of a changed contact to the load; return whether they have changed, and the depths' shift.
 
-    Where nothing yields the pressures are scaled to the load; else the rest is added as under a flat punch.
+    If nothing yields the pressures are scaled; else the missing load is added as under a flat punch.
     """
     total, yields, carrying, flat = 0.0, False, 0, 0.0
     for k in range(depth.size):
@@ -273,7 +271,7 @@ def _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, 
         yields |= pressure[k] >= cap
         carrying += contact[k]
     if carrying == 0:
-        contact[_next_to_carry(pressure, gap, cap, load - total)] = True
+        contact[_next_in_contact(pressure, gap, cap, load - total)] = True
     for k in range(depth.size):
         work.image[k] = 1.0 if contact[k] else 0.0
     _precondition(operator, work.neighbours, work.image, work.flat)
@@ -299,8 +297,8 @@ def _carry(operator, depth, pressure, gap, contact, work, changed, load, shift, 
 
 
 @kernel
-def _next_to_carry(pressure, gap, cap, missing):
-    """Return the open cell of the least gap if load is missing, else the yielding one that has given way least."""
+def _next_in_contact(pressure, gap, cap, missing):
+    """Return the open cell of the least gap if load is missing, else the yielding cell of the least depth."""
     best, least = 0, np.inf
     for k in range(pressure.size - 1):
         yielding = pressure[k] >= cap

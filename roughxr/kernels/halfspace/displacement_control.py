@@ -4,13 +4,13 @@ On cells with undeformed separation S (nm), at a displacement δ (nm), find pres
 
     p ≥ 0,     g = S + A p − δ ≥ 0,     p g = 0                       (Kalker 1990; Cheng, Dunn & Brach, eqs. 36–39)
 
-or, of a material that yields at the hardness H (GPa), p ≤ H as well, with g ≤ 0 where p = H: there the surface gives
-way by −g (``yielding``). The active set (``active_set``) finds which cells touch. Here it is given as few cells as
-possible, and a good start, none of which changes the solution:
+or, of a material that yields at the hardness H (GPa), p ≤ H as well, with g ≤ 0 where p = H: there the surface yields
+by −g (``yielding``). The active set (``active_set``) finds the touching cells. Few cells and a good start save time and
+do not change the solution:
 
-- Only cells with S < δ can carry load, since A p ≥ 0; everything else is cut away.
-- Of these, the cells whose gap is well open in the guess are left out too, until one product over the whole overlap
-  shows whether they touch (``working_set``).
+- Only cells with S < δ can carry load, since A p ≥ 0; all others are left out.
+- Of these, cells with a wide gap in the guess are left out as well, until one product over the whole overlap shows
+  whether they touch (``working_set``).
 - Pressures scale with E*/dx, so cells of unit side on a half space of unit modulus are solved.
 """
 
@@ -23,12 +23,12 @@ from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
 from .working_set import Guess, box_below, contact_in
 
-#: In a sweep, cells that penetrate by this part of the step when extrapolated are taken as touching.
+#: In a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching.
 _JOINING_PART = 0.1
 
 #: Columns for each solve of a sweep: force nN, area nm², status, products A p, the largest |g| in contact or of the
-#: wrong sign outside over the deepest overlap; force nN and area nm² of cells at the hardness or above, and the volume
-#: nm³ by which they gave way.
+#: wrong sign outside over the deepest overlap; force nN and area nm² of cells at the hardness or above, and their
+#: plastically displaced volume, nm³.
 FORCE, AREA, STATUS, ITERATIONS, RESIDUAL, HARD_FORCE, HARD_AREA, DENT = range(8)
 
 
@@ -97,7 +97,7 @@ def in_units(states, pressures, displacements, dx, contact_modulus, hardness):
 
 
 def extrapolated(older, last, delta, box, depth, cap):
-    """Return a guess in a box from two states (δ, pressure, displacement) of the window; δ = -inf if one is unknown."""
+    """Return a guess in a box from two states (δ, pressure, displacement); an unknown state has δ = -inf."""
     (rows, columns), step = box, delta - last[0]
     ahead = step / (last[0] - older[0])
     return Guess(*_extrapolated(depth, step, ahead, *last[1:], *older[1:], cap, rows.start, columns.start))
@@ -109,8 +109,8 @@ def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, ol
 
     With increasing δ the contact grows, and displacements outside it grow faster than linearly (the inverse of A has
     positive entries on its diagonal only). Linear extrapolation therefore overestimates the contact: a cell that will
-    touch penetrates, a slight penetration seldom leads to contact. Where the older displacement is unknown, the last
-    one is taken for cells that may touch, and grows by half of the step for cells in contact.
+    touch penetrates, but a slight penetration seldom leads to contact. Where the older displacement is unknown, the
+    last one is used to choose cells that may touch, and the last one plus half of the step to choose cells in contact.
     """
     guess, touching = np.empty(depth.shape), np.empty(depth.shape, np.bool_)
     possible = np.empty(depth.shape, np.bool_)

@@ -31,7 +31,7 @@ from .working_set import (
 #: Cells that overlap at up to this many times the guessed depth are chosen.
 _DEPTH_FACTOR = 1.1
 
-#: d ln depth / d ln F of a sphere.
+#: d ln depth / d ln F of Hertz's sphere.
 _DEPTH_EXPONENT = 2 / 3
 
 #: Windows narrower than this are not halved to find a displacement.
@@ -46,14 +46,14 @@ def loaded_arrays(
 ):
     """Solve the contact at each of ascending loads (nN > 0), each started from the one before.
 
-    Returns displacements (load,), then as `displacement_control.sweep_arrays`, whose options these are. Where there is
-    nothing to press on, the displacement is NaN and the solution has not converged.
+    Returns displacements (load,), then the results of `displacement_control.sweep_arrays`, which explains the options.
+    Where there is nothing to press on, the displacement is NaN and the solution has not converged.
     """
     separation = np.where(np.isnan(separation), np.inf, separation)
     cap, limit = hardness.scaled(dx / contact_modulus)
     deltas, arrays = np.full(len(loads), np.nan), records(len(loads), separation.shape, keep)
     states, pressures, displacements = arrays
-    states[:, STATUS] = ITERATION_LIMIT  # where there is nothing to press on, no load is carried
+    states[:, STATUS] = ITERATION_LIMIT  # stays so where there is nothing to press on
     touch = separation.min(initial=np.inf)
     scaled, contact = np.asarray(loads) / (contact_modulus * dx), None
     for k, load in enumerate(scaled if np.isfinite(touch) else ()):
@@ -61,7 +61,7 @@ def loaded_arrays(
             delta, start = _first_guess(separation, load, cap)
         else:
             delta = touch + (deltas[k - 1] - touch) * (load / scaled[k - 1]) ** _DEPTH_EXPONENT
-            start = _from_state(deltas[k - 1], contact, cap)
+            start = _start_from_state(deltas[k - 1], contact, cap)
         deltas[k], contact = _solve(separation, load, delta, start, tolerance, max_iterations, cap)
         describe(states[k], contact, deltas[k] - separation, cap, limit)
         field = k - len(loads) + keep
@@ -71,7 +71,7 @@ def loaded_arrays(
 
 
 def _first_guess(separation, load, cap):
-    """Return a displacement and a start: of few cells by an estimate, else from a solution on cells twice as large."""
+    """Return a displacement and a start: by an estimate for few cells, else from a solution on cells twice as large."""
     halves = min(separation.shape) >= _SMALLEST_HALVED
     depth, touch = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size), separation.min()
     if np.isfinite(depth):
@@ -84,7 +84,7 @@ def _first_guess(separation, load, cap):
     return delta, lambda delta, box, depth: Guess(*(np.ascontiguousarray(field[box]) for field in guess))
 
 
-def _from_state(before, contact, cap):
+def _start_from_state(before, contact, cap):
     """Return a start from the contact at another displacement."""
     last = before, contact.pressure, contact.displacement
     older = -np.inf, contact.pressure, np.full(contact.pressure.shape, np.nan)
@@ -92,7 +92,7 @@ def _from_state(before, contact, cap):
 
 
 def _solve(separation, load, delta, start, tolerance, max_iterations, cap):
-    """Return displacement and `Contact` on a window; ``start(delta, box, depth)`` returns the `Guess` in a box."""
+    """Solve at one load; return displacement and `Contact`. ``start(delta, box, depth)`` returns a `Guess` in a box."""
     lowest, products = (separation.min(1), separation.min(0)), 0
     touch = lowest[0].min()
     for _ in range(_MOST_CHOICES):
@@ -103,13 +103,13 @@ def _solve(separation, load, delta, start, tolerance, max_iterations, cap):
         solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, load=load, slack=slack)
         products += solved.outcome.iterations
         reached = delta + solved.outcome.shift
-        shallow = reached - touch < 0.5 * (delta - touch)  # then the goal, a part of the guessed depth, was too loose
+        shallow = reached - touch < 0.5 * (delta - touch)  # then the tolerance, a part of the guessed depth, was loose
         pressure, displacement = np.zeros(separation.shape), np.full(separation.shape, np.nan)
         pressure[box], displacement[box] = solved.pressure, solved.displacement
         contact = Contact(pressure, displacement, solved.outcome._replace(iterations=products))
         if solved.outcome.status != CONVERGED or (reached <= reach and not shallow):
             return reached, contact
-        start, delta = _from_state(delta, contact, cap), reached
+        start, delta = _start_from_state(delta, contact, cap), reached
     return delta, contact._replace(outcome=contact.outcome._replace(status=ITERATION_LIMIT))
 
 

@@ -3,10 +3,10 @@
     u(m) = Σ A(m − n) p(n),     A Love's coefficients (``love``), p pressure and u displacement of the cells, both in nm
 
 Cells have unit side and the half space unit modulus: the caller scales. Whole boxes are convolved in double precision,
-which decides whether a solution is accurate. Solvers work on compact vectors, the values of the cells of interest
-wherever they lie in a box, followed by one entry that stays zero. Few cells are summed with the matrix of Love's
-coefficients between them; many are convolved in their box (``transforms``) in single precision, accurate to some 1e-6
-of the largest value: enough for search directions, in two thirds of the time. Source: Love (1929) for A.
+and these products decide whether a solution is accurate. Solvers work on compact vectors: the values of the chosen
+cells of a box, followed by one entry that stays zero. For few cells the product uses the matrix of Love's coefficients;
+many are convolved in their box (``transforms``) in single precision, accurate to some 1e-6 of the largest value: enough
+for search directions, in two thirds of the time. Source: Love (1929) for A.
 """
 
 from functools import lru_cache
@@ -17,7 +17,7 @@ import scipy.fft
 
 from ..jit import kernel
 from .love import love_coefficients
-from .transforms import Convolution, convolution, convolve, convolved, even_length, transfer_of
+from .transforms import Convolution, convolution, convolve, convolved, even_length, kernel_transform
 
 #: Up to this many cells the dense matrix (half a megabyte) is faster than transforms of the cells' box.
 DENSE_LIMIT = 250
@@ -25,7 +25,7 @@ DENSE_LIMIT = 250
 #: From this many cells on, an inverse by transforms is a better preconditioner than a few neighbours.
 LONG_RANGE = 1000
 
-#: Transformed coefficients are stored of so many padded boxes of up to so many cells, and of so many larger ones.
+#: Number of padded boxes whose transformed coefficients are stored; cells of a small box; and number of larger boxes.
 _MOST_STORED, _SMALL, _MOST_LARGE = 256, 256**2, 6
 
 
@@ -36,7 +36,7 @@ class Operator(NamedTuple):
     columns: np.ndarray
     matrix: np.ndarray  # (count, count), or (0, 0)
     product: Convolution  # with A
-    inverse: Convolution  # with nearly A's inverse, of many cells; else empty
+    inverse: Convolution  # with an approximate inverse of A, for many cells; else empty
 
 
 #: In place of a convolution that is not used.
@@ -44,15 +44,15 @@ _NO_CONVOLUTION = Convolution(*(np.empty((0, 0), kind) for kind in (np.float32, 
 
 
 def coefficients_for(shape):
-    """Return Love's coefficients for all boxes within ``shape``, padded, in one of few sizes."""
+    """Return Love's coefficients for all padded boxes within ``shape``, in one of few sizes."""
     size = table_size(max(shape))
     return love_coefficients(size, size)
 
 
 def table_size(cells):
-    """Return the side of a table of coefficients for boxes of up to so many cells along a side.
+    """Return the side of a table of coefficients for boxes of up to this many cells along a side.
 
-    Boxes are padded to ``even_length`` of twice their side, and `transfer_of` reads offsets up to half of that.
+    Boxes are padded to ``even_length`` of twice their side, and `kernel_transform` reads offsets up to half of that.
     """
     size = scipy.fft.next_fast_len(cells, real=True) + 1
     return 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
@@ -64,18 +64,18 @@ def _transfer(rows, columns):
 
 
 def _new_transfer(rows, columns):
-    return transfer_of(rows, columns, coefficients_for((rows // 2, columns // 2)))
+    return kernel_transform(rows, columns, coefficients_for((rows // 2, columns // 2)))
 
 
 _small_transfer, _large_transfer = lru_cache(_MOST_STORED)(_new_transfer), lru_cache(_MOST_LARGE)(_new_transfer)
 
 
-def product_in(rows, columns):
-    """Return the convolution with A, in single precision, of a box of so many rows and columns."""
+def love_convolution(rows, columns):
+    """Return the convolution with A, in single precision, in a box of this many rows and columns."""
     return convolution(rows, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1)))
 
 
-def inverse_in(rows, columns):
+def inverse_convolution(rows, columns):
     """Return the convolution with the inverse of A on a periodic box."""
     high, wide = even_length(rows), even_length(columns)
     return convolution(rows, 1.0 / ((high * wide) ** 2 * _transfer(high, wide)))
@@ -96,14 +96,14 @@ def surface_displacement(pressure, dx, contact_modulus):
 
 
 def operator(rows, columns, *, dense):
-    """Return the operator of the cells at (rows, columns), the rows ascending; by a matrix where ``dense``."""
+    """Return the operator of the cells at (rows, columns), the rows ascending; as a matrix if ``dense``."""
     rows, columns = rows - rows[0], columns - columns.min()
     shape = int(rows[-1]) + 1, int(columns.max()) + 1
     if dense:
         matrix = matrix_between(rows, columns, coefficients_for(shape))
         return Operator(rows, columns, matrix, _NO_CONVOLUTION, _NO_CONVOLUTION)
-    inverse = inverse_in(*shape) if rows.size > LONG_RANGE else _NO_CONVOLUTION
-    return Operator(rows, columns, np.empty((0, 0)), product_in(*shape), inverse)
+    inverse = inverse_convolution(*shape) if rows.size > LONG_RANGE else _NO_CONVOLUTION
+    return Operator(rows, columns, np.empty((0, 0)), love_convolution(*shape), inverse)
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 S(x, y) = Z_max − Z(x, y) + S₀(x, y)   (Cheng, Dunn & Brach, eq. 38), S₀ the indenter's height over its lowest
 point at (x, y) from the contact centre. The paper's sphere of radius R has S₀ = R − √(R² − r²), Hertz's
-paraboloid S₀ = r²/2R; they differ by a part r²/4R² of S₀.
+paraboloid S₀ = r²/2R; their relative difference is r²/4R².
 """
 
 import numpy as np

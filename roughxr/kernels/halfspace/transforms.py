@@ -1,13 +1,13 @@
-"""Convolution with an even kernel in a box, by transforms.
+"""Convolution with an even kernel in a box, by fast Fourier transforms.
 
-Given a kernel k at offsets (i, j) ≥ 0 and values f in a box, sought is g(m) = Σ k(m − n) f(n) on the box: by the
+Given a kernel k at offsets (i, j) ≥ 0 and values f in a box, g(m) = Σ k(m − n) f(n) on the box follows from the
 convolution theorem (Hockney & Eastwood 1981 for the padding; Stanley & Kato 1997, Liu, Wang & Liu 2000 for contacts).
 
-The box is padded with zeros until nothing wraps around: exact, not periodic. Only the rows that hold values are
-transformed along y, both ways, which saves a quarter of the work. The kernel is even along both axes, so that its
-transform is real, symmetric, and a cosine transform of one quadrant: an eighth of the work of a product. Where the
-spectrum is larger than the cache its columns are transformed, multiplied and transformed back strip by strip: 0.6 of
-the time at 2048².
+The box is padded with zeros, so that the result is exact and not periodic. Only the rows with values are transformed
+along y, both ways, which saves a quarter of the work. The kernel is even along both axes, so that its transform is
+real, symmetric, and a cosine transform of one quadrant: an eighth of the work of a product. If the spectrum is larger
+than the processor's cache, its columns are transformed, multiplied and transformed back strip by strip: 0.6 of the time
+at 2048².
 
 SciPy's transforms run inside compiled code through rocket-fft: no Python in the loop and no lock held, so that threads
 scale. Without compilation (NUMBA_DISABLE_JIT) SciPy itself is used.
@@ -23,14 +23,14 @@ from rocket_fft import lowlevel
 
 from ..jit import kernel
 
-#: Spectra of up to so many values are transformed in one piece, larger ones in strips of so many columns.
+#: Largest number of values of a spectrum transformed in one piece; number of columns of a strip of larger ones.
 _IN_ONE_PIECE, _STRIP = 2**17, 32
 
 _ALONG_ROWS, _ALONG_COLUMNS = np.array([1]), np.array([0])
 
 
-def _plain():
-    """Return the transforms of `lowlevel` that are used here, by SciPy: none of them scales."""
+def _scipy_transforms():
+    """Return SciPy's equivalents of the functions of `lowlevel` in use, without scaling."""
 
     def r2c(values, out, axes, forward, factor, threads):
         out[:] = scipy.fft.rfft(values, axis=axes[0])
@@ -46,7 +46,7 @@ def _plain():
 
 
 if config.DISABLE_JIT:
-    lowlevel = _plain()
+    lowlevel = _scipy_transforms()
 
 
 class Convolution(NamedTuple):
@@ -59,11 +59,11 @@ class Convolution(NamedTuple):
 
 
 def even_length(size):
-    """Return an even length of quick transforms, at least ``size``."""
+    """Return the least even length of at least ``size`` with a fast transform."""
     return 2 * scipy.fft.next_fast_len((size + 1) // 2, True)
 
 
-def transfer_of(rows, columns, quadrant):
+def kernel_transform(rows, columns, quadrant):
     """Return one quadrant of the transform of a kernel on a padded box (even lengths), over its number of cells."""
     return scipy.fft.dctn(quadrant[: rows // 2 + 1, : columns // 2 + 1] / (rows * columns), 1)
 

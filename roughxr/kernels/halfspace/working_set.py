@@ -1,10 +1,10 @@
 """The contact in a box by a working set: the cells that may touch, and the check that no other cell does.
 
-Given depths δ − S (nm) in a box, sought are pressures p ≥ 0 and displacements A p that meet the conditions of contact
-(``active_set``) on every cell of it. The active set solves on the chosen cells alone, its search directions in single
-precision. The product over the whole box, in double precision, then shows which other cells violate a condition; they
-join the working set, and the active set continues. The first choice comes from the same problem on cells twice as
-large, solved likewise (nested iteration); it affects the time of a solve, but not its result. Source: own.
+Given depths δ − S (nm) in a box, find pressures p ≥ 0 and displacements A p that meet the conditions of contact
+(``active_set``) on every cell. The active set solves on the chosen cells alone, with search directions in single
+precision. The product over the whole box, in double precision, then shows the other cells that violate a condition;
+they join the working set, and the active set continues. The first choice comes from the same problem on cells twice as
+large, solved in the same way (nested iteration); it affects the time of a solve, but not its result. Source: own.
 
 Unit cells and unit modulus, as in ``active_set``; depths are negative for cells that do not overlap.
 """
@@ -17,10 +17,10 @@ from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, solve
 from .products import DENSE_LIMIT, displaced, operator
 
-#: After a coarse solve, cells whose predicted gap exceeds this part of the deepest overlap are left out.
+#: Cells whose gap, predicted by a coarse solve, exceeds this part of the deepest overlap are left out at first.
 _MARGIN = 0.05
 
-#: Tolerance and iterations of the solve on cells twice as large, which is only a guess.
+#: Tolerance and iterations of the solve on cells twice as large, which only serves as a guess.
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, 1000
 
 
@@ -29,7 +29,7 @@ class Guess(NamedTuple):
 
     pressure: np.ndarray
     touching: np.ndarray  # cells to start from
-    possible: np.ndarray  # cells that may touch; the others are left out until they penetrate
+    possible: np.ndarray  # cells that may touch; others are left out until they penetrate
 
 
 class Contact(NamedTuple):
@@ -41,7 +41,7 @@ class Contact(NamedTuple):
 
 
 def box_below(lowest, delta):
-    """Return the bounding box of the cells with S < δ, from the least S of each row and of each column."""
+    """Return the bounding box of the cells with S < δ, given the least S of each row and of each column."""
     rows, columns = (np.flatnonzero(least < delta) for least in lowest)
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
@@ -62,12 +62,12 @@ def contact_in(depth, tolerance, max_iterations, cap, guess=None):
 
 
 def half_deep(depth):
-    """Return a guess for few cells: those that overlap by more than half the deepest, as under a paraboloid, touch."""
+    """Return a guess for few cells: as under a paraboloid, cells of more than half the deepest overlap touch."""
     return Guess(np.zeros(depth.shape), depth > 0.5 * depth.max(), np.ones(depth.shape, bool))
 
 
 def halved(depth):
-    """Return the means of 2 × 2 cells; odd rims are repeated."""
+    """Return the means of 2 × 2 cells; an odd last row or column is repeated."""
     odd = [(0, size % 2) for size in depth.shape]
     even = np.pad(depth, odd, mode="edge") if any(depth.shape[axis] % 2 for axis in (0, 1)) else depth
     rows = even[::2] + even[1::2]
@@ -86,7 +86,7 @@ def refined(coarse, depth, cap):
 
 
 def _between(field):
-    """Return a coarse field at the centres of cells half as long along the first axis, linear between centres."""
+    """Interpolate a coarse field linearly to the centres of cells half as long along the first axis."""
     out = np.repeat(0.75 * field, 2, axis=0)
     out[2::2] += 0.25 * field[:-1]
     out[1:-1:2] += 0.25 * field[1:]
@@ -98,8 +98,8 @@ def _between(field):
 def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0):
     """Return the `Contact` in a box, all conditions met to ``part`` of the deepest overlap.
 
-    With a ``load`` the depths shift, and cells within ``slack`` of overlapping are included. No pressure exceeds the
-    ``cap``.
+    With a ``load`` the depths shift, and cells that lack up to ``slack`` (nm) to overlap are included. No pressure
+    exceeds the ``cap``.
     """
     pressure, touching, chosen, deepest, few, many = _begin(depth, slack, *guess, cap, load)
     displacement = displaced(pressure) if many else np.full(depth.shape, np.nan)
@@ -113,15 +113,15 @@ def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0
         displacement = displaced(pressure)
         products += 1
         worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
-        if outcome.status != CONVERGED or not worst > goal:  # of numbers that are none too
+        if outcome.status != CONVERGED or not worst > goal:  # true for NaN as well
             return Contact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
 
 
 @kernel
 def _begin(depth, slack, pressure, touching, possible, cap, load):
-    """Return pressures to start from, the cells in contact and those to solve on, and the deepest overlap.
+    """Return start pressures, cells in contact, cells to solve on, and the deepest overlap.
 
-    Few cells are all chosen. Also return whether they are few, and whether the chosen ones are many.
+    Few cells are all chosen. Also return whether they are few, and whether the chosen cells are many.
     """
     start, contact, chosen = np.zeros(depth.shape), np.zeros(depth.shape, np.bool_), np.zeros(depth.shape, np.bool_)
     inside, deepest, carrying, count, loaded = 0, -np.inf, 0, 0, False
@@ -147,7 +147,7 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
 
 
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap):
-    """Solve on the chosen cells in the box, from a displacement that belongs to the pressure, or is NaN."""
+    """Solve on the chosen cells of the box, from a displacement consistent with the pressure, or NaN."""
     rows, columns, deep, compact, gap, contact = _gather(chosen, depth, pressure, displacement, touching)
     cells = operator(rows, columns, dense=rows.size <= DENSE_LIMIT)
     outcome = solve(cells, deep, compact, gap, contact, goal, max_iterations, load, cap, PATIENCE)
@@ -157,7 +157,7 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
 
 @kernel
 def _gather(chosen, depth, pressure, displacement, touching):
-    """Return rows, columns and values of the chosen cells, with a last entry of zero after all but the depths."""
+    """Return rows, columns and compact values of the chosen cells; all but the depths end with a zero."""
     rows, columns = np.nonzero(chosen)
     deep, compact, gap = np.empty(rows.size), np.zeros(rows.size + 1), np.zeros(rows.size + 1)
     contact = np.zeros(rows.size + 1, np.bool_)
@@ -177,7 +177,7 @@ def _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement):
 
 @kernel
 def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
-    """Add the cells that violate a condition; return the largest |g| in contact or of the wrong sign outside."""
+    """Choose the cells that violate a condition as well; return the largest |g| in contact or of wrong sign outside."""
     worst = 0.0
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):

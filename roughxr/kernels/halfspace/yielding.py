@@ -1,14 +1,14 @@
-"""The shape that a contact leaves behind where it yields at a hardness H.
+"""The residual heights of a contact that yields at a hardness H.
 
 Loading to a displacement δ (``displacement_control``, ``load_control``) meets, with A p the elastic displacement,
 
     0 ≤ p ≤ H,     g = S + A p − δ,     g ≥ 0 where p = 0,     g = 0 where 0 < p < H,     g ≤ 0 where p = H
 
-(Almqvist et al. 2007; Weber et al. 2018): cells at the hardness give way by −g. As δ grows their pressure stays the
-same and no other pressure falls, since a flat punch presses down everywhere; nor does any cell sink elastically by more
-than δ grows. So a cell that yields goes on yielding, and the residual height at δ, −g lost where p = H, depends on δ
-alone and not on the way there. On the surface lowered by it, the same pressures are the elastic solution. From there
-retraction, and loading again up to δ, are elastic, with pressures that fall with δ everywhere: nothing yields twice.
+(Almqvist et al. 2007; Weber et al. 2018): cells at the hardness yield by −g. As δ increases, their pressure stays
+constant and no other pressure falls, since a flat punch presses down everywhere; nor does any cell sink elastically by
+more than δ increases. So yielding cells continue to yield, and the residual height at δ, g where p = H, depends on δ
+alone and not on the path. On the surface lowered by it, the same pressures are the elastic solution. Retraction from
+there, and loading again up to δ, are elastic, with pressures that fall with δ everywhere: nothing yields twice.
 
 The work done by H on the lost volume, H Σ −g dx², is dissipated in one cycle. Source: own, on the works cited.
 """
