@@ -9,8 +9,8 @@ from . import scans as scans
 from . import statistics as statistics
 from ._version import __version__ as __version__
 from .asperity.catalogue import asperities as asperities
-from .asperity.maps import pull_off_map as pull_off_map
 from .asperity.moments import rolling as rolling
+from .asperity.pull_off_maps import pull_off_map as pull_off_map
 from .asperity.reconstruction import reconstruct as reconstruct
 from .asperity.superposition import superpose as superpose
 from .bodies.indenter import fit_sphere as fit_sphere

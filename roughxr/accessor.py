@@ -11,8 +11,8 @@ import xarray as xr
 from . import figures, scans, statistics
 from . import tables as exports
 from .asperity.catalogue import asperities
-from .asperity.maps import pull_off_map
 from .asperity.moments import rolling
+from .asperity.pull_off_maps import pull_off_map
 from .asperity.reconstruction import reconstruct
 from .asperity.superposition import superpose
 from .bodies import indenter as probes

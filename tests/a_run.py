@@ -8,7 +8,7 @@ import dask
 import numpy as np
 
 from roughxr import checkpointed
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
 from roughxr.jobs.checkpoint import Checkpoint

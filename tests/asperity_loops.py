@@ -5,22 +5,22 @@ from typing import NamedTuple
 import numpy as np
 
 from roughxr.kernels.asperity import jkr
+from roughxr.kernels.asperity.asperity_laws import ENERGY, Contact, asperity_contact, pick
 from roughxr.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.kernels.asperity.elliptic_table import lookup, mark
-from roughxr.kernels.asperity.laws import ENERGY, Contact, asperity_contact, pick
 from roughxr.kernels.jit import kernel
 
 
 class Events(NamedTuple):
     """States (P nN, a nm, b nm, δ nm) at which an asperity detaches or comes into contact.
 
-    On a soft spring it detaches at ``largest_tension``, at fixed displacement at ``end_of_branch``, where Cheng, Dunn &
+    On a soft spring it detaches at ``largest_tension``, at fixed displacement at ``branch_end``, where Cheng, Dunn &
     Brach also let it jump into contact. Without long-range forces it jumps into contact at ``touch``, δ = 0. NaN where
     there is no peak, 0 where nothing adheres.
     """
 
     largest_tension: EllipseState
-    end_of_branch: EllipseState
+    branch_end: EllipseState
     touch: EllipseState
 
 

@@ -13,8 +13,8 @@ from roughxr.kernels.asperity import elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.elliptic_jkr import (
     EllipseState,
+    branch_end,
     contact_at,
-    end_of_branch,
     largest_tension,
 )
 from roughxr.kernels.asperity.elliptic_table import CELLS_ACROSS, CELLS_ALONG, LARGEST_RATIO, Table
@@ -43,7 +43,7 @@ def table_of(rows, marks, cells):
 
 def stable_state(ratio, delta, s_end=None):
     """The stable contact at displacement δ*; NaN beyond the end of the branch (``s_end``, if known)."""
-    s_end = end_of_branch(ratio) if s_end is None else s_end
+    s_end = branch_end(ratio) if s_end is None else s_end
     if delta < contact_at(ratio, s_end).delta:
         return EllipseState(np.nan, np.nan, np.nan, delta)
 
@@ -63,7 +63,7 @@ def sphere_row(z):
 
 def elliptic_row(ratio, z):
     """One row of samples of the branch, and its marks, by direct solution."""
-    lam, s_end = axis_ratio(ratio), end_of_branch(ratio)
+    lam, s_end = axis_ratio(ratio), branch_end(ratio)
     end, pull_off = (contact_at(ratio, s) for s in (s_end, largest_tension(ratio)))
     row = []
     for q in 1 / z**2 - 1:

@@ -9,14 +9,14 @@ import pytest
 from scipy import integrate, optimize, special
 
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr
-from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
-from roughxr.kernels.asperity.laws import (
+from roughxr.kernels.asperity.asperity_laws import (
     ASPERITY_LAWS,
     asperity_contact,
     asperity_scales,
     curve,
     law,
 )
+from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
 
 from .asperity_loops import asperities_contact, asperity_events
 from .asperity_tables import stable_state
@@ -213,14 +213,14 @@ def test_ellipse_of_least_energy_is_rounder_than_hertz(ratio, b_by_a):
 @pytest.mark.parametrize("ratio", [1.0, 2.7, 40.0])
 @pytest.mark.parametrize("name", ADHESIVE)
 def test_events_lie_on_the_branch(name, ratio):
-    largest_tension, end_of_branch, touch = events(name, ratio)
+    largest_tension, branch_end, touch = events(name, ratio)
     for state in (largest_tension, touch):
         there = contact(name, state.delta, ratio)
         np.testing.assert_allclose(there, state[:3], rtol=1e-5, atol=0)
-    assert contact(name, end_of_branch.delta - 1e-9, ratio) == (0, 0, 0)
-    inside = contact(name, end_of_branch.delta + 1e-9, ratio)
-    np.testing.assert_allclose(inside, end_of_branch[:3], rtol=1e-3)
-    delta = np.linspace(end_of_branch.delta, 0, 2001)
+    assert contact(name, branch_end.delta - 1e-9, ratio) == (0, 0, 0)
+    inside = contact(name, branch_end.delta + 1e-9, ratio)
+    np.testing.assert_allclose(inside, branch_end[:3], rtol=1e-3)
+    delta = np.linspace(branch_end.delta, 0, 2001)
     P = np.array([contact(name, d, ratio).P for d in delta])
     assert np.min(P) == pytest.approx(largest_tension.P, rel=1e-5)
 
@@ -232,8 +232,8 @@ def test_table_against_direct_solution(tolerance=1e-6):
     rng = np.random.default_rng(20)
     table = elliptic_table.table()
     for ratio in elliptic_table.LARGEST_RATIO ** rng.uniform(0, 1, 40):
-        lam, row = axis_ratio(ratio), elliptic_table.row_of(ratio)
-        s_end = elliptic_jkr.end_of_branch(ratio)
+        lam, row = axis_ratio(ratio), elliptic_table.table_row(ratio)
+        s_end = elliptic_jkr.branch_end(ratio)
         end = elliptic_jkr.contact_at(ratio, s_end)
         assert elliptic_table.mark(table.marks, row, 0) == pytest.approx(end.delta, abs=tolerance)
         pull_off = elliptic_jkr.contact_at(ratio, elliptic_jkr.largest_tension(ratio))

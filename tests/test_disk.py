@@ -11,7 +11,7 @@ import xarray as xr
 
 from roughxr import archive
 from roughxr.archive import remove_leftovers, uninterrupted, whole
-from roughxr.cli.files import drawn
+from roughxr.cli.file_commands import drawn
 from roughxr.scans import to_file
 from roughxr.tables import to_table
 

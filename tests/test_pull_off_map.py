@@ -7,12 +7,12 @@ import xarray as xr
 import roughxr
 from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
-from roughxr.kernels.asperity import force_curves as branches
-from roughxr.kernels.asperity import largest_pull as kernel
+from roughxr.kernels.asperity import branches
+from roughxr.kernels.asperity import pull_off_search as kernel
+from roughxr.kernels.asperity.asperity_laws import Scales, law
 from roughxr.kernels.asperity.elliptic_table import LARGEST_RATIO
-from roughxr.kernels.asperity.laws import Scales, law
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -34,7 +34,7 @@ def glass():
 
 def unit_scales(ratio):
     """Return the scales of an asperity in its own units, P* = δ* = a* = 1."""
-    from roughxr.kernels.asperity.laws import asperity_scales
+    from roughxr.kernels.asperity.asperity_laws import asperity_scales
 
     found = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law("energy"))
     return Scales(1.0, 1.0, 1.0, 1.0, found.end, found.row)

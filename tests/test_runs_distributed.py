@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from roughxr import archive, checkpointed
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.contact.elastic import direct
 from roughxr.jobs.progress import progress
 from roughxr.jobs.spread import on_scheduler

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from roughxr import checkpointed, vary
-from roughxr.asperity.maps import pull_off_map
 from roughxr.asperity.moments import rolling
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
 

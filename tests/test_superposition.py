@@ -7,7 +7,7 @@ import xarray as xr
 from roughxr.asperity import expectation
 from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.bodies.pair import contact_modulus
 from roughxr.contact.elastic import direct

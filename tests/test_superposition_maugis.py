@@ -6,14 +6,13 @@ from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from roughxr.asperity.catalogue import asperities
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.estimates import tabor
-from roughxr.kernels.asperity import force_curves as branches
-from roughxr.kernels.asperity import maugis
+from roughxr.kernels.asperity import branches, maugis
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.elliptic_table import mark
-from roughxr.kernels.asperity.largest_pull import _TABLE_ERROR
+from roughxr.kernels.asperity.pull_off_search import _TABLE_ERROR
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -40,7 +39,7 @@ def reaching(ds, length):
 
 def a_line(parameter):
     line = np.empty(branches.LENGTH)
-    branches.collapse(maugis.table().spline, maugis.row_of(parameter), branches.P, line)
+    branches.collapse(maugis.table().spline, maugis.table_row(parameter), branches.P, line)
     return line
 
 
@@ -163,7 +162,7 @@ def test_no_branch_falls_below_its_mark():
     for parameter in PARAMETERS:
         line = a_line(parameter)
         least = min(branches.line_force(line, at)[0] for at in np.linspace(1e-5, 1.5, 3001) ** 2)
-        assert least >= mark(maugis.table().marks, maugis.row_of(parameter), 1) * (1 + _TABLE_ERROR)
+        assert least >= mark(maugis.table().marks, maugis.table_row(parameter), 1) * (1 + _TABLE_ERROR)
 
 
 @pytest.mark.parametrize("work, z0", [(1.35, 0.3), (1.35, 1.5), (0.1, 0.3), (0.1, 1.0), (0.02, 3.0)])

@@ -12,10 +12,10 @@ import xarray as xr
 from ..bodies.liquid import menisci_of, work_of
 from ..bodies.pair import range_of
 from ..jobs.spread import is_lazy
-from ..kernels.asperity import largest_pull
-from ..kernels.asperity import superposition as sums
-from ..kernels.asperity.laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
-from ..kernels.asperity.laws import law as read_law
+from ..kernels.asperity import contact_sums as sums
+from ..kernels.asperity import pull_off_search
+from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
+from ..kernels.asperity.asperity_laws import law as read_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
 from .catalogue import asperities
@@ -124,7 +124,7 @@ class Asperities(NamedTuple):
     field: sums.Field
     patch_radius: float  # nm
     excluded: int  # saddles left out
-    grid: largest_pull.AsperityGrid | None  # in which the largest pull is searched, of laws with adhesion
+    grid: pull_off_search.AsperityGrid | None  # in which the largest pull is searched, of laws with adhesion
 
 
 def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
@@ -141,7 +141,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     field = sums.Field(x, y, depth, orientation, at_edge, _neighbours(x, y), scales)
     grid = None
     if options.law != "hertz":
-        grid = largest_pull.build_grid(field, law, options.radius, options.profile)
+        grid = pull_off_search.build_grid(field, law, options.radius, options.profile)
     return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 
 
@@ -160,13 +160,13 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def largest_pulls(x: np.ndarray, y: np.ndarray, grid: largest_pull.AsperityGrid, options: SumOptions) -> np.ndarray:
+def largest_pulls(x: np.ndarray, y: np.ndarray, grid: pull_off_search.AsperityGrid, options: SumOptions) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
-    pulls = largest_pull.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
-    force, delta = -pulls[:, largest_pull.FORCE], pulls[:, largest_pull.DELTA]
+    pulls = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
+    force, delta = -pulls[:, pull_off_search.FORCE], pulls[:, pull_off_search.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)
     records["pull_off_delta"] = delta
-    records["contacts"] = pulls[:, largest_pull.CONTACTS]
-    records["truncated"] = pulls[:, largest_pull.AT_EDGE] > 0
+    records["contacts"] = pulls[:, pull_off_search.CONTACTS]
+    records["truncated"] = pulls[:, pull_off_search.AT_EDGE] > 0
     return records

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import work_of
-from ..kernels.asperity.laws import RANGED
+from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from .catalogue import RESOLVED

@@ -10,8 +10,8 @@ import xarray as xr
 
 from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
+from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import rotation
-from ..kernels.asperity import superposition as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
@@ -186,7 +186,7 @@ def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, s
     for _ in range(60):
         near = np.flatnonzero(onset <= start + reach)
         scales = type(field.scales)(*(array[near] for array in field.scales))
-        rest = rotation.rest(offset[near], scales, load, start, spline)
+        rest = rotation.resting_displacement(offset[near], scales, load, start, spline)
         if rest <= start + reach or near.size == offset.size:
             return near, rest
         reach *= 2

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
-from ..kernels.asperity import superposition as sums
+from ..kernels.asperity import contact_sums as sums
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.text import warn

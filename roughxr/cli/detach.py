@@ -22,7 +22,7 @@ from ..studies.roughness_scale import quietly
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.schema import is_wet
 from . import words
-from .files import drawn
+from .file_commands import drawn
 
 
 def detach(options: Namespace) -> None:

@@ -14,7 +14,7 @@ from ..measured import compare, curves_pull_off, open_curves, open_pull_off
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
 from . import words
-from .files import drawn, image, tell_attributes
+from .file_commands import drawn, image, tell_attributes
 
 
 def measurement(files: list[str], options: Namespace) -> xr.Dataset:

@@ -17,7 +17,7 @@ from ..bodies.substances import MATERIALS
 from ..jobs.spread import on_scheduler
 from ..runs import analysis, several
 from ..statistics.headline import headline
-from .files import opened
+from .file_commands import opened
 from .options import AIR, BODIES
 from .words import REFUSALS, in_words, numbers, tell
 

@@ -29,5 +29,5 @@ def relative_error(
 
 def work(separation: np.ndarray, delta: float, law: potentials.Potential, area: float) -> float:
     """Return the work (nN nm) to retract from a displacement at constant humidity, of a window of separations."""
-    gaps = np.maximum(separation[np.isfinite(separation)] - delta, kernels.floor(law))
+    gaps = np.maximum(separation[np.isfinite(separation)] - delta, kernels.smallest_gap(law))
     return area * float(potentials.energy(gaps, law).sum())

@@ -113,7 +113,7 @@ def jkr_sphere(
     -------
     Dataset
         ``force`` (nN), ``semi_axis_a`` (nm), ``contact_area`` (nm²) along ``delta``; NaN below the end of the branch,
-        at −3^{−1/3} δ_c, which the attribute ``end_of_branch`` holds in nm.
+        at −3^{−1/3} δ_c, which the attribute ``branch_end`` holds in nm.
 
     References
     ----------
@@ -135,7 +135,7 @@ def jkr_sphere(
     force = units.P * a**1.5 * (a**1.5 - 2)
     radius_of = units.a * a
     out = _along("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
-    return out.assign_attrs(end_of_branch=jkr.END_DELTA * units.delta)
+    return out.assign_attrs(branch_end=jkr.END_DELTA * units.delta)
 
 
 def jkr_pull_off(

@@ -13,8 +13,8 @@ from ..scans.channel import UnreadableScan
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity
 from .curve_files import curve_kind, curves_of, opened
+from .force_tables import lengths, read_table
 from .forces import Calibration, converts, forces
-from .tables import lengths, read_table
 
 
 def open_curves(

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity import expectation
-from ..asperity.maps import pull_off_map
+from ..asperity.pull_off_maps import pull_off_map
 from ..contact.adhesion import adhesive
 from ..statistics.sampling import by_share, samples
 from ..vocabulary import schema

@@ -18,8 +18,8 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
 from .force_curves import curves_pull_off
+from .force_tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
 from .forces import Calibration, converts, forces, magnitudes
-from .tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
 from .vendor_scales import in_true_units
 
 #: Number of curves in memory at a time.

@@ -12,9 +12,9 @@ debris_rule       places on debris, by a rule
 comparison        superposed pull-offs beside those of the simulation
 """
 
-from .comparison import force_ratio
 from .debris_rule import debris
 from .densities import cdf, pdf
+from .force_ratios import force_ratio
 from .laws import LAWS, fit
 from .pooling import pooled
 from .pull_off_events import pull_off, reduction, smooth_pull_off

@@ -7,7 +7,7 @@ import xarray as xr
 
 from ..bodies.liquid import work_of
 from ..jobs.records import converged
-from ..kernels.asperity.laws import RANGED
+from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 

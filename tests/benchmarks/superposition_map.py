@@ -16,7 +16,7 @@ import numpy as np
 
 import roughxr
 from roughxr.asperity.asperity_sum import FORMULATIONS, LAWS
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.scans.synthetic import self_affine
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}

@@ -27,7 +27,7 @@ import pandas as pd
 
 import roughxr
 from roughxr.asperity import expectation
-from roughxr.asperity.maps import pull_off_map
+from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor

@@ -15,7 +15,7 @@ import xarray as xr
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
-from roughxr.kernels.asperity.laws import asperity_scales, law
+from roughxr.kernels.asperity.asperity_laws import asperity_scales, law
 from tests.asperity_loops import asperity_events
 
 E, W = 40.0, 1.0  # GPa, J/m²

@@ -3,9 +3,10 @@
 ellipse                      elliptic integrals, Hertz's contact
 jkr                          the JKR sphere, and ellipses that keep Hertz's shape
 elliptic_jkr, elliptic_table adhesive ellipses of free shape, computed and tabulated
-maugis                       between JKR and DMT
-laws                         all of them under one name each
-force_curves                 one asperity at many displacements
-superposition                the sum over asperities under one sphere
-largest_pull                 the largest pull of such a sum, found exactly
+maugis                       Maugis's transition between JKR and DMT
+asperity_laws                all of these under one name each
+branches                     an asperity at many displacements
+contact_sums                 the sum over asperities under a sphere
+pull_off_search              the exact pull-off force of such a sum
+rotation                     the moment that resists rolling off the asperities
 """

@@ -9,11 +9,11 @@ A, B    half the principal curvatures, 1/(2R′) and 1/(2R″), nm⁻¹
 E*      ``E_star``, combined (contact) modulus, GPa
 δ       ``delta``, displacement, > 0 brings the bodies together, nm
 a, b    semi-axes of the contact ellipse, a ≥ b, nm;  λ = ``lam`` = b/a
-e       its eccentricity, e² = 1 − λ²: the modulus of the elliptic integrals (SciPy's parameter m is e²)
+e       eccentricity of the ellipse, e² = 1 − λ²: the modulus of the elliptic integrals (SciPy's parameter m is e²)
 K, E    complete elliptic integrals of the first and second kind
 B̂, D    associate integrals, B̂ = (E − λ²K)/e² = ∫cos²φ/Δ dφ and D = (K − E)/e² = ∫sin²φ/Δ dφ over a quarter
-        turn, Δ² = 1 − e² sin²φ. All else follows from them without loss of digits as the ellipse becomes a
-        circle: K = B̂ + D,  E = B̂ + λ²D,  B/A = B̂/(λ²D).
+        turn, Δ² = 1 − e² sin²φ. From them K = B̂ + D,  E = B̂ + λ²D and B/A = B̂/(λ²D) follow without loss of
+        digits near the circle.
 β       ``beta`` = A + λ²B, so that δ = β a², nm⁻¹
 P, p₀   ``P``, ``p0``, load, nN, and greatest pressure, GPa
 """
@@ -25,6 +25,7 @@ import numpy as np
 
 from roughxr.kernels.jit import kernel
 
+#: Relative accuracy of the integrals and of λ, and largest number of steps for λ.
 _ROUNDING = 1e-15
 _MOST_STEPS = 30
 
@@ -41,10 +42,10 @@ class HertzContact(NamedTuple):
 
 @kernel
 def associate_integrals(lam):
-    """(B̂, D) for 0 < λ ≤ 1, by the arithmetic-geometric mean.
+    """Return (B̂, D) for 0 < λ ≤ 1, by the arithmetic-geometric mean.
 
-    Gauss: K = π/(2 agm(1, λ)) and K − E = K Σ 2ⁿ⁻¹cₙ², n ≥ 0, with c₀² = e² and cₙ₊₁ = cₙ²/(4 meanₙ₊₁). The
-    sum is divided by e²: then all its terms are positive, and the first stays ½ as λ → 1.
+    Gauss: K = π/(2 agm(1, λ)) and K − E = K Σ 2ⁿ⁻¹cₙ², n ≥ 0, with c₀² = e² and cₙ₊₁ = cₙ²/(4 meanₙ₊₁). Divided
+    by e², all terms of the sum are positive, and the first stays ½ as λ → 1.
     """
     mean, geometric = 0.5 * (1.0 + lam), sqrt(lam)
     c, term, power = 0.5 * (1.0 - lam), 0.25 * (1.0 - lam) / (1.0 + lam), 1.0
@@ -60,21 +61,21 @@ def associate_integrals(lam):
 
 @kernel
 def elliptic_integrals(lam):
-    """(K, E) for an ellipse of axis ratio λ."""
+    """Return (K, E) for an ellipse of axis ratio λ."""
     B_hat, D = associate_integrals(lam)
     return B_hat + D, B_hat + lam * lam * D
 
 
 @kernel
 def curvature_ratio(lam):
-    """B/A of the paraboloid that Hertz's ellipse of axis ratio λ belongs to (eq. 7)."""
+    """Return B/A of the paraboloid whose Hertzian contact has the axis ratio λ (eq. 7)."""
     B_hat, D = associate_integrals(lam)
     return B_hat / (lam * lam * D)
 
 
 @kernel
 def axis_ratio(ratio):
-    """λ = b/a of Hertz's ellipse on a paraboloid of B/A = ``ratio`` ≥ 1 (the inverse of eq. 7); else NaN.
+    """Return λ = b/a of Hertz's ellipse on a paraboloid of B/A = ``ratio`` ≥ 1 (the inverse of eq. 7); else NaN.
 
     Secant steps for ln λ against ln B/A, a nearly straight line that leaves the circle with slope −2/3.
     """
@@ -93,13 +94,13 @@ def axis_ratio(ratio):
 
 @kernel
 def shape(A, B):
-    """λ of Hertz's ellipse on the paraboloid A x² + B y², NaN unless 0 < A ≤ B."""
+    """Return λ of Hertz's ellipse on the paraboloid A x² + B y², NaN unless 0 < A ≤ B."""
     return axis_ratio(B / A) if A > 0.0 else np.nan
 
 
 @kernel
 def stiffness(A, B, lam, E_star):
-    """(β, H) of a = √(δ/β) and P = H δ^{3/2}, in nm⁻¹ and nN nm^{−3/2}: H = 2πE*/(3K√β)."""
+    """Return (β, H) of a = √(δ/β) and P = H δ^{3/2}, in nm⁻¹ and nN nm^{−3/2}: H = 2πE*/(3K√β)."""
     K, _ = elliptic_integrals(lam)
     beta = A + lam * lam * B
     return beta, 2.0 * pi * E_star / (3.0 * K * sqrt(beta))
@@ -107,7 +108,7 @@ def stiffness(A, B, lam, E_star):
 
 @kernel
 def hertz(delta, A, B, E_star):
-    """Hertz's contact of the paraboloid A x² + B y² at displacement ``delta``: nothing touches at δ ≤ 0."""
+    """Return Hertz's contact of the paraboloid A x² + B y² at displacement ``delta``; no contact at δ ≤ 0."""
     lam = shape(A, B)
     beta, H = stiffness(A, B, lam, E_star)
     depth = max(delta, 0.0)

@@ -1,4 +1,4 @@
-"""Adhesive contact on an ellipse whose shape is free: JKR of least energy, which has no closed form.
+"""Adhesive contact on an ellipse of free shape: JKR of stationary energy, which has no closed form.
 
 On the paraboloid z = A x² + B y² the pressure over an ellipse of semi-axes a ≥ b is taken as
 
@@ -10,8 +10,8 @@ c(φ) = c₀ + c₁cos²φ + c₂sin²φ = m + d cos 2φ < 0, and opening the co
 energy G = πc²/(2E*g), g = √(cos²φ/a² + sin²φ/b²). G = w cannot hold on the whole edge. The energy is stationary
 in a and in b where ∮c²cos²φ/g dφ = ∮c²sin²φ/g dφ = 2E*w (close to Giudici, Vella & Griffiths, arXiv 2407.00378).
 
-This fixes m/d by the shape k = b/a alone, and then a by its size: the branch, stable and unstable, is explicit
-in k. It runs from Hertz's ellipse k = λ (infinite load) to the circle k = 1 (no contact), walked by
+The shape k = b/a alone determines m/d, and their size then a: the branch, stable and unstable, is explicit
+in k. It runs from Hertz's ellipse k = λ (infinite load) to the circle k = 1 (no contact), with the parameter
 
     s in (0, 1),   k = λ^{1−s}.
 
@@ -19,8 +19,8 @@ A, B    half the principal curvatures, nm⁻¹; only B/A = ``ratio`` enters here
 w, E*   work of adhesion J/m², contact modulus GPa
 δ, P    displacement nm, load nN;  a, b nm
 
-Results are in the units a_c, P_c, δ_c of the self-similar ellipse (``jkr``). All here is plain NumPy,
-for tables, figures and tests; the loops over asperities look its results up (``elliptic_table``).
+Results are in the units a_c, P_c, δ_c of the self-similar ellipse (``jkr``). This module is plain NumPy,
+for tables, figures and tests; loops over asperities read its results from ``elliptic_table``.
 """
 
 from typing import NamedTuple
@@ -30,11 +30,12 @@ import numpy as np
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.jkr import self_similar_units
 
+#: Ends of the interval of s that is searched for a semi-axis.
 _SMALLEST_S, _LARGEST_S = 1e-12, 1 - 1e-9
 
 
 class EllipseState(NamedTuple):
-    """P*, a*, b* and δ* of one or many states of contact, in self-similar units (b in units of a_c)."""
+    """P*, a*, b* and δ* of one or many contacts, in self-similar units (b in units of a_c)."""
 
     P: np.ndarray
     a: np.ndarray
@@ -52,7 +53,7 @@ class EdgeFit(NamedTuple):
 
 
 def _quarter_turn(k):
-    """cos²ψ, sin²ψ and the weight of the midpoint rule, nodes along a new last axis.
+    """Return cos²ψ, sin²ψ and the weight of the midpoint rule, nodes along a new last axis.
 
     The integrands are analytic and periodic in ψ, with poles at tan ψ = i√k: the error falls as exp(−4N√k).
     """
@@ -62,7 +63,7 @@ def _quarter_turn(k):
 
 
 def edge_moments(k):
-    """∮ cosⁿ2φ dφ/g around the ellipse a = 1, b = k for n = 0 … 3, by tan φ = √k tan ψ."""
+    """Return ∮ cosⁿ2φ dφ/g around the ellipse a = 1, b = k for n = 0 … 3, by tan φ = √k tan ψ."""
     cos2, sin2, weight = _quarter_turn(k)
     k = np.asarray(k)[..., None]
     stretch = cos2 + k * sin2
@@ -72,7 +73,7 @@ def edge_moments(k):
 
 
 def potentials(k):
-    """I_jl = ∫₀^∞ dt / ((1+t)^{j+½} (k²+t)^{l+½} √t) for jl = 00, 10, 01, 20, 11, 02, by t = k tan²ψ."""
+    """Return I_jl = ∫₀^∞ dt / ((1+t)^{j+½} (k²+t)^{l+½} √t) for jl = 00, 10, 01, 20, 11, 02, by t = k tan²ψ."""
     cos2, sin2, weight = _quarter_turn(k)
     k = np.asarray(k)[..., None]
     in_a, in_b = cos2 / (cos2 + k * sin2), cos2 / (k * (k * cos2 + sin2))  # 1/(1+t), 1/(k²+t)
@@ -82,7 +83,7 @@ def potentials(k):
 
 
 def displacement(c0, c1, c2, k):
-    """(u₀, u_x, u_y) of the ansatz's displacement u₀ − u_x x² − u_y y² on a = 1, b = k, with E* = 1."""
+    """Return (u₀, u_x, u_y) of the ansatz's displacement u₀ − u_x x² − u_y y² on a = 1, b = k, with E* = 1."""
     I00, I10, I01, I20, I11, I02 = potentials(k)
     both = c0 * I00 + (c1 + c2) * I00 / 2 - (c1 * I10 + c2 * k**2 * I01) / 2
     u_x = (c1 * (I10 - 3 * I20) + c2 * (I10 - k**2 * I11)) / 2
@@ -91,7 +92,7 @@ def displacement(c0, c1, c2, k):
 
 
 def fit(k, ratio):
-    """Choose c₁ and c₂ so that the surface takes the paraboloid's shape: u_x = A = 1, u_y = B = ``ratio``."""
+    """Fit c₁ and c₂ to the paraboloid's shape: u_x = A = 1, u_y = B = ``ratio``."""
     u0_1, x_1, y_1 = displacement(0, 1, 0, k)
     u0_2, x_2, y_2 = displacement(0, 0, 1, k)
     det = x_1 * y_2 - x_2 * y_1
@@ -100,14 +101,14 @@ def fit(k, ratio):
 
 
 def _energy(k, d):
-    """(m, a³) with E* = w = 1 from energy stationary in both axes; the root that is in tension all round."""
+    """Return (m, a³), E* = w = 1, of an energy stationary in both axes: the root with tension all around the edge."""
     J0, J1, J2, J3 = edge_moments(k)
     m = -d * (J2 + np.sqrt(J2**2 - J1 * J3)) / J1  # ∮c² cos 2φ/g dφ = 0
     return m, 4 / (m**2 * J0 + 2 * m * d * J1 + d**2 * J2)
 
 
 def contact_at(ratio, s):
-    """States of contact at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1."""
+    """Return the contacts at the points ``s`` in (0, 1) of the branch, for one B/A = ``ratio`` > 1."""
     k = axis_ratio(ratio) ** (1 - np.asarray(s))
     on_unit = fit(k, ratio)
     m, a_cubed = _energy(k, on_unit.d)
@@ -119,7 +120,7 @@ def contact_at(ratio, s):
 
 
 def _least(ratio, quantity):
-    """The point s at which ``quantity`` ("P" or "delta") is least."""
+    """Return the point s at which ``quantity`` ("P" or "delta") is least."""
     coarse = np.linspace(0.02, 0.98, 97)
     i = np.argmin(getattr(contact_at(ratio, coarse), quantity))
     from scipy.optimize import minimize_scalar  # not at the top: a quarter of the import time
@@ -133,21 +134,21 @@ def _least(ratio, quantity):
     return least.x
 
 
-def end_of_branch(ratio):
-    """The point s of least displacement, where the stable branch under prescribed displacement ends."""
+def branch_end(ratio):
+    """Return the point s of least displacement, where the stable branch under prescribed displacement ends."""
     return _least(ratio, "delta")
 
 
 def largest_tension(ratio):
-    """The point s of pull-off under prescribed load."""
+    """Return the point s of pull-off under prescribed load."""
     return _least(ratio, "P")
 
 
-def states_of_semi_axis(ratio, a):
-    """The contacts, stable or not, whose longer semi-axes are ``a``: all halved at once, to 1e-13 of log s."""
+def states_at_semi_axis(ratio, a):
+    """Return the contacts, stable or not, with longer semi-axes ``a``, by bisection of log s to 1e-13."""
     low, high = (np.full(np.shape(a), np.log(s)) for s in (_SMALLEST_S, _LARGEST_S))
     for _ in range(48):
         middle = (low + high) / 2
-        longer = contact_at(ratio, np.exp(middle)).a > a  # from Hertz's ellipse on, contacts shrink
+        longer = contact_at(ratio, np.exp(middle)).a > a  # a decreases with s
         low, high = np.where(longer, middle, low), np.where(longer, high, middle)
     return contact_at(ratio, np.exp((low + high) / 2))

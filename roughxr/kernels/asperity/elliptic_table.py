@@ -1,19 +1,19 @@
-"""The branch of ``elliptic_jkr``, which has no closed form, as a table small enough to ship.
+"""Table of the branch of ``elliptic_jkr``, which has no closed form.
 
-One plane holds it whole, and extends to infinite load:
+Its two coordinates cover all shapes up to a limit, and all loads up to infinity:
 
     across   ln(B/A) from 0 (circle) to ln 10⁴, in even rows; a flatter asperity is read as B/A = 10⁴,
     along    z = (1 + q)^{−1/2},  q = √(δ* − δ*_end):  z = 1 is the turning point, about which contact varies
              as q, and z = 0 infinite load, about which JKR is a series in δ*^{−1/4} ~ z.
 
-Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smooth on the plane, and 1 at z = 0
-(Hertz). Cubic B-splines, with continuous second derivatives, join them, fitted by least squares at twice as
-many points. Against the direct solution these values and the marks are off by less than 10⁻⁶, relative
-to P_c and a_c, or to P and a where these are larger. Source: own.
+Tabulated are P*/(1+q)³, a*/(1+q) and b*/(λ(1+q)), in self-similar units: smooth everywhere, and 1 at z = 0
+(Hertz). They are interpolated by cubic B-splines, with continuous second derivatives, fitted by least squares at
+twice as many points. Errors against the direct solution, of the marks as well, are below 10⁻⁶, relative to P_c and
+a_c, or to P and a where these are larger. Source: own.
 
 P*, a*, b*, δ*   load, semi-axes and displacement in the units of ``jkr``;  λ = b/a of Hertz's ellipse (``ellipse``)
 
-``python -m tests.asperity_tables`` computes the file again, in about half a minute.
+``python -m tests.asperity_tables`` computes the file, in about half a minute.
 """
 
 from functools import cache
@@ -25,8 +25,11 @@ import numpy as np
 
 from roughxr.kernels.jit import kernel
 
+#: Largest B/A of the table; flatter asperities are read at this ratio.
 LARGEST_RATIO = 1e4
 FILE = Path(__file__).with_name("elliptic_table.npz")
+
+#: Number of spline cells along both coordinates.
 CELLS_ACROSS, CELLS_ALONG = 20, 48
 
 #: Columns of splines and marks: NumPy's integers, since Numba compiles a function again for every literal number.
@@ -48,7 +51,7 @@ EMPTY = Table(np.empty((0, 0, 3)), np.empty((0, 5)))
 
 @kernel
 def spline_weights(t):
-    """The four cubic B-splines over a cell, at 0 ≤ t ≤ 1 within it."""
+    """Return the four cubic B-splines over a cell, at 0 ≤ t ≤ 1 within it."""
     u = 1.0 - t
     return (
         u * u * u * _SIXTH,
@@ -60,19 +63,19 @@ def spline_weights(t):
 
 @kernel
 def spline_value(w, c0, c1, c2, c3):
-    """The spline with coefficients c0 … c3 around a cell, at the place of the weights ``w``."""
+    """Return the spline with coefficients c0 … c3 around a cell, for the weights ``w``."""
     return w[0] * c0 + w[1] * c1 + w[2] * c2 + w[3] * c3
 
 
 @kernel
-def row_of(ratio):
-    """The place across the table of a paraboloid of B/A = ``ratio``, in cells."""
+def table_row(ratio):
+    """Return the position across the table, in cells, of a paraboloid of B/A = ``ratio``."""
     return min(_PER_LOG * log(ratio), float(CELLS_ACROSS))
 
 
 @kernel
 def mark(marks, row, column):
-    """One column of ``marks`` at the place ``row``."""
+    """Return a column of ``marks`` at the position ``row``."""
     i = min(int(row), marks.shape[0] - 4)
     w = spline_weights(row - i)
     return spline_value(w, marks[i, column], marks[i + 1, column], marks[i + 2, column], marks[i + 3, column])
@@ -80,7 +83,7 @@ def mark(marks, row, column):
 
 @kernel
 def across(spline, row, j, column):
-    """One coefficient along the branch, for the asperity at the place ``row``."""
+    """Return a coefficient along the branch, for the asperity at the position ``row``."""
     i = min(int(row), spline.shape[0] - 4)
     w = spline_weights(row - i)
     return spline_value(
@@ -90,7 +93,7 @@ def across(spline, row, j, column):
 
 @kernel
 def lookup(spline, row, above_end):
-    """(P*, a*, b*/λ) at the displacement δ* − δ*_end = ``above_end`` ≥ 0 of the stable branch."""
+    """Return (P*, a*, b*/λ) at the displacement δ* − δ*_end = ``above_end`` ≥ 0 of the stable branch."""
     size = 1.0 + sqrt(above_end)
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
@@ -112,6 +115,6 @@ def _along(spline, row, j, column, w):
 
 @cache
 def table():
-    """The shipped table, read on first use."""
+    """Return the table, read on first use."""
     with np.load(FILE) as file:
         return Table(file["branch"], file["marks"])

@@ -1,4 +1,4 @@
-"""JKR in its own units: one closed curve for the sphere and for every ellipse that keeps Hertz's shape.
+"""JKR in its own units: one curve in closed form for the sphere and for every ellipse of Hertz's shape.
 
     δ* = a*² − (4/3)√a*,   P* = a*³ − 2 a*^{3/2}        (Cheng, Dunn & Brach, eqs. 23-24)
 
@@ -20,6 +20,7 @@ import numpy as np
 from roughxr.kernels.asperity.ellipse import elliptic_integrals, shape
 from roughxr.kernels.jit import kernel
 
+#: a* and δ* at the end of the stable branch under prescribed displacement.
 END_A = 3.0 ** (-2 / 3)
 END_DELTA = -(3.0 ** (-1 / 3))
 _SQRT_3_2 = 1.5**0.5
@@ -35,13 +36,13 @@ class Units(NamedTuple):
 
 @kernel
 def self_similar_units(A, B, E_star, w):
-    """The units of the paraboloid A x² + B y²; with λw for w, the published ones."""
-    return units_of_ellipse(A, B, shape(A, B), E_star, w)
+    """Return the units of the paraboloid A x² + B y²; with λw for w, the published units."""
+    return ellipse_units(A, B, shape(A, B), E_star, w)
 
 
 @kernel
-def units_of_ellipse(A, B, lam, E_star, w):
-    """The same where λ is known already."""
+def ellipse_units(A, B, lam, E_star, w):
+    """Return the self-similar units for a known λ."""
     K, _ = elliptic_integrals(lam)
     beta = A + lam * lam * B
     a = np.cbrt(2.25 * w * lam * K / (beta * beta * E_star))
@@ -50,20 +51,20 @@ def units_of_ellipse(A, B, lam, E_star, w):
 
 @kernel
 def load(a):
-    """P* at semi-axis a* ≥ 0."""
+    """Return P* at semi-axis a* ≥ 0."""
     root = a * np.sqrt(a)
     return root * (root - 2.0)
 
 
 @kernel
 def displacement(a):
-    """δ* at semi-axis a* ≥ 0."""
+    """Return δ* at semi-axis a* ≥ 0."""
     return a * a - 4.0 / 3.0 * np.sqrt(a)
 
 
 @kernel
 def stable_semi_axis(delta):
-    """The larger a* at displacement δ* ≥ −3^{−1/3}, to rounding.
+    """Return the larger a* at displacement δ* ≥ −3^{−1/3}, to rounding.
 
     With √a* = 3^{−1/3}(1 + τ) the curve reads τ √(τ² + 4τ + 6) = Q = √(3^{4/3} (δ* + 3^{−1/3})). Its left
     side stays regular where the two branches meet, so three Newton steps are enough everywhere.

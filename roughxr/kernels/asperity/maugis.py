@@ -1,19 +1,19 @@
-"""Between JKR and DMT: Maugis's sphere with Dugdale's law, as a table that an asperity's contact is read from.
+"""Maugis's sphere with Dugdale's law of adhesion, between JKR and DMT, as a table of an asperity's contact.
 
-With m = c/a, the annulus a < r < c pulling at σ₀ (Maugis, J. Colloid Interface Sci. 150, 243, 1992),
+With m = c/a, the annulus a < r < c under the tension σ₀ (Maugis, J. Colloid Interface Sci. 150, 243, 1992),
 
     ½ λA² [s + (m² − 2) t] + (4/3) λ²A [s t − m + 1] = 1,        s = √(m² − 1),  t = arctan s,
     P̄ = A³ − λA² (s + m² t),        δ̄ = A² − (4/3) λA s,        λ = 2σ₀ (R/(πwK²))^{1/3},  K = 4E*/3,
 
 A, P̄, δ̄ in units (πwR²/K)^{1/3}, πwR, (π²w²R/K²)^{1/3}; here given in JKR's a_c, P_c, δ_c (``jkr``). λ → ∞ is
 JKR, λ → 0 DMT; λ = 1.157 μ with Tabor's μ. A branch is followed from large loads down to its smallest δ, where it
-turns (λ ≳ 0.94), or to where contact shrinks to a point; the pull across the gap beyond is left out. On its whole
-length it is convex: P̄ grows ever faster with δ̄.
+turns (λ ≳ 0.94), or until the contact shrinks to a point; attraction across the gap beyond is neglected. The whole
+branch is convex: dP̄/dδ̄ grows with δ̄.
 
-The table has the form of ``elliptic_table`` and is read by the same ``lookup``, ln λ in place of ln B/A. From
-the closed form it is off by 10⁻³ P_c near the end of the branch for 0.5 < λ < 1.5, where that end changes its nature,
-and by less than 10⁻⁴ P_c elsewhere; the largest pull by 10⁻⁷, the end by 2·10⁻⁵ δ_c.
-``python -m tests.asperity_tables`` computes it again, in a few seconds.
+The table has the form of ``elliptic_table`` and is read by the same ``lookup``, ln λ in place of ln B/A. Its error
+against the closed form is 10⁻³ P_c near the end of the branch for 0.5 < λ < 1.5, where the end changes from a fold to a
+point, and below 10⁻⁴ P_c elsewhere; 10⁻⁷ for the largest tension, 2·10⁻⁵ δ_c for the end.
+``python -m tests.asperity_tables`` computes it, in a few seconds.
 """
 
 from functools import cache
@@ -25,9 +25,11 @@ import numpy as np
 from ..jit import kernel
 from .elliptic_table import Table
 
+#: Range of λ in the table; λ beyond it is read at its ends, nearly DMT and JKR.
 SMALLEST, LARGEST = 0.02, 50.0
 FILE = Path(__file__).with_name("maugis_table.npz")
-#: Cells of the table across.
+
+#: Number of spline cells across.
 ACROSS = 80
 _PER_LOG = ACROSS / log(LARGEST / SMALLEST)
 
@@ -43,13 +45,13 @@ def tabor(A, B, E_star, w, z0):
 
 @kernel
 def parameter(tabor):
-    """Return Maugis's λ of Tabor's μ: Dugdale's σ₀ taken as the largest of Lennard-Jones's, 16w/(9√3 z0)."""
+    """Return Maugis's λ of Tabor's μ, with Dugdale's σ₀ the largest traction of Lennard-Jones, 16w/(9√3 z0)."""
     return 1.157 * tabor
 
 
 @kernel
-def row_of(parameter):
-    """Return the place across the table of λ, in cells; beyond its ends JKR's and DMT's."""
+def table_row(parameter):
+    """Return the position of λ across the table, in cells; beyond its ends JKR's and DMT's."""
     return _PER_LOG * log(min(max(parameter, SMALLEST), LARGEST) / SMALLEST)
 
 
@@ -65,7 +67,7 @@ def contact_at(parameter, m):
 
 
 def pull_off(parameter):
-    """Return the largest pull P_c/(πwR).
+    """Return the pull-off force P_c/(πwR).
 
     Examples
     --------
@@ -77,7 +79,7 @@ def pull_off(parameter):
 
 @cache
 def table():
-    """Return the shipped table, read on first use."""
+    """Return the table, read on first use."""
     with np.load(FILE) as file:
         return Table(file["branch"], file["marks"])
 

@@ -8,16 +8,16 @@ over all contacts that have not detached. A turn by dθ lifts asperity i by (h �
 
     M(θ) = Σ −Pᵢ(δᵢ) (h − sᵢ) + L h,
 
-where L is the load on the sphere's axis. An asperity whose branch has ended does not come back; the edge draws back
-with the contacts that define it. The largest M on the way is the resisting moment. One JKR asperity gives max |P| a =
+where L is the load on the sphere's axis. A detached asperity does not touch again; the edge recedes with the contacts
+that define it. The largest M along the way is the resisting moment. One JKR asperity gives max |P| a =
 1.087872 P_c a_c; two, far apart compared with their contacts, the textbook's P_c times their distance.
 
 The force at the edge is the reaction that closes the balance of forces; it acts at the foremost point of the contact,
-the longest lever possible. Asperities before the edge, onto which the sphere would come down, are left out.
+the longest lever possible. Asperities ahead of the edge, onto which the sphere would roll, are left out.
 
-A pull F at the sphere's axis reduces the resistance by F h, which leaves the maximum over θ of M(θ) − F h(θ). It is
-convex in F and lies above two of its tangents: the one at F = 0, with M and h at the largest moment, and the one at
-which nothing is left, F = max M/h, the pull at the axis that alone tips the sphere. One JKR asperity gives P_c there.
+A normal force F away from the surface, at the sphere's axis, reduces the resistance to the maximum over θ of
+M(θ) − F h(θ). It is convex in F and lies above two of its tangents: at F = 0, with M and h at the largest moment, and
+at F = max M/h, where it vanishes: this force alone tips the sphere. One JKR asperity gives P_c there.
 
 x, y    vertices from the sphere's axis, nm;  ``delta`` their displacements at rest, nm
 P, L    nN;  M  nN nm;  h, s, r  nm;  e = (cos φ, sin φ)
@@ -27,20 +27,20 @@ Source: own.
 import numpy as np
 
 from ..jit import kernel
-from .laws import asperity_contact, pick
+from .asperity_laws import asperity_contact, pick
 
-#: In one step an asperity moves by at most one in this many parts of its way to the end of its branch.
+#: In a step an asperity moves by at most 1/_STEPS of its way to the end of its branch.
 _STEPS = 100
 
-#: After that many steps an asperity stands at the end of its branch, where it still holds: it has detached once it is
-#: further out than rounding, in units of its own scale, can have brought it.
+#: An asperity still adheres at the end of its branch. It counts as detached beyond this rounding error, in units of its
+#: own scale.
 _ROUNDING = 1e-9
 
-#: Largest number of steps; some 500 detach contacts a hundred times as far from the edge as they are wide.
+#: Largest number of steps; some 500 detach contacts a hundred times farther from the edge than they are wide.
 _MOST_STEPS = 100_000
 
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
-#: largest M/h, nN, inf where the edge never lies before the axis, and the edge's distance there, nm.
+#: largest M/h, nN (inf if the edge is never ahead of the axis), and the edge's distance there, nm.
 MOMENT, HINGE, PULL, PULL_HINGE = range(4)
 
 
@@ -67,7 +67,7 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
         if h == -np.inf:
             break
         moment, step = load * h, np.inf
-        for i in range(n):  # here and not in a function of its own, which would take a twentieth longer
+        for i in range(n):  # a function of its own would take a twentieth longer
             if reach[i] >= 0.0:
                 moment -= force[i] * (h - along[i])
                 if h > along[i]:
@@ -88,7 +88,7 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
 
 @kernel
 def _edge(along, turned, delta, scales, spline, force, reach):
-    """Write each asperity's load and how far it reaches ahead, −1 if detached; return the foremost edge."""
+    """Write each asperity's load and contact support r (−1 if detached); return the position of the edge."""
     h = -np.inf
     for i in range(along.size):
         reach[i], end = -1.0, scales.end[i] * scales.delta[i]
@@ -112,8 +112,8 @@ def total_force(delta, offset, scales, spline):
     return force, area
 
 
-def rest(offset, scales, load, start, spline):
-    """Return the displacement (nm) at which the sphere rests under ``load`` on unloading, NaN where nothing touches."""
+def resting_displacement(offset, scales, load, start, spline):
+    """Return the displacement (nm) at which the sphere rests under ``load`` on unloading; NaN without contact."""
     if offset.size == 0:
         return np.nan
     unit, first = max(np.median(scales.delta), 1e-3), offset.min()

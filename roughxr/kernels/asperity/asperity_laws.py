@@ -1,4 +1,4 @@
-"""One asperity, an elliptic paraboloid, at a prescribed displacement: load and contact ellipse, by any law.
+"""Load and contact ellipse of an asperity, an elliptic paraboloid, at a prescribed displacement, by any law.
 
 hertz               no adhesion
 published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 15-24: λ² where λ is due
@@ -6,17 +6,17 @@ self_similar        the same derivation corrected: an ellipse of Hertz's shape a
 energy              shape free, energy stationary in both axes (``elliptic_jkr``)
 maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
 
-An adhesive asperity holds on below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
-published law is the self-similar one with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
+An adhesive asperity stays in contact below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
+published law is the self-similar law with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
 
-A, B    half the principal curvatures, 0 < A ≤ B, nm⁻¹; anything else is no peak: its scales, load and ellipse
-        are NaN. Where the other body is curved too, A and B are the composite ones
+A, B    half the principal curvatures, 0 < A ≤ B, nm⁻¹; otherwise it is not a peak, and its scales, load and ellipse
+        are NaN. If the other body is curved, A and B are the composite curvatures
 E*      ``E_star``, contact modulus, GPa;  w = 2γ, work of adhesion, J/m²
 δ, P    ``delta``, displacement, nm, > 0 brings the bodies together;  load, nN, > 0 pushes
 a, b    semi-axes of the contact ellipse, a along the flattest direction, nm
 
 Beyond B/A = 10⁴ (``elliptic_table.LARGEST_RATIO``, ellipses hundreds of times longer than wide) the law of
-free shape keeps the starred curves of 10⁴ with the scales of the true B/A; the caller may count them.
+free shape uses the starred curves of 10⁴ with the scales of the true B/A.
 """
 
 from functools import cache
@@ -25,9 +25,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
+from roughxr.kernels.asperity.branches import closed_contact
 from roughxr.kernels.asperity.ellipse import shape, stiffness
-from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark, row_of
-from roughxr.kernels.asperity.force_curves import closed_contact
+from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark, table_row
 from roughxr.kernels.jit import kernel
 
 #: Laws without range, and those with a range.
@@ -37,7 +37,7 @@ HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, MAUGIS = range(5)
 
 
 class AsperityLaw(NamedTuple):
-    """A law's code, its table (empty where it has a closed form), and the length that sets its range."""
+    """A law's code, its table (empty for closed forms), and the length that sets its range."""
 
     code: int
     spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
@@ -52,8 +52,8 @@ class Scales(NamedTuple):
     P: Any  # nN
     delta: Any  # nm
     axis_ratio: Any  # λ of Hertz's ellipse
-    end: Any  # δ* where the stable branch ends; 0 where nothing adheres
-    row: Any  # place in the law's table
+    end: Any  # δ* where the stable branch ends; 0 without adhesion
+    row: Any  # position in the law's table
 
 
 class Contact(NamedTuple):
@@ -65,7 +65,7 @@ class Contact(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Starred states along a whole branch, and whether each is stable at prescribed displacement."""
+    """Starred states along a whole branch; ``stable`` at prescribed displacement."""
 
     P: np.ndarray
     a: np.ndarray
@@ -76,7 +76,7 @@ class Curve(NamedTuple):
 
 @cache
 def law(name, length=np.nan):
-    """The law of that name, of ``ASPERITY_LAWS`` or ``RANGED``, ready for the kernels; reads its table on first use."""
+    """Return the law with a name of ``ASPERITY_LAWS`` or ``RANGED``, with its table, read on first use."""
     if name in RANGED:
         return AsperityLaw(MAUGIS, *maugis.table(), float(length))
     code = ASPERITY_LAWS.index(name)
@@ -85,26 +85,26 @@ def law(name, length=np.nan):
 
 @kernel
 def asperity_scales(A, B, E_star, w, law):
-    """The ``Scales`` of one asperity."""
+    """Return the ``Scales`` of an asperity."""
     lam = shape(A, B)
     if np.isnan(lam):
         return Scales(np.nan, np.nan, np.nan, np.nan, np.nan, np.nan)
     if law.code == HERTZ or w == 0.0:
         beta, H = stiffness(A, B, lam, E_star)
         return Scales(1.0 / np.sqrt(beta), H, 1.0, lam, 0.0, 0.0)
-    unit = jkr.units_of_ellipse(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
+    unit = jkr.ellipse_units(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
     if law.code < ENERGY:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
     if law.code == MAUGIS:
-        row = maugis.row_of(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
+        row = maugis.table_row(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
     else:
-        row = row_of(B / A)
+        row = table_row(B / A)
     return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, END), row)
 
 
 @kernel
 def asperity_contact(delta, scales, spline):
-    """The stable ``Contact`` of one asperity at displacement ``delta``; ``spline`` is that of its law."""
+    """Return the stable ``Contact`` of an asperity at displacement ``delta``; ``spline`` belongs to its law."""
     delta_star = delta / scales.delta
     if not delta_star >= scales.end:
         nothing = 0.0 if delta_star < scales.end else np.nan
@@ -118,13 +118,13 @@ def asperity_contact(delta, scales, spline):
 
 @kernel
 def pick(scales, i):
-    """The scales of asperity ``i`` out of those of many."""
+    """Return the scales of asperity ``i`` out of those of many."""
     return Scales(scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i])
 
 
 @kernel
 def asperities_scales(A, B, E_star, w, law):
-    """The ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
+    """Return the ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
     out = np.empty((6, A.size))
     for i in range(A.size):
         scales = asperity_scales(A[i], B[i], E_star, w, law)
@@ -134,14 +134,14 @@ def asperities_scales(A, B, E_star, w, law):
 
 
 def curve(name, a, ratio=1.0):
-    """A law's starred branch, stable and unstable, at semi-axes a* > 0 (Cheng, Dunn & Brach, figures 2-4).
+    """Return a law's starred branch, stable and unstable, at semi-axes a* > 0 (Cheng, Dunn & Brach, figures 2-4).
 
-    In these units ``hertz``, ``published`` and ``self_similar`` do not depend on ``ratio`` = B/A, but for b*.
+    In these units only b* of ``hertz``, ``published`` and ``self_similar`` depends on ``ratio`` = B/A.
     """
     lam = shape(1.0, ratio)
     if name == "energy" and ratio > 1.0:
-        states = elliptic_jkr.states_of_semi_axis(ratio, a)
-        end = elliptic_jkr.contact_at(ratio, elliptic_jkr.end_of_branch(ratio))
+        states = elliptic_jkr.states_at_semi_axis(ratio, a)
+        end = elliptic_jkr.contact_at(ratio, elliptic_jkr.branch_end(ratio))
         return Curve(*states, a >= end.a)
     if name == "hertz":
         return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))

@@ -1,16 +1,16 @@
-"""Many asperities under one sphere: the sum of their contacts, each as if it stood alone.
+"""Many asperities under one sphere: the sum of their contacts, each independent of the others.
 
 With the sphere's lowest point at δ below the datum, an asperity at distance r from the axis, its vertex at height Z,
 is displaced by
 
     δᵢ = δ − (Z_max − Z + S₀(r))                                   (Cheng, Dunn & Brach, eq. 35, sign corrected)
 
-and pushes or pulls by its own law. At a fixed sphere each asperity is under displacement control: its branch continues
-to its end, beyond the largest pull.
+and its force follows its own law. At a fixed sphere each asperity is under displacement control: its branch continues
+to its end, beyond the largest tension.
 
-Two contacts overlap where the radii of their ellipses along the line between their centres add up to more than its
-length: then the sum counts the same area twice. Ellipses that overlap only away from that line are not counted, so that
-the count is, if anything, too small.
+Two contacts overlap if the radii of their ellipses along the line between their centres add up to more than its
+length: then the sum counts some area twice. Ellipses that overlap only away from that line are not counted, so that
+the count is a lower bound.
 
 δ       ``deltas``, displacements of the sphere, ascending, nm;  Z_max ``datum``, nm
 S₀      height of the sphere's profile over its lowest point, nm (``kernels.halfspace.separation``)
@@ -23,8 +23,8 @@ import numpy as np
 
 from ..halfspace.separation import profile_height
 from ..jit import kernel
-from .force_curves import LENGTH, A, B, P, closed_contact, collapse, line_contact
-from .laws import Scales, asperity_contact, pick
+from .asperity_laws import Scales, asperity_contact, pick
+from .branches import LENGTH, A, B, P, closed_contact, collapse, line_contact
 
 
 class Field(NamedTuple):
@@ -39,7 +39,7 @@ class Field(NamedTuple):
     scales: Scales
 
 
-#: Number of nearest asperities that a contact is compared with: farther ones lie behind these.
+#: Number of nearest asperities compared for overlap: farther asperities lie behind these.
 NEIGHBOURS = 8
 
 #: Rows of the sums for each displacement.
@@ -48,7 +48,7 @@ FORCE, AREA, CONTACTS, BEYOND_PATCH, OVERLAPPING, TRUNCATED = range(6)
 
 @kernel
 def offsets(field, x, y, radius, profile):
-    """Return the distance (nm) by which the sphere at (x, y) must come down to reach each vertex."""
+    """Return the displacement (nm) at which the sphere at (x, y) reaches each vertex."""
     out = np.empty(field.x.size)
     for i in range(out.size):
         u, v = field.x[i] - x, field.y[i] - y
@@ -66,7 +66,7 @@ def superpose(deltas, field, offset, patch_radius, branch):
             begins = _first_overlap(deltas, field, i, offset, branch)
             if begins < deltas.size:
                 out[OVERLAPPING, begins] += 1.0
-    for row in range(CONTACTS, TRUNCATED + 1):  # a contact, once begun, goes on at larger displacements
+    for row in range(CONTACTS, TRUNCATED + 1):  # contacts persist at larger displacements
         for k in range(1, deltas.size):
             out[row, k] += out[row, k - 1]
     return out
@@ -74,15 +74,15 @@ def superpose(deltas, field, offset, patch_radius, branch):
 
 @kernel
 def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
-    """Add one asperity's contact at every displacement that reaches it; ``lines`` is work space for its branch.
+    """Add an asperity's contact at every displacement that reaches it; ``lines`` is work space for its branch.
 
-    Flags are counted at the first displacement that raises them, since contacts grow. The loop takes scalars from laws
-    of closed form: passing an array to a function costs as much as the law itself.
+    Flags are counted at their first displacement, since contacts grow. Laws of closed form take scalars: passing an
+    array to a function costs as much as the law itself.
     """
     scales, force, area, n, first = pick(field.scales, i), out[FORCE], out[AREA], deltas.size, 0
     adheres, begins = scales.end < 0.0, offset + scales.end * scales.delta
     while first < n and (deltas[first] < begins or (not adheres and deltas[first] == offset)):
-        first += 1  # a touch without area does not count
+        first += 1  # contacts without area do not count
     tabulated = adheres and branch.size > 0
     if tabulated:
         for column in (P, A, B):
@@ -106,8 +106,8 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
 
 
 @kernel
-def _reach(delta, field, i, x, y, branch):
-    """Return the distance (nm) that the contact of asperity i at ``delta`` extends along the unit vector (x, y)."""
+def _contact_radius(delta, field, i, x, y, branch):
+    """Return the radius (nm) of the contact of asperity i at ``delta`` along the unit vector (x, y)."""
     contact = asperity_contact(delta, pick(field.scales, i), branch)
     if not contact.b > 0.0:
         return 0.0
@@ -122,14 +122,14 @@ def _overlaps(delta, field, i, j, offset, branch):
     x, y = field.x[j] - field.x[i], field.y[j] - field.y[i]
     distance = np.hypot(x, y)
     x, y = x / distance, y / distance
-    mine = _reach(delta - offset[i], field, i, x, y, branch)
-    other = _reach(delta - offset[j], field, j, x, y, branch)
+    mine = _contact_radius(delta - offset[i], field, i, x, y, branch)
+    other = _contact_radius(delta - offset[j], field, j, x, y, branch)
     return mine > 0.0 and other > 0.0 and mine + other > distance
 
 
 @kernel
 def _first_overlap(deltas, field, i, offset, branch):
-    """Return the index of the first displacement at which asperity i overlaps a neighbour; contacts grow with it."""
+    """Return the index of the first displacement at which asperity i overlaps a neighbour."""
     first = deltas.size
     for j in field.neighbour[i]:
         if j < 0 or not _overlaps(deltas[first - 1], field, i, j, offset, branch):

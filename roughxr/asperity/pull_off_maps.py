@@ -30,7 +30,7 @@ def pull_off_map(
     """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
 
     The sum over asperities of `superpose` is minimised over all displacements, to rounding (with law="maugis" to 1e-6
-    of an asperity's own pull), see `kernels.asperity.largest_pull`.
+    of an asperity's own pull), see `kernels.asperity.pull_off_search`.
 
     Parameters
     ----------

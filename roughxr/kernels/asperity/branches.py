@@ -1,11 +1,11 @@
-"""Force curves: the load and contact of one asperity at many displacements, by the laws of ``laws``.
+"""Force curves: the load and contact of one asperity at many displacements, by the laws of ``asperity_laws``.
 
-The laws of free shape are read from splines over (B/A, displacement). One asperity keeps its B/A, so that its splines
+The laws of free shape are read from splines over (B/A, displacement). B/A of an asperity is fixed, so that its splines
 can be summed across once and read along a line afterwards: 4 products in place of 16, and the slope with the load.
 
-δ*      displacement in the asperity's own units (``laws.Scales``), counted from the end of its stable
-        branch where it is called ``above_end``
-q       √above_end, in which a branch is smooth where it begins
+δ*         displacement in the asperity's own units (``asperity_laws.Scales``)
+above_end  δ* counted from the end of the stable branch
+q          √above_end, in which a branch is smooth at its end
 
 Loads, semi-axes and displacements are in the asperity's own units. Source: own, from the splines of ``elliptic_table``.
 """
@@ -16,13 +16,13 @@ from ..jit import kernel
 from . import jkr
 from .elliptic_table import CELLS_ALONG, A, B, P, across, spline_value, spline_weights
 
-#: Coefficients along a branch.
+#: Number of coefficients along a branch.
 LENGTH = CELLS_ALONG + 3
 
 
 @kernel
 def collapse(table, row, column, out):
-    """Sum one column of a law's table across at the place ``row``: ``out`` has shape (LENGTH,)."""
+    """Sum a column of a law's table across at the position ``row``: ``out`` has shape (LENGTH,)."""
     for j in range(out.size):
         out[j] = across(table, row, j, column)
 
@@ -44,7 +44,7 @@ def line_force(line, above_end):
 
 @kernel
 def closed_force(delta):
-    """Return P* and dP*/dδ* of the closed form at δ* above the end of its branch."""
+    """Return P* and dP*/dδ* of the closed form (JKR) at δ* above the end of its branch."""
     a = jkr.stable_semi_axis(delta)
     root = a * sqrt(a)
     return root * (root - 2.0), 1.5 * a * (root - 1.0) / (root - 1.0 / 3.0)

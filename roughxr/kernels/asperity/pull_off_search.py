@@ -1,27 +1,26 @@
-"""The largest pull of a sphere over a rough surface at any displacement, found exactly, at one place or at very many.
+"""The exact pull-off force of a sphere from superposed asperities, at one place or at very many.
 
-The force is the sum over asperities of ``superposition``,
+The force is the sum over asperities of ``contact_sums``,
 
     F(δ) = Σᵢ Pᵢ(δ − oᵢ),     Pᵢ = 0 before the branch of asperity i begins at δ = tᵢ.
 
 Each branch is convex from tᵢ on (that of ``maugis``, as tabulated, to 10⁻⁶ P_c), and begins with a jump down,
-since an asperity at the end of its branch pulls. Therefore
-- between two beginnings F is convex: it has one minimum there, where its slope vanishes, and none that a search for
-  the root of a rising function could miss;
-- an interval at whose right end F still falls needs no search: F goes on from there by a jump down, or falling;
-- from any displacement L on, F lies above a line that falls by one step at each beginning to come,
+since an asperity at the end of its branch is in tension. Therefore
+- between two onsets F is convex: it has at most one minimum, where its slope vanishes, and a root search of the rising
+  slope finds it;
+- an interval at whose right end F still falls needs no search: F continues there by a jump down, or falling;
+- beyond any displacement L, F lies above a line with a step down at each later onset,
 
       F(δ) ≥ A + S (δ − L) − Σ(L < tᵢ ≤ δ) Cᵢ,     Cᵢ = −min Pᵢ,
 
-  A and S being the loads and slopes at L of the branches that rise there, and −Cᵢ and 0 of those that still fall.
+  where A and S are sums over branches: of their loads and slopes at L if they rise there, else of −Cᵢ and 0.
 
-The search goes from one onset to the next, searches the intervals in which the minimum can be below the least found so
-far, and skips those that the line proves to be above it. It ends when the line proves this for all larger
-displacements. For asperities too far away to have been considered, the line subtracts all adhesion within the square
-that the sphere can reach, a sum known beforehand (``AsperityCells.adhesion``); if that does not suffice, more are
-considered.
+The search goes from one onset to the next. It searches the intervals whose minimum can be below the least one so far,
+skips those that the line proves to be above it, and ends when the line proves this for all larger displacements. For
+distant asperities that are not yet considered, the line subtracts all adhesion within the square that the sphere can
+reach, a sum known beforehand (``AsperityCells.adhesion``); if that is not enough, more asperities are considered.
 
-oᵢ      ``offset``, how far the sphere must come down to reach vertex i, nm;  tᵢ  ``onset``, nm
+oᵢ      ``offset``, displacement at which the sphere reaches vertex i, nm;  tᵢ  ``onset``, nm
 L, δ    displacements from the datum, nm
 F, C    nN;  S  nN/nm
 """
@@ -32,55 +31,54 @@ import numpy as np
 
 from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
+from .branches import LENGTH, P, closed_force, collapse, line_force
+from .contact_sums import Field
 from .elliptic_table import LEAST, mark
-from .force_curves import LENGTH, P, closed_force, collapse, line_force
-from .superposition import Field
 
-#: Results per centre: the least force nN (0 where nothing pulls), its displacement nm (NaN there), the displacement nm
-#: of the first touch of a vertex, the number of asperities in contact at the least force, how many of them are at the
-#: scan's edge, and how often one asperity's load was evaluated.
+#: Results per centre: the least force nN (0 without adhesion), its displacement nm (NaN then), the displacement nm of
+#: the first touch of a vertex, the number of asperities in contact at the least force, the number of these at the
+#: scan's edge, and the number of evaluations of an asperity's load.
 FORCE, DELTA, FIRST_TOUCH, CONTACTS, AT_EDGE, EVALUATIONS = range(6)
 
-#: Error of the tables: an asperity's least load may be below its tabulated value by this part.
+#: Largest error of the tables: an asperity's least load may be lower than tabulated by this part.
 _TABLE_ERROR = 3e-6
 
 #: A search ends when the force is accurate to this part, or after so many steps; one step gives a first guess.
 _VALUE_TOLERANCE = 1e-14
-_ONE_STEP, _MOST_STEPS = np.int64(1), np.int64(100)  # not literal: Numba compiles a function again for each of those
+_ONE_STEP, _MOST_STEPS = np.int64(1), np.int64(100)  # Numba compiles a function again for each literal
 
-#: q of a state so near the beginning of a branch that its slope is that of a fold, as 1/q; and the least dP*/dq there
-#: (JKR: 1.1) that is one.
+#: q so near the onset of a branch that the slope at a fold is 1/q there; and the least dP*/dq of a fold (JKR: 1.1).
 _SMALL_Q = 1e-5
 _FOLD = 0.01
 
-#: The disc that is considered first holds about this many asperities; later ones hold more and more.
+#: Number of asperities in the disc that is considered first, growth of the next discs, and their largest number.
 _FIRST_DISC = 200
 _GROWTH = 1.5
 _MOST_DISCS = 60
 
 
 class AsperityCells(NamedTuple):
-    """Square cells over a scan, in which its asperities are sorted: those of a row are contiguous."""
+    """Square cells over a scan, by which its asperities are sorted: those of a row are contiguous."""
 
     x: float  # lower corner, nm
     y: float
     side: float  # nm
-    first: np.ndarray  # (nx, ny + 1): where each cell's asperities begin, and where its row's end
+    first: np.ndarray  # (nx, ny + 1): index of each cell's first asperity, and the end of the row
     adhesion: np.ndarray  # (nx + 1, ny + 1): ΣC over all cells before, along both axes, nN
 
 
 class AsperityGrid(NamedTuple):
-    """The asperities of a scan sorted into cells, each with its largest pull."""
+    """The asperities of a scan sorted into cells, each with its largest tension."""
 
     field: Field
     adhesion: np.ndarray  # (asperity,): Cᵢ, nN
-    highest: float  # least of depth + end of branch, nm: the sphere touches nothing before S₀ gets below δ − this
+    highest: float  # least depth + end of branch, nm: asperities where S₀ > δ − highest are out of contact
     cells: AsperityCells
     first_reach: float  # displacement up to which asperities are considered first, nm
 
 
 class Near(NamedTuple):
-    """The asperities that can be in contact up to some displacement, in the order in which they begin."""
+    """The asperities that can be in contact up to some displacement, in the order of their onsets."""
 
     onset: np.ndarray
     offset: np.ndarray
@@ -91,7 +89,7 @@ class Near(NamedTuple):
 
 
 class Total(NamedTuple):
-    """The force of some asperities and its slope, and the line below which it cannot fall."""
+    """The force of some asperities, its slope, and A and S of its lower bound."""
 
     F: float
     slope: float
@@ -100,7 +98,7 @@ class Total(NamedTuple):
 
 
 class Least(NamedTuple):
-    """The least force found and its displacement; 0 where nothing pulls."""
+    """The least force so far and its displacement; 0 without adhesion."""
 
     F: float
     delta: float
@@ -108,7 +106,7 @@ class Least(NamedTuple):
 
 def build_grid(field, law, radius, profile):
     """Return the asperities of ``field`` as an ``AsperityGrid``, for a law and a sphere."""
-    field = _selected(field, field.scales.end < 0)  # where nothing adheres, nothing pulls
+    field = _selected(field, field.scales.end < 0)  # only adhesive asperities
     least = np.full(field.x.size, -1.0) if law.spline.size == 0 else _marks(law.marks, field.scales.row)
     adhesion = -least * field.scales.P * (1 + _TABLE_ERROR)
     cells, order = _cells(field, adhesion)
@@ -136,7 +134,7 @@ def _marks(marks, rows):
 
 
 def _cells(field, adhesion, per_cell=4.0):
-    """Return the cells, about ``per_cell`` asperities in each, and the order that sorts by them."""
+    """Return the cells, about ``per_cell`` asperities in each, and the asperities' order by cells."""
     if field.x.size == 0:
         return AsperityCells(0.0, 0.0, 1.0, np.zeros((1, 2), dtype=np.int64), np.zeros((2, 2))), np.arange(0)
     x, y = field.x.min(), field.y.min()
@@ -161,7 +159,7 @@ def pull_offs(x, y, grid, table, radius, profile):
         reach, least, row = grid.first_reach, Least(0.0, np.nan), out[c]
         near = nearby(x[c], y[c], reach, grid, table, radius, profile)
         for _ in range(_MOST_DISCS):
-            least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most of the searches
+            least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most searches
             least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
             total = total_force(reach, near.onset.size, near, grid)
             row[EVALUATIONS] += rough + count + near.onset.size
@@ -180,9 +178,9 @@ def pull_offs(x, y, grid, table, radius, profile):
 
 @kernel
 def nearby(x, y, reach, grid, table, radius, profile):
-    """Return the asperities whose branch begins at or below the displacement ``reach``, in that order."""
+    """Return the asperities whose branch begins at or below the displacement ``reach``, in the order of onsets."""
     field, cells = grid.field, grid.cells
-    i0, i1, j0, j1 = _square(x, y, _radius(reach - grid.highest, radius, profile), cells)
+    i0, i1, j0, j1 = _square(x, y, _profile_radius(reach - grid.highest, radius, profile), cells)
     most = 0
     for i in range(i0, i1):
         most += cells.first[i, j1] - cells.first[i, j0]
@@ -208,7 +206,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
 
 @kernel
 def _ascending(values):
-    """Return the order that sorts a vector, equal values as they stand: sorted runs are merged, two by two."""
+    """Return the order that sorts a vector stably, by merge sort."""
     order, merged, width = np.empty(values.size, np.int64), np.empty(values.size, np.int64), 1
     for k in range(values.size):
         order[k] = k
@@ -226,7 +224,7 @@ def _ascending(values):
 
 
 @kernel
-def _radius(height, radius, profile):
+def _profile_radius(height, radius, profile):
     """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
     if height <= 0.0:
         return 0.0
@@ -237,7 +235,7 @@ def _radius(height, radius, profile):
 
 @kernel
 def _square(x, y, r, cells):
-    """Return the ranges of cells that hold everything within r of (x, y)."""
+    """Return the ranges of cells that contain the square of half-width r around (x, y)."""
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
     i0, i1 = np.floor((x - r - cells.x) / cells.side), np.floor((x + r - cells.x) / cells.side) + 1.0
     j0, j1 = np.floor((y - r - cells.y) / cells.side), np.floor((y + r - cells.y) / cells.side) + 1.0
@@ -251,7 +249,7 @@ def _square(x, y, r, cells):
 
 @kernel
 def least_up_to(near, reach, least, steps, grid):
-    """Return the least force up to the displacement ``reach``, or ``least``, and how many loads were needed."""
+    """Return the least of ``least`` and the force up to the displacement ``reach``, and the number of evaluations."""
     work, n = 0, near.onset.size
     k = np.int64(0)  # not the literal
     while k < n:
@@ -273,15 +271,15 @@ def least_up_to(near, reach, least, steps, grid):
 
 @kernel
 def search(k, width, end, least, steps, near, grid):
-    """Return the least of ``least`` and F on the ``width`` after the k-th beginning, at whose ``end`` F rises.
+    """Return the least of ``least`` and F on the ``width`` after the k-th onset, at whose ``end`` F rises.
 
-    In q = √(δ − t) the slope times q is regular where the branch begins, and nearly linear: regula falsi (Illinois)
-    takes some five steps. A convex function lies above its tangents, which tell when to stop, or to give up.
+    In q = √(δ − t) the slope times q is regular at the onset, and nearly linear: regula falsi (Illinois) takes some
+    five steps. A convex function lies above its tangents, which decide when the search ends.
     """
     start, work = near.onset[k], 0
-    low, g_low = _beginning(k, near, grid)
+    low, g_low = _slope_at_onset(k, near, grid)
     high, g_high = np.sqrt(width), end.slope * np.sqrt(width)
-    if g_low == 0.0:  # F need not fall at first: the least may be the beginning itself
+    if g_low == 0.0:  # F need not fall at first: the onset itself may be the minimum
         total, g_low = total_force(start + low * low, k + 1, near, grid), -g_high
         work += k + 1
         if total.F < least.F:
@@ -304,18 +302,18 @@ def search(k, width, end, least, steps, near, grid):
 
 
 @kernel
-def _beginning(k, near, grid):
-    """Return a small q after the k-th beginning, 0 where that branch begins as a point, and its slope times q."""
+def _slope_at_onset(k, near, grid):
+    """Return a small q after the k-th onset and the slope times q there: 0 if that branch begins as a point."""
     i = near.index[k]
     delta, load = grid.field.scales.delta[i], grid.field.scales.P[i]
-    _, slope = one_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i])
+    _, slope = asperity_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i])
     g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
     return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
 
 
 @kernel
-def one_force(above_end, k, near, end):
-    """Return P* and its slope of the k-th asperity near by."""
+def asperity_force(above_end, k, near, end):
+    """Return P* of the k-th nearby asperity and its slope."""
     if near.lines.size:
         return line_force(near.lines[k], above_end)
     return closed_force(end + above_end)
@@ -323,13 +321,13 @@ def one_force(above_end, k, near, end):
 
 @kernel
 def total_force(delta, n, near, grid):
-    """Return the ``Total`` at δ of the first n asperities, all of whose branches have begun there."""
+    """Return the ``Total`` at δ of the first n asperities, whose onsets are below δ."""
     scales = grid.field.scales
     F = slope = A = S = 0.0
     for k in range(n):
         i = near.index[k]
         above_end = (delta - near.offset[k]) / scales.delta[i] - scales.end[i]
-        p, dp = one_force(max(above_end, 0.0), k, near, scales.end[i])
+        p, dp = asperity_force(max(above_end, 0.0), k, near, scales.end[i])
         p *= scales.P[i]
         dp *= scales.P[i] / scales.delta[i]
         F += p
@@ -341,14 +339,14 @@ def total_force(delta, n, near, grid):
 
 @kernel
 def _proved(x, y, reach, total, near, least, grid, radius, profile):
-    """Return whether F cannot fall below the least beyond ``reach``, whatever lies farther away."""
+    """Return whether F provably stays above ``least`` beyond ``reach``, with all distant asperities."""
     if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells, known = grid.cells, near.adhesion[-1]
     nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
     delta, step = reach, 0.05 * (reach - grid.highest)
     while True:
-        r = _radius(delta + step - grid.highest, radius, profile)
+        r = _profile_radius(delta + step - grid.highest, radius, profile)
         i0, i1, j0, j1 = _square(x, y, r, cells)
         a = cells.adhesion
         unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known
