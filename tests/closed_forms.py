@@ -27,7 +27,7 @@ def energy_beyond(g, law):
         - _solids_beyond(law.filled, law)
         - potentials._energy(law.filled, law) * depth
     )
-    under = law.share * under + potentials._energy(law.filled, law) * depth + 0.5 * law.pull * depth**2
+    under = law.share * under + potentials._energy(law.filled, law) * depth + 0.5 * law.tension * depth**2
     return under + _solids_beyond(np.maximum(g, law.filled), law)
 
 

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr import reference, report
-from roughxr.contact.adhesive_options import settling
-from roughxr.contact.subpixel import Below, _finer, _patches, _side_by_side, pull_off_below
+from roughxr.contact.adhesive_options import preload_problem
+from roughxr.contact.subpixel import AddedRoughness, _finer_boxes, _patches, extrapolated_pull_off, pack_patches
 from roughxr.kernels.topography.random_surface import band_rms, k_correlation
 from roughxr.scans import self_affine_fit, synthetic
 from roughxr.scans.fine_scales import known_spectrum
@@ -44,12 +44,12 @@ def found(surface):
 
 def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     """The patches within reach, moved together, against the whole window on cells as large."""
-    problem, adhesion = settling(surface)
+    problem, adhesion = preload_problem(surface)
     centres = roughxr.scans.regions.centres(surface, (2, 2))
     model = known_spectrum(shown_truly(surface))
     tasks = Surface(surface, problem, centres).patches
-    end = Below(model, 20.0, 20.0)
-    mine = [pull_off_below(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
+    end = AddedRoughness(model, 20.0, 20.0)
+    mine = [extrapolated_pull_off(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
     whole = roughxr.adhesive(surface, subregions=centres, law="exponential", mesh=2)
     np.testing.assert_allclose(mine, whole.pull_off_force, rtol=0.03)
 
@@ -65,7 +65,7 @@ def test_patches_packed_side_by_side_hold_every_cell_once():
     draw = np.random.default_rng(1)
     sheet = np.where(draw.random((120, 90)) < 0.02, draw.random((120, 90)), np.inf)
     patches = _patches(sheet, 2)
-    packed = _side_by_side(patches)
+    packed = pack_patches(patches)
     assert len(patches) > 20 and packed.size < sheet.size * 1.5
     for whole in (packed, np.concatenate([one.ravel() for one in patches])):
         np.testing.assert_array_equal(np.sort(whole[np.isfinite(whole)]), np.sort(sheet[np.isfinite(sheet)]))
@@ -74,7 +74,7 @@ def test_patches_packed_side_by_side_hold_every_cell_once():
 def test_finer_boxes_hold_what_is_near_and_share_no_point():
     near = np.random.default_rng(2).random((60, 50)) < 0.03
     box = tuple(3.0 * (np.arange(n) + 0.5) for n in near.shape)
-    finer = _finer(box, near, 3.0, 1.0, 2.0)
+    finer = _finer_boxes(box, near, 3.0, 1.0, 2.0)
     points = [(x, y) for part in finer for x in part[0] for y in part[1]]
     assert len(set(points)) == len(points)
     offsets = [(dx, dy) for dx in (-1, 0, 1) for dy in (-1, 0, 1)]
@@ -124,9 +124,9 @@ def test_a_solve_that_fails_is_tried_again_and_reported(surface, found, monkeypa
             tried.append(seed)
             if len(tried) <= failures:
                 return np.full(2, np.nan)
-        return pull_off_below(height, first, pixel, centre, seed, *rest)
+        return extrapolated_pull_off(height, first, pixel, centre, seed, *rest)
 
-    monkeypatch.setattr(extrapolation, "pull_off_below", failing)
+    monkeypatch.setattr(extrapolation, "extrapolated_pull_off", failing)
     again = roughxr.extrapolated(surface, subregions=(2, 2), seeds=2, shortest=8)
     lost = failures > 1
     assert int(again.failed_solves) == lost == int(again.pull_off_force.isnull().sum())

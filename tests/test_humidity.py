@@ -256,7 +256,7 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
     pair = summit(contact_modulus=modulus)
     menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
-    parameter = menisci.pull * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
+    parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
     found = float(pair.contact.pull_off_map(subregions=(1, 1), law="maugis").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
     mu = float(roughxr.reference.tabor(pair.contact.asperities()).tabor_parameter.max())

@@ -34,7 +34,7 @@ def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
 
     found = [of(*pair) for pair in ((4000.0, 0.06), (40.0, 0.3), (0.05, 0.06))]
     assert [one.recommended.item() for one in found][:2] == ["rigid", "adhesive"]
-    assert found[2].recommended.item() == ("superpose" if found[2].pull_beyond_contact < 0.5 else "adhesive")
+    assert found[2].recommended.item() == ("superpose" if found[2].share_beyond_contact < 0.5 else "adhesive")
     for one in found:
         assert one.attrs["recommendation"].startswith("The quickest valid method is `")
         assert float(one.sphere_tabor) > float(one.asperity_tabor) > 0

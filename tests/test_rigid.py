@@ -121,7 +121,7 @@ def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
         assert (np.diff(curve[known]) < 0).all() and (curve[known] < 0).all()
         assert (known == (found.delta.values <= t - 0.165 + 1e-9)).all()
     assert (found.pull_off_force.values >= -np.nanmin(force, axis=1) - 1e-9).all()
-    assert ((found.pull_beyond_contact > 0) & (found.pull_beyond_contact < 1)).all()
+    assert ((found.share_beyond_contact > 0) & (found.share_beyond_contact < 1)).all()
 
 
 def test_a_moved_scan_pulls_alike_and_a_turned_one_too(rough):

@@ -58,43 +58,43 @@ LIQUIDS = {
 
 
 class Menisci(NamedTuple):
-    """The liquid between the bodies, as every verb reads it."""
+    """The condensed liquid between the bodies."""
 
     kelvin_radius: float  # nm
-    tension: float  # J/m²
+    surface_tension: float  # J/m²
     angles: tuple[float, float]  # rad
     film: float  # nm, on each body
     share: float  # work of adhesion of the solids under the liquid, over that without it
 
     @property
     def height(self) -> float:
-        """The largest gap that is wetted, nm."""
+        """The largest wetted gap, nm."""
         return self.kelvin_radius * sum(map(math.cos, self.angles)) + 2 * self.film
 
     @property
-    def pull(self) -> float:
-        """The pull on what is wetted, GPa."""
-        return self.tension / self.kelvin_radius
+    def capillary_pressure(self) -> float:
+        """The tension on the wetted area, γ/r_K, GPa."""
+        return self.surface_tension / self.kelvin_radius
 
     @property
     def work(self) -> float:
-        """The work to part what is wetted, J/m²."""
-        return self.pull * self.height
+        """The work to separate the wetted area, J/m²."""
+        return self.capillary_pressure * self.height
 
     @property
     def range(self) -> float:
-        """The range z₀ (nm) of Lennard-Jones's law that bends bodies as much: Maugis's λ is 1.157 of its μ."""
+        """The range z₀ (nm) of a Lennard-Jones law of the same Maugis parameter, λ = 1.157 μ."""
         return 1.157 * (2 * math.pi / 9) ** (1 / 3) * self.height
 
     @property
     def edge(self) -> float:
-        """The energy of a meniscus along its edge, nN: that of the arc less what the sharp edge of the law counts."""
+        """The energy of a meniscus per length of its edge, nN: the arc's, less that of the law's sharp edge."""
         open_angle = math.pi - sum(self.angles) + 0.5 * sum(math.sin(2 * angle) for angle in self.angles)
-        return 0.5 * self.tension * self.kelvin_radius * open_angle
+        return 0.5 * self.surface_tension * self.kelvin_radius * open_angle
 
 
 def menisci_of(ds: xr.Dataset) -> Menisci | None:
-    """Return the liquid that a pair carries; None for a dry one."""
+    """Return the liquid of a pair; None for a dry pair."""
     if not schema.is_wet(ds):
         return None
     radius, tension = schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
@@ -214,7 +214,7 @@ def described(ds: xr.Dataset) -> str:
         return ""
     words = (
         f"At {float(ds['humidity']):.3g} relative humidity water fills gaps below {menisci.height:.2g} nm, with a "
-        f"capillary pressure of {1e3 * menisci.pull:.3g} MPa"
+        f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
     )
     if menisci.kelvin_radius < _FEW_MOLECULES:
         words += (

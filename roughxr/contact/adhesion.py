@@ -1,10 +1,10 @@
 """The adhesive contact of an indenter with the scan, followed through approach and retraction at every place.
 
-One task is the whole cycle of one place, because each state on retraction depends on all states before it:
+A task is the whole cycle of one place, because each state on retraction depends on all states before it:
 
-adhesive_options   the options and the pair -> `Adhesion`: law, preloads, mesh, step
-cycle              one place -> its path, on a mesh that is accurate enough, and the errors of the pull-off
-adhesive_record    its path -> one record of states, events and fields
+adhesive_options   reads options and pair into an `Adhesion`: law, preloads, mesh, step
+cycle              follows one place on a mesh that is accurate enough, with the errors of the pull-off
+adhesive_record    writes states, events and fields into one record
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .adhesive_options import (
-    adhesion_of,
     need_few_cells,
     need_resolved_law,
     pair_law,
-    preloads_of,
-    reach_of,
+    read_adhesion,
+    read_preloads,
     settling_depth,
+    window_half_width,
 )
-from .adhesive_record import layout_of, record_of
+from .adhesive_record import cycle_layout, cycle_record
 from .cycle import LEAST_RADIUS, MOST_CELLS, Adhesion
-from .mesh import Mesh, mesh_of
+from .mesh import Mesh, read_mesh
 from .problem import Problem, read_problem
 from .solving import solve
 
-#: By these words a warning is known that a run gives on its page.
+#: Words of a warning that a run reports on its page instead.
 SMALL_CONTACTS = "contacts with a radius below"
 
 
@@ -59,30 +59,29 @@ def adhesive(
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back, once loading reaches it. 0, the default: it settles under its own
-        adhesion, as a particle that lands. Several preloads, ascending, share one loading path and lie along
-        ``preload``.
+        Force (nN) at which the indenter turns back. With 0, the default, it settles under its own adhesion, as a
+        particle that lands. Several preloads, ascending, share one loading path and lie along ``preload``.
     delta : array_like, optional
-        Displacements, nm, ascending, in place of a preload. Loading visits them one after the other, retraction in
-        reverse order and then further out until all contact is lost.
+        Displacements, nm, ascending, in place of a preload. Loading visits them in this order, retraction in reverse
+        order and then continues until all contact is lost.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
         The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
         "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant tension
         up to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀. "auto"
-        takes "griffith" where the median of Tabor's parameter over the asperities is at least 5 and the body does not
+        takes "griffith" if the median of Tabor's parameter over the asperities is at least 5 and the body does not
         yield, else "exponential". The solids of a humid pair attract by "exponential"; condensed liquid adds its
         tension up to its height.
     mesh : "auto", int or Mesh
         "auto": at each place cells and steps are halved until the estimated error of the pull-off is below 0.05. Or the
         cells along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
-        between the pixels are those of the surface without wavelengths shorter than two pixels.
+        between the pixels are interpolated without wavelengths shorter than two pixels.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
     cycles : int
-        Number of cycles at each place, with a preload, each on the shape that the cycle before has left; along
-        ``cycle`` where there are several.
+        Number of cycles at each place, with a preload, each on the shape left by the cycle before; along ``cycle`` if
+        there are several.
     fields : bool
         Keep pressure, displacement and gap on the cells of the window around each centre, on both branches, at the
         displacements of ``delta``; NaN beyond the scan's edge. Needs one mesh for all places.
@@ -93,28 +92,28 @@ def adhesive(
         Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
         ``pull_off_force``, ``pull_off_delta``, ``detachment_delta`` (to half a step), ``work_of_separation``,
         ``hysteresis``, ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the
-        indenter's map) and ``complete``. NaN where nothing is touched, the cycle could not be completed or the preload
+        indenter's map) and ``complete``. NaN without contact, or if the cycle could not be completed or the preload
         was not reached. With a preload also ``preload_delta``, the displacement at which the indenter turned back, and
-        ``contact_area`` there.
+        the ``contact_area`` at that displacement.
 
         ``refinement`` and ``pull_off_error``, the estimated relative error of the pull-off. With mesh="auto" it
         combines ``mesh_error``, ``step_error``, ``interpolation_error`` (the change if splines interpolate the heights
-        between pixels) and ``settling_error`` (the change, without range, after a preload as large as the pull-off,
+        between pixels) and ``settling_error`` (without range: the change after a preload as large as the pull-off,
         which closes gaps that attraction does not). On one mesh it is known for "griffith" and "dugdale" only, from
-        the contact's radius in cells, the difference of both edges (see below) and the settling error.
+        the contact's radius in cells, the difference between both edges (see Notes) and the settling error.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
-        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in cells, of the smallest contact that
-        bears a tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along
-        (subregion, branch, delta, x, y) with x, y from the contact centre.
+        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in cells, of the smallest contact with a
+        tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along (subregion, branch, delta, x,
+        y) with x, y from the contact centre.
 
         The coordinate ``shortest_wavelength`` (nm) is the shortest that the scan shows: finer roughness lowers the
         adhesion (`scale_dependence`).
 
-        Where a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
-        ``yielded_area_fraction``, the shares of the pushing force and of the contact area at that pressure or above, at
-        the preload or along the displacements. Where the body yields, also
-        ``yielded_area``, ``plastic_work`` and the field ``residual_height``, as in `direct`.
+        If a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
+        ``yielded_area_fraction``, the shares of the compressive force and of the contact area at that pressure or
+        above, at the preload or along the displacements. If the body yields, also ``yielded_area``, ``plastic_work``
+        and the field ``residual_height``, as in `direct`.
 
     Raises
     ------
@@ -129,22 +128,23 @@ def adhesive(
 
     Notes
     -----
-    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by a traction with a steep edge, solved with
-    the steepest edge that the cells resolve and with half that steepness, and the results are extrapolated. Fields, and
-    states returned with them, are those of the steeper edge. Where both edges lead to different contacts, or the
-    steeper edge pulls more (as at a rim that cannot move), its result is not extrapolated, and ``pull_off_error``
-    includes their difference. Without range only cells attract that have touched or come so near that the pair's
-    attraction snaps them in, and the cells around them up to the opening of the edge.
+    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by a traction over a cohesive zone, solved
+    with the narrowest zone that the cells resolve and with a wider one of half the slope, and the results are
+    extrapolated. Fields, and states returned with them, belong to the narrower zone. If both lead to different
+    contacts, or the narrower zone gives the larger pull-off (as at a rim that cannot move), its result is not
+    extrapolated, and ``pull_off_error`` includes their difference. Without range, cells attract only if they have
+    touched, lie within the opening of a contact's edge, or come so near that the pair's attraction snaps them in.
 
-    "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which leaves out 0.9 % of the work of
-    adhesion. A smooth sphere pulls that much too little; stiff bodies of 0.5, 1.5 and 3 nm rms under a sphere of
-    500 nm about 2, 10 and 17 %. ``pull_off_error`` does not include this; compare with `rigid`, which counts all gaps.
+    "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which neglects 0.9 % of the work of
+    adhesion. Pull-offs are too small by that much for a smooth sphere, and by about 2, 10 and 17 % for stiff bodies of
+    0.5, 1.5 and 3 nm rms under a sphere of 500 nm. ``pull_off_error`` does not include this; compare with `rigid`,
+    which counts all gaps.
 
-    A body yields on loading, where the pressure less the attraction would exceed its hardness by more than a part of
-    1e-3 (see `direct`). Retraction is elastic on the shape that is left, and its tension is not limited.
-    ``dissipated`` includes the plastic work. A flattened summit recovers and peels off.
+    A body yields on loading, if the pressure less the attraction would exceed its hardness by more than 0.1 % (see
+    `direct`). Retraction is elastic on the deformed shape, and its tension is not limited. ``dissipated`` includes the
+    plastic work. A flattened summit recovers and peels off.
 
-    The errors leave out roughness finer than the scan's pixels.
+    The errors do not include roughness finer than the scan's pixels.
 
     References
     ----------
@@ -166,25 +166,25 @@ def adhesive(
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
-    adhesion = adhesion_of(
+    adhesion = read_adhesion(
         specimen,
         pair_law(specimen, law),
-        preloads=preloads_of(preload) if by_preload else np.zeros(0),
-        mesh=mesh_of(mesh, Mesh()),
+        preloads=read_preloads(preload) if by_preload else np.zeros(0),
+        mesh=read_mesh(mesh, Mesh()),
         cycles=cycles,
     )
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     need_resolved_law(adhesion, problem, ("dugdale", "lennard_jones", "exponential"))
-    reach = reach_of(specimen, problem, adhesion)
+    reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
         _need_one_mesh(specimen, problem, adhesion, by_preload)
     out = solve(
-        record_of,
+        cycle_record,
         specimen,
         problem,
-        layout_of(problem, adhesion, preload),
+        cycle_layout(problem, adhesion, preload),
         adhesion,
         name="adhesive",
         positions=positions,
@@ -194,7 +194,7 @@ def adhesive(
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
     arguments: dict[str, Any] = {"preload": preload, "delta": None if by_preload else problem.steps}
     arguments["subregions"] = subregions
-    arguments |= {"datum": datum, "fields": fields, "mesh": mesh_of(mesh, Mesh())}
+    arguments |= {"datum": datum, "fields": fields, "mesh": read_mesh(mesh, Mesh())}
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
     out = spread.finish(out)
@@ -224,12 +224,12 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 
 
 def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
-    """Warn of places that are less accurate than requested, and of a law that is cut off."""
+    """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
     if adhesion.law == "lennard_jones":
         warn(
             f"law='lennard_jones' is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
             "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
-            "it; compare with `rigid`, which has no cut-off"
+            "this error; compare with `rigid`, which has no cut-off"
         )
     resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
     if adhesion.refine and (resolution < LEAST_RADIUS).any():
@@ -264,8 +264,8 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
     if short.any():
         warn(
             f"{int(short.sum())} of {short.size} subregions have contact or liquid at the edge of the scan or of the "
-            "indenter's map (truncated is True): their forces leave out what lies beyond; take a larger scan, a "
-            "smaller sphere or places farther inside"
+            "indenter's map (truncated is True): their forces do not include the surface beyond; take a larger scan, "
+            "a smaller sphere or places farther inside"
         )
     lost = int((~out["complete"].values).sum())
     if lost:

@@ -1,8 +1,8 @@
-"""How the bodies of `adhesive` adhere and are moved: its options, read into an `Adhesion`, or refused.
+"""The options of `adhesive`, read into an `Adhesion` or refused.
 
 law         the pair's law of adhesion and its length, with condensed liquid
-step, cell  of the usual mesh, from the range of adhesion and JKR's lengths
-depth       down to which loading is followed to reach a preload
+step, cell  the usual mesh, from the range of adhesion and JKR's lengths
+depth       the largest depth of loading to a preload
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from ..bodies.pair import range_of
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
-from .cycle import MOST_CELLS, Adhesion, largest_cell, overlapping_cells, reach_of_law
-from .estimates import law_of_range, median_tabor
+from .cycle import MOST_CELLS, Adhesion, interaction_range, largest_cell, overlapping_cells
+from .estimates import automatic_law, median_tabor
 from .mesh import MOST_REFINED, Mesh
 from .problem import Problem, deepest, places, read_problem, surface_at
 
@@ -28,28 +28,27 @@ LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones
 #: Tabor's parameter above which a sphere jumps into contact.
 _LEAST_JUMP = 0.7
 
-#: Below first contact, a body under a preload is followed as deep as a smooth sphere would sink in, and deeper by so
-#: many standard deviations of the heights.
+#: Depth of loading to a preload beyond the depth of a smooth sphere, in standard deviations of the heights.
 _ROUGH_DEPTH = 4.0
 
-#: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. A run takes steps
-#: longer by the last factor, and compares them with half of them.
+#: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. The first steps of
+#: a run are longer by the last factor; a few places are repeated with half of them.
 _STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
 
 #: Side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
 #: larger of both.
 _CELL_OF_RANGE, _CELL_OF_RADIUS = 50 / 3, 0.1
 
-#: Cells so many times larger than "exponential" bears (`largest_cell`) are refused: pull-offs are many times too large
-#: there, and Newton's method hardly converges.
+#: Cells larger than `largest_cell` by this factor are refused for "exponential": pull-offs would be many times too
+#: large, and Newton's method hardly converges.
 _LARGEST_EXCESS = 20.0
 
-#: The cells are the scan's pixels.
+#: A mesh whose cells are the scan's pixels.
 _AS_SCANNED = Mesh(1, None)
 
 
-def adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
-    """Return how the bodies adhere and how they are followed; raise where an option is out of its range."""
+def read_adhesion(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
+    """Return the `Adhesion` of a pair and options; raise if an option is out of its range."""
     step, first_cell = _usual_step_and_cell(specimen)
     settings = Adhesion(
         preloads=preloads,
@@ -68,13 +67,13 @@ def adhesion_of(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adh
     return settings
 
 
-def step_of(specimen: Specimen, mesh: Mesh) -> float:
-    """Return the longest step (nm) of a mesh: as stated, or the usual one."""
+def longest_step(specimen: Specimen, mesh: Mesh) -> float:
+    """Return the longest step (nm) of a mesh: as stated, or the usual step."""
     return usual_step(specimen) if mesh.step is None else mesh.step
 
 
 def usual_step(specimen: Specimen) -> float:
-    """Return the longest step (nm) of a mesh that states none."""
+    """Return the longest step (nm) of a mesh that does not state any."""
     return _usual_step_and_cell(specimen)[0]
 
 
@@ -88,15 +87,15 @@ def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
 
 
-def settling(
+def preload_problem(
     ds: xr.Dataset | Specimen, *, preload: Any = 0.0, law: str = "exponential", mesh: Mesh = _AS_SCANNED
 ) -> tuple[Problem, Adhesion]:
-    """Return how the indenter is followed to a preload (nN) and off again on one mesh.
+    """Return the problem and `Adhesion` of a cycle to a preload (nN) on one mesh.
 
-    The one displacement of the problem is the depth (nm beyond first contact) down to which loading is followed.
+    The only displacement of the problem is the largest depth (nm beyond first contact) of loading.
     """
     specimen = specimen_of(ds)
-    adhesion = adhesion_of(specimen, pair_law(specimen, law), preloads=preloads_of(preload), mesh=mesh, cycles=1)
+    adhesion = read_adhesion(specimen, pair_law(specimen, law), preloads=read_preloads(preload), mesh=mesh, cycles=1)
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
@@ -105,7 +104,7 @@ def settling(
 
 
 def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
-    """Return the law and its length; raise where law and yielding do not go together."""
+    """Return the law with its length and work; raise if a yielding pair is too soft for it."""
     ds = specimen.bodies
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     yields = "hardness" in ds.coords
@@ -114,7 +113,7 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     if (menisci := menisci_of(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
-        law = law_of_range(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
+        law = automatic_law(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
     return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
@@ -127,7 +126,7 @@ def _capture(specimen: Specimen) -> float:
 
 
 def _tabor_parameter(specimen: Specimen, length: float) -> float:
-    """Return the median of Tabor's parameter over the asperities; where there are none, that of the sphere alone."""
+    """Return the median of Tabor's parameter over the asperities; without asperities, that of the sphere."""
     parameter = median_tabor(specimen, length)
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
@@ -136,43 +135,43 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
-    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps in a sphere.
+    """Return the gap (nm) at which van der Waals attraction of a range z₀ (nm) snaps a sphere into contact.
 
-    The undeformed gap (2.641 µ^{3/7} − 1) z₀ by Tabor's parameter µ (Wu, J. Adhesion 86 (2010) 1071). The balance of
-    attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to 0.7 % at µ of
-    1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
+    It is the undeformed gap (2.641 µ^{3/7} − 1) z₀ with Tabor's parameter µ (Wu, J. Adhesion 86 (2010) 1071). The
+    balance of attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to
+    0.7 % at µ of 1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
     """
     return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0
 
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
-    """Return the sum of the liquid's law and the solids', whose work beyond the liquid's edge is added within it."""
+    """Return the solids' law under and beyond condensed liquid, and the liquid."""
     if law not in ("auto", "exponential"):
         raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
     (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     beyond = np.exp(-menisci.height / length)
     work *= menisci.share + (1 - menisci.share) * beyond
     if "hardness" in ds.coords:
-        _need_hardness_above(float(ds["hardness"]), work + menisci.pull * length, length, "exponential")
+        _need_hardness_above(float(ds["hardness"]), work + menisci.capillary_pressure * length, length, "exponential")
     return {"law": "exponential", "length": length, "work": work, "liquid": menisci}
 
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
-    """Raise where a body cannot yield: without adhesion, or under adhesion alone."""
+    """Raise if a yielding body has no adhesion, or yields under adhesion alone."""
     advice = "or assign no hardness, for elastic bodies"
     if work == 0:
         raise ValueError(
             f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
         )
-    if law != "griffith" and hardness <= work / length:  # without range the tension has no bound
+    if law != "griffith" and hardness <= work / length:  # without range the tension is unbounded
         raise ValueError(
             f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
             f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
         )
 
 
-def preloads_of(preload: Any) -> np.ndarray:
-    """Return preloads in nN, ascending; raise where one is negative."""
+def read_preloads(preload: Any) -> np.ndarray:
+    """Return preloads in nN, ascending; raise if any is negative."""
     given = 0.0 if preload is None else preload
     values = schema.ascending(given, "nN", "preload")
     if values[0] < 0:
@@ -181,23 +180,23 @@ def preloads_of(preload: Any) -> np.ndarray:
 
 
 def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
-    """Return the depth (nm) beyond first contact down to which loading is followed to reach its preload.
+    """Return the largest depth (nm) beyond first contact of loading to the largest preload.
 
-    It is the depth to which the largest load and the adhesion press a smooth sphere, by Hertz's and JKR's formulas,
-    and some standard deviations of the heights, so that nearly all of the surface lies higher.
+    It is the depth of a smooth sphere under that load and its adhesion, by Hertz's and JKR's formulas, and
+    ``_ROUGH_DEPTH`` standard deviations of the heights: nearly all of the surface lies higher.
     """
     ds = specimen.bodies
     (modulus,) = schema.pair(ds, "contact_modulus")
     radius = _indenter_radius(specimen)
-    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole * radius
+    load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
-    if "hardness" in ds.coords:  # a fully yielding sphere sinks in until the area, at the hardness, bears the load
+    if "hardness" in ds.coords:  # a fully plastic sphere has the area load/hardness
         hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
     return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _indenter_radius(specimen: Specimen) -> float:
-    """Return the sphere's radius (nm), or that of the paraboloid whose mean depth is that of an indenter's map."""
+    """Return the sphere's radius (nm); for an indenter's map, that of the paraboloid of its mean depth."""
     ds = specimen.bodies
     if "sphere_radius" in ds.coords:
         return float(ds["sphere_radius"])
@@ -208,9 +207,9 @@ def _indenter_radius(specimen: Specimen) -> float:
 
 
 def _contact_radius(specimen: Specimen) -> float:
-    """Return the radius (nm) by which JKR's lengths scale steps and cells: the indenter's, or that of the heights.
+    """Return the radius (nm) in JKR's lengths that scale steps and cells: the indenter's, at most the scan's L²/2z.
 
-    Across the half-width L of a scan whose heights differ by z, an indenter flatter than L²/2z is as good as a plane.
+    Over the half-width L of a scan with heights within z, an indenter of a larger radius acts as a plane.
     """
     heights = specimen.heights
     half, rise = 0.5 * specimen.pixel * min(heights.shape), float(np.ptp(heights))
@@ -219,7 +218,7 @@ def _contact_radius(specimen: Specimen) -> float:
 
 
 def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "lennard_jones")) -> None:
-    """Refuse laws with a wall or a process zone that the cells cannot show: their forces would be wrong."""
+    """Refuse laws whose traction changes within a cell: their forces would be wrong."""
     if adhesion.law not in laws or adhesion.work == 0:
         return
     cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
@@ -230,17 +229,17 @@ def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "le
         other = "griffith" if adhesion.law == "exponential" else "exponential"
         advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
         raise ValueError(
-            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones cannot follow its traction), "
+            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones do not resolve its traction), "
             f"found {smallest:.3g} nm; take {advice}"
         )
 
 
 def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, positions: xr.Dataset, reach) -> None:
-    """Refuse one mesh for all places that is too fine for any of them; name the finest that is not."""
+    """Refuse one mesh for all places with too many cells at any place; name the finest possible mesh."""
     if not adhesion.refine:
         return
     solved, shape = places(specimen, positions, reach)
-    if shape[0] * shape[1] * adhesion.refine**2 <= MOST_CELLS:  # windows are wider than what they hold
+    if shape[0] * shape[1] * adhesion.refine**2 <= MOST_CELLS:  # windows are wider than the overlap
         return
     surfaces = [surface_at(place, problem._replace(refine=1)) for place in solved]
     cells = max(overlapping_cells(surface, problem, adhesion) for surface in surfaces)
@@ -253,16 +252,16 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
         )
 
 
-def reach_of(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
-    """Return the half-width (nm) of the windows: the overlap, and as far as adhesion draws the surface up."""
+def window_half_width(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
+    """Return the half-width (nm) of the windows: the overlap, and the surface lifted by adhesion."""
     if problem.indenter.map:
         return problem.indenter.reach(np.inf)
     depth = deepest(specimen, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
     if np.isinf(depth):
         return np.inf
-    attraction = reach_of_law(adhesion, problem)
+    attraction = interaction_range(adhesion, problem)
     reach = problem.indenter.reach(depth)
-    for _ in range(20):  # JKR's contact of that radius draws the surface up by √(2πaw/E*)
-        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole / problem.contact_modulus)
+    for _ in range(20):  # JKR's contact of radius a lifts the surface by √(2πaw/E*)
+        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole_work / problem.contact_modulus)
         reach = problem.indenter.reach(depth + uplift + attraction)
     return reach + problem.pixel

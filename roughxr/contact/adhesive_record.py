@@ -1,4 +1,4 @@
-"""One record of `adhesive`: the cycles of one place, from `cycle`, as states, events and fields."""
+"""The record of `adhesive` at one place: states, events and fields of its cycles."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
-from .cycle import Adhesion, Cycles, cycles_at, deepest_of, events, extrapolation, reached, yielding_of
+from .cycle import Adhesion, Cycles, cycles_at, events, extrapolation, largest_displacement, reached, yielded_shares
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .problem import Place, Problem
-from .solving import fields_of, put_fields
+from .solving import put_fields, state_fields
 
 _STATES: dict[str, type] = dict.fromkeys(
     ("force", "contact_area", "energy", "dissipated", "contact_patches", "resolution"), float
@@ -25,11 +25,11 @@ _EVENTS |= {"refinement": int, "truncated": bool, "complete": bool}
 
 _AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float, "converged": bool}
 
-#: States of a law with an edge that are extrapolated.
+#: States that are extrapolated for laws with an edge.
 _EXTRAPOLATED = ("force", "contact_area", "energy", "dissipated")
 
 
-def layout_of(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
+def cycle_layout(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
     """Return the layout of a record: states along the displacements, or events along preloads and cycles."""
     hard = ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
     hard = hard | YIELDED if problem.yielding else hard
@@ -41,23 +41,23 @@ def layout_of(problem: Problem, adhesion: Adhesion, preload: Any) -> Layout:
     return Layout(axes, _EVENTS | _AT_PRELOAD | hard)
 
 
-def record_of(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
+def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion) -> np.ndarray:
     """Follow the cycles of one place, one for each preload, and return their record."""
     cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
     for k, followed in enumerate(cycles.paths):
         results: dict[str, Any] = events(cycles, k) if reached(followed, adhesion, k) else {}
-        reach = deepest_of(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
+        reach = largest_displacement(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
         results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
         results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and results["complete"]:
             turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
             extrapolated = extrapolation(cycles, k)
-            depth, area = (extrapolated.of(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+            depth, area = (extrapolated.apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
             results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
             results |= {"converged": bool(followed.states["converged"].all())}
             results |= {"residual": followed.states["residual"].max()}
-            shares = yielding_of(followed, cycles.problem)
+            shares = yielded_shares(followed, cycles.problem)
             results |= {name: values[followed.turn - 1] for name, values in shares.items()}
         for name, value in results.items():
             record[name][np.unravel_index(k, record[name].shape)] = value
@@ -70,7 +70,7 @@ def record_of(place: Place, problem: Problem, layout: Layout, adhesion: Adhesion
 
 
 def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
-    """Write the states at the prescribed displacements along (branch, delta); NaN after a path that broke off."""
+    """Write the states at the prescribed displacements along (branch, delta); NaN after the end of a broken path."""
     steep = _at_displacements(cycles.paths[0], cycles.problem)
     wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and to_edge else steep
     extrapolated = extrapolation(cycles, 0)
@@ -81,7 +81,7 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
             if wide is not steep and name in _EXTRAPOLATED:
                 same = steep["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
                 same &= (steep["contact_patches"][k][:size] > 0) | (name == "dissipated")
-                values = np.where(same, extrapolated.of(values, wider), values)
+                values = np.where(same, extrapolated.apply(values, wider), values)
             values = np.maximum(values, 0.0) if name == "contact_area" else values
             if k == 0:
                 record[name][0, :size] = values
@@ -91,7 +91,7 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
 
 def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return loading and retraction of each quantity at the prescribed displacements."""
-    states = {name: followed.states[name] for name in _STATES} | yielding_of(followed, problem)
+    states = {name: followed.states[name] for name in _STATES} | yielded_shares(followed, problem)
     prescribed, on_loading = followed.states["prescribed"], np.arange(len(followed.states)) < followed.turn
     return {
         name: (values[prescribed & on_loading], values[prescribed & ~on_loading]) for name, values in states.items()
@@ -110,10 +110,10 @@ def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
         put_fields(record, surface, {"residual_height": heights})
         left = np.stack((heights, np.broadcast_to(heights[-1], heights.shape)))
         shape = surface._replace(separation=surface.separation - left)
-    put_fields(record, surface, fields_of(_split_branches(followed.pressures), shape, deltas, problem))
+    put_fields(record, surface, state_fields(_split_branches(followed.pressures), shape, deltas, problem))
 
 
 def _split_branches(pressures: np.ndarray) -> np.ndarray:
-    """Return (branch, delta, nx, ny) of states in the order of the path, in which retraction has falling delta."""
+    """Return (branch, delta, nx, ny) of states in the path's order, in which delta falls on retraction."""
     loading, retraction = np.split(pressures, len(BRANCHES))
     return np.stack([loading, retraction[::-1]])

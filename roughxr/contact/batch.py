@@ -10,14 +10,14 @@ import xarray as xr
 
 from ..jobs import spread
 from ..specimen import specimen_of
-from .adhesive_options import reach_of, settling
-from .cycle import Adhesion, cycles_at, largest_pull, reached
+from .adhesive_options import preload_problem, window_half_width
+from .cycle import Adhesion, cycles_at, pull_off_force, reached
 from .mesh import Mesh
 from .problem import Place, Problem, places
 
 
 class Case(NamedTuple):
-    """One surface with its bodies at one place, and how it is solved."""
+    """One surface with its bodies at one place, and the mesh of its solution."""
 
     place: Place
     problem: Problem
@@ -28,13 +28,13 @@ class Case(NamedTuple):
         return self._replace(adhesion=self.adhesion._replace(refine=refine))
 
 
-def cases_at(
+def place_cases(
     ds: xr.Dataset, positions: xr.Dataset, *, preload: float, law: str, mesh: Mesh, splined: bool = False
 ) -> list[Case]:
-    """Return the case of each place of a scan; raise where mesh or bodies do not suit the law."""
+    """Return the case of each place of a scan; raise if mesh or bodies do not suit the law."""
     specimen = specimen_of(ds)
-    problem, adhesion = settling(specimen, preload=preload, law=law, mesh=mesh)
-    solved, _ = places(specimen, positions, reach_of(specimen, problem, adhesion))
+    problem, adhesion = preload_problem(specimen, preload=preload, law=law, mesh=mesh)
+    solved, _ = places(specimen, positions, window_half_width(specimen, problem, adhesion))
     return [Case(place, problem._replace(splined=splined), adhesion) for place in solved]
 
 
@@ -44,6 +44,6 @@ def pull_offs(cases: Sequence[Case]) -> np.ndarray:
 
 
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:
-    """Return the pull-off of one case; the function that a task runs."""
+    """Return the pull-off of one case, as a task."""
     cycles, _ = cycles_at(place, problem, adhesion, fields=False)
-    return np.array(largest_pull(cycles, 0) if reached(cycles.paths[0], adhesion, 0) else np.nan)
+    return np.array(pull_off_force(cycles, 0) if reached(cycles.paths[0], adhesion, 0) else np.nan)

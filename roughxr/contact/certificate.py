@@ -14,9 +14,9 @@ from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
 from ..vocabulary import schema
 from .adhesive_options import pair_law
-from .cycle import Adhesion, law_on
+from .cycle import Adhesion, law_on_cells
 
-#: Relative tolerance of sums and products, and of the pressure of a body that yields with adhesion.
+#: Relative tolerance of sums and products, and of the pressure on a body that yields with adhesion.
 _ROUNDING, _YIELD_TOLERANCE = 1e-9, 1.1e-3
 
 #: Largest relative error of a pull-off by mesh and step, unless the solution states another accuracy.
@@ -34,7 +34,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     ----------
     ds : Dataset
         Solution of `direct`, `adhesive` or `rigid` at places. With ``fields=True`` the conditions are recomputed from
-        the fields. Without fields only sums that the solver reports are compared, and the verdict says so.
+        the fields. Without fields only sums that the solver reports are compared, as the verdict states.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
         load, "mesh" the stated error of the pull-off. From the fields: "elasticity", displacement less Love's
         convolution of the pressure, over the largest displacement; "geometry", the change of gap − displacement + δ
         between states, which the undeformed surfaces fix (needs two states at a place); "traction" (with adhesion),
-        p + t(gap) where the surfaces are apart and the gap where they touch, over the largest traction; "penetration"
+        p + t(gap) out of contact and the gap in contact, over the largest traction; "penetration"
         and "complementarity" (pressure times gap; without adhesion), over the deepest overlap; "force_balance", force
         less Σ p dA; "hardness", the pressure beyond it.
 
@@ -61,21 +61,21 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     sums only: elasticity and traction are not recomputed without fields; solve with fields=True
     'all 4 conditions are met, of sums only'
     """
-    out = checked(ds)
+    out = check_conditions(ds)
     print("\n".join(out["words"].values))
     if not out.attrs["fields"]:
         print("sums only: elasticity and traction are not recomputed without fields; solve with fields=True")
     return out
 
 
-def checked(ds: xr.Dataset) -> xr.Dataset:
+def check_conditions(ds: xr.Dataset) -> xr.Dataset:
     """Return the certificate of a solution."""
     ds = schema.entered(ds)
     method = ds.attrs.get("method")
     if method not in SOLVED or ("converged" not in ds and method != "rigid"):
         raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")
     fields = set(FIELDS) <= set(ds) and method != "rigid"
-    names, values, most = zip(*_of_solves(ds), *(_of_fields(ds, method == "adhesive") if fields else ()))
+    names, values, most = zip(*_solver_conditions(ds), *(_field_conditions(ds, method == "adhesive") if fields else ()))
     violations, limits = np.array([value.max(skipna=False) for value in values], float), np.array(most, float)
     met = violations <= limits
     words = [
@@ -90,7 +90,7 @@ def checked(ds: xr.Dataset) -> xr.Dataset:
     return schema.record(schema.label(out), "certificate", ds)
 
 
-def _of_solves(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
+def _solver_conditions(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
     """Yield name, values and limit of the sums that the solver reports."""
     tolerance = ds.attrs.get("tolerance", np.nan)
     if "converged" in ds:  # rigid bodies need no iterations
@@ -104,40 +104,40 @@ def _of_solves(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, float]]:
         yield "mesh", abs(ds[name]), ds.attrs.get("accuracy", _ACCURACY)
 
 
-def _of_fields(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
+def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
     """Yield name, values and limit of the conditions on pressure, displacement and gap of each state."""
     pressure, displacement, gap = (ds[name] for name in FIELDS)
     cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
     modulus = float(ds["contact_modulus"])
     windows: dict[str, Any] = {"input_core_dims": [_PLANE, [], []], "output_core_dims": [_PLANE]}
     elastic = xr.apply_ufunc(surface_displacement, pressure.fillna(0.0), cell, modulus, **windows)
-    yield "elasticity", abs(elastic - displacement).max(_PLANE) / _over(abs(elastic).max(_PLANE)), _ROUNDING
+    yield "elasticity", abs(elastic - displacement).max(_PLANE) / _divisor(abs(elastic).max(_PLANE)), _ROUNDING
     undeformed = gap - displacement + ds["delta"] + _residual_height(ds)
     states = [dim for dim in undeformed.dims if dim not in ("subregion", *_PLANE)]
     span = (undeformed.max(states, skipna=False) - undeformed.min(states, skipna=False)).max(_PLANE)
-    yield "geometry", span / _over(abs(undeformed.where(gap.notnull())).max([*states, *_PLANE])), _ROUNDING
+    yield "geometry", span / _divisor(abs(undeformed.where(gap.notnull())).max([*states, *_PLANE])), _ROUNDING
     if adheres:
         yield (
             "traction",
-            _traction_violation(pressure, gap, _law_of_cells(ds, cell, modulus), cell / modulus),
+            _traction_violation(pressure, gap, _law_on_cells(ds, cell, modulus), cell / modulus),
             tolerance,
         )
     moves = abs(pressure).max(_PLANE) * cell / modulus
     depth = moves if adheres else (displacement - gap).max(_PLANE)
-    yield "penetration", (-gap).max(_PLANE).clip(min=0) / _over(depth), tolerance
+    yield "penetration", (-gap).max(_PLANE).clip(min=0) / _divisor(depth), tolerance
     forces = cell**2 * pressure
     if not adheres:
         product = (forces * np.abs(gap)).sum(_PLANE, min_count=1)
-        yield "complementarity", product / _over(depth * ds["force"]), tolerance
+        yield "complementarity", product / _divisor(depth * ds["force"]), tolerance
     difference = abs(forces.sum(_PLANE, min_count=1) - ds["force"])
-    yield "force_balance", difference / _over(abs(forces).sum(_PLANE)), _ROUNDING
+    yield "force_balance", difference / _divisor(abs(forces).sum(_PLANE)), _ROUNDING
     if "plastic_work" in ds:
         beyond = pressure.max(_PLANE) / float(ds["hardness"]) - 1
         yield "hardness", beyond.clip(min=0), _YIELD_TOLERANCE if adheres else _ROUNDING
 
 
 def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
-    """Return the height (nm) left by yielding in each state; retraction keeps that of the largest displacement."""
+    """Return the residual height (nm) of each state; on retraction that of the largest displacement."""
     if "residual_height" not in ds:
         return 0.0
     left = ds["residual_height"]
@@ -145,19 +145,19 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
     return left.where(ds["branch"] == "loading", left.isel({step: -1}, drop=True))
 
 
-def _law_of_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
+def _law_on_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
     bodies: Any = SimpleNamespace(bodies=ds)  # the attributes of a specimen and a problem that the law reads
     cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus)
     law = pair_law(bodies, ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)
-    return law_on(adhesion, cells)
+    return law_on_cells(adhesion, cells)
 
 
 def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLaw, per_pressure: float) -> xr.DataArray:
-    """Return the largest violation of p + t(g) = 0 apart, and of g = 0 in touch, over the largest traction.
+    """Return the largest violation of p + t(g) = 0 out of contact, and of g = 0 in contact, over the largest traction.
 
-    Lengths are in cells, the modulus is 1. Without range, a cell that has never touched has no traction.
+    Lengths are in cells, the modulus is 1. Without range, cells that have never touched have no traction.
     """
     p, traction = pressure * per_pressure, _traction(gap, law)
     difference = abs(p + traction)
@@ -177,6 +177,6 @@ def _traction(gap: xr.DataArray, law: SmoothLaw) -> xr.DataArray:
     return out.where(u < law.range, 0.0)
 
 
-def _over(scale: xr.DataArray) -> xr.DataArray:
-    """Return the scale as a divisor: 1 where nothing touches, NaN if unknown."""
+def _divisor(scale: xr.DataArray) -> xr.DataArray:
+    """Return the scale as a divisor: 1 without contact, NaN if unknown."""
     return scale.where(~(scale <= 0), 1.0)

@@ -1,9 +1,9 @@
 """Cycles of approach and retraction at one contact centre: the choice of the mesh, and the errors of the pull-off.
 
-All laws are followed by Newton's method (``kernels.adhesion.path``), for which the traction must not fall off more
-steeply than a mesh can bear. Laws with an edge, the Griffith limit (all tension at contact) and Dugdale's, are solved
-with the steepest edge that it bears, and with half that steepness; both results are extrapolated (`extrapolation_of`).
-The cells are halved until two meshes in a row agree on the pull-off.
+All laws are followed by Newton's method (``kernels.adhesion.path``), which needs a traction whose slope the mesh
+resolves. Laws with an edge, the Griffith limit (all tension at contact) and Dugdale's, are solved with the steepest
+edge that the mesh resolves, and with half that slope; both results are extrapolated (`edge_extrapolation`). The cells
+are halved until two successive meshes agree on the pull-off.
 """
 
 from __future__ import annotations
@@ -21,58 +21,57 @@ from .problem import Place, Problem, Surface, surface_at
 #: Laws with an edge, which are extrapolated.
 EDGED = ("griffith", "dugdale")
 
-#: Largest fall of the traction with the gap at an edge, over E*/dx; the second edge has half of it.
+#: Largest slope |dt/du| of the traction at an edge, over E*/dx; the wider edge has half of it.
 _EDGE_SLOPE = 0.25
 
-#: Width of the edge of condensed liquid, at least, in its height; the work stays the same. Changes the wetted area by
-#: 0.1 %.
+#: Least width of the edge of condensed liquid, over its height, at the same work. Changes the wetted area by 0.1 %.
 _LIQUID_EDGE = 0.25
 
-#: Factor of the extrapolation: a constant, and a part over the radius, in cells, of the smallest contact at pull-off.
-#: Smooth spheres then meet JKR's pull-off, on the mean of sixteen places on the pixels, within 0.6 % from 2.5 to 40
-#: cells in radius (``tests/benchmarks/without_range.py``).
+#: Extrapolation factor, result = steep + factor × (steep − wide): a constant, plus a number over the radius, in cells,
+#: of the smallest contact at pull-off. Smooth spheres then have JKR's pull-off, on the mean of sixteen positions on the
+#: pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
 _EXTRAPOLATION = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
 
-#: Largest correction of the steeper edge's pull-off, more than that of any sphere. Beyond it the part over the radius
-#: is left out: edges then differ by more than their width explains, as at a summit that touches with one of them.
+#: Largest relative correction of the steeper edge's pull-off, more than that of any sphere. Beyond it the second number
+#: is dropped: edges then differ by more than their width explains, as at a summit that touches with one of them.
 _LARGEST_CORRECTION = 0.15
 
-#: Where pull-offs differ by more than this part, both edges lead to different contacts: the steeper one's is taken.
+#: Pull-offs that differ by more than this part belong to different contacts: the steeper edge's result is taken.
 _LARGEST_DIFFERENCE = 0.3
 
-#: Stated error, over the difference of both edges, where the steeper one pulls more: flat punches are off by 1.5 to 1.7
-#: times the difference at ten and twenty cells in radius, asperities pressed flat by less than half of it.
+#: Stated error, over the difference of both edges, if the steeper edge has the larger pull-off. Flat punches are off by
+#: 1.5 to 1.7 times the difference at ten and twenty cells in radius, flattened asperities by less than half of it.
 _RIM_ERROR = 2.0
 
-#: The refinements that refine="auto" may choose, and the largest number of meshes on which a place is solved: a fifth
-#: would cost four times as much as the others together.
+#: The refinements that refine="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
+#: times as much as the others together.
 REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
 
-#: The largest cell on which a law with a range can be solved. The cell must resist more than the traction falls off:
-#: w/ρ² < E*/dx times this. On larger cells the edge of a contact jumps from cell to cell, which overestimates the
-#: pull-off (on the glass twin by 4 to 7 times at w dx/(E* ρ²) = 3.7, some per cent at 0.9 and 0.5).
+#: Largest w/ρ² over E*/dx of a law with a range: a cell must be stiffer than the traction's slope. On larger cells the
+#: edge of a contact jumps from cell to cell, which overestimates the pull-off (on the glass twin by 4 to 7 times at
+#: 3.7, by some per cent at 0.9 and 0.5).
 _SOFTENING = 1.0
 
-#: Contacts of fewer cells in radius than this at pull-off are not taken as resolved.
+#: Least radius (cells) of a resolved contact at pull-off.
 LEAST_RADIUS = 2.0
 
-#: Root mean square of the error of a mesh without range, times the square of the radius (cells) of the smallest contact
-#: at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``). A single mesh states three times as
-#: much. Two meshes state it, too, since they may agree by chance.
+#: Root mean square of the relative error of a mesh without range, times the square of the radius (cells) of the
+#: smallest contact at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``). A single mesh
+#: states three times as much. Two meshes state it as well, since they may agree by chance.
 _MESH_ERROR, _DEVIATIONS = 0.5, 3.0
 
 #: Largest number of cells within the range of adhesion.
 MOST_CELLS = 10**6
 
-#: Work of separation that stands for none, nm².
+#: Work of separation in place of zero, nm².
 _NO_WORK = 1e-12
 
-#: A preload counts as reached within this part of it, or of the largest tension.
+#: Tolerance of a reached preload, as a part of the preload or of the largest tension.
 _PRELOAD_TOLERANCE = 0.02
 
 
 class Adhesion(NamedTuple):
-    """How the bodies adhere, how they are moved, and how accurately the pull-off is computed."""
+    """Law of adhesion, loading, and accuracy of the pull-off."""
 
     work: float  # J/m²
     law: str
@@ -81,29 +80,29 @@ class Adhesion(NamedTuple):
     refine: int  # 0: refine until ``accuracy`` is met
     accuracy: float  # NaN: take the first mesh, without an estimate of its error
     step: float  # nm
-    cycles: int = 1  # at each place, each on the shape that the one before has left
+    cycles: int = 1  # at each place, each on the shape left by the cycle before
     liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
-    first_cell: float = np.inf  # nm, of the coarsest mesh that "auto" takes without range
+    first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" without range
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; of "griffith" only
 
     @property
-    def whole(self) -> float:
-        """The whole work to part the bodies, that of liquid included, J/m²."""
+    def whole_work(self) -> float:
+        """The whole work to separate the bodies, that of liquid included, J/m²."""
         return self.work + (self.liquid.work if self.liquid else 0.0)
 
     @property
-    def span(self) -> float:
-        """The range of most of the attraction, nm: that of liquid where there is any."""
+    def main_range(self) -> float:
+        """The range of most of the attraction, nm: that of the liquid if there is any."""
         return self.liquid.height if self.liquid else self.length
 
     @property
-    def peak(self) -> float:
+    def largest_tension(self) -> float:
         """The largest tension of a law with a range, GPa."""
-        return self.work / self.length + (self.liquid.pull if self.liquid else 0.0)
+        return self.work / self.length + (self.liquid.capillary_pressure if self.liquid else 0.0)
 
 
-def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> traction_laws.SmoothLaw:
-    """Return the law on unit cells of unit modulus; an edge has this part of the steepness that the mesh bears."""
+def law_on_cells(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> traction_laws.SmoothLaw:
+    """Return the law on unit cells of unit modulus; ``steepness`` is the slope of an edge over the mesh's largest."""
     per_unit = problem.dx / problem.contact_modulus
     w, length = adhesion.work * per_unit, adhesion.length
     if adhesion.liquid is not None:
@@ -120,20 +119,20 @@ def law_on(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> trac
 
 
 def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> traction_laws.SmoothLaw:
-    """Return the sum of the solids' and the liquid's traction, the latter's edge as steep as the mesh bears."""
-    pull, height = liquid.pull * per_unit, liquid.height
-    wide = np.clip(2.0 * pull / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
+    """Return the sum of the solids' and the liquid's tractions, the liquid's edge as steep as the mesh resolves."""
+    tension, height = liquid.capillary_pressure * per_unit, liquid.height
+    width = np.clip(2.0 * tension / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
     solids = {"exponential": (w, length)} if w > 0 else {}
-    return traction_laws.smooth_law(step=traction_laws.widened_step(pull, height, wide), **solids)
+    return traction_laws.smooth_law(step=traction_laws.widened_step(tension, height, width), **solids)
 
 
-def reach_of_law(adhesion: Adhesion, problem: Problem) -> float:
-    """Return the gap (nm) beyond which nothing attracts."""
-    return law_on(adhesion, problem, 0.5).range
+def interaction_range(adhesion: Adhesion, problem: Problem) -> float:
+    """Return the gap (nm) beyond which the traction is 0."""
+    return law_on_cells(adhesion, problem, 0.5).range
 
 
 class Cycles(NamedTuple):
-    """The paths of one surface, one for each cycle and preload, in nm and nN, and the surface and mesh they are on."""
+    """The paths of one surface, one for each cycle and preload, in nm and nN, with the surface and its mesh."""
 
     surface: Surface
     problem: Problem
@@ -153,11 +152,11 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
 
 
 def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) -> tuple[Cycles, dict]:
-    """Halve the cells until the pull-off changes by less than the accuracy, or there are too many of them.
+    """Halve the cells until the pull-off changes by less than the accuracy, or there are too many cells.
 
-    The change from one mesh to the next is taken as the error of the finer one: an upper bound where the meshes
-    converge at first order or better. The error of the step is the change between the step and twice the step on the
-    coarsest mesh; where it is large, finer meshes take half the step.
+    The change from one mesh to the next is the stated error of the finer mesh: an upper bound if the meshes converge at
+    first order or better. The error of the step is the change between the step and twice the step on the coarsest mesh;
+    if it is large, finer meshes take half the step.
     """
     pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
@@ -173,7 +172,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     n, mesh_error = meshes[0], np.full_like(step_error, np.nan)
     for n in meshes[1:]:
         before, cycles = cycles, _solved(place, problem, adhesion, n)
-        # two edges may agree by chance: half the coarser mesh's error, the difference of its edges, counts too
+        # two edges may agree by chance: half the error of the coarser mesh is a lower bound
         edge_errors = np.fmax(_edge_errors(cycles), _edge_errors(before) / _RIM_ERROR)
         mesh_error = np.fmax.reduce([_change(before, cycles), edge_errors, _radius_errors(cycles)])
         spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
@@ -187,7 +186,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
 
 
 def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:
-    """Return the change by splines between the pixels; None on cells of a pixel, which have nothing between them."""
+    """Return the change of the pull-off if heights are interpolated by splines; None if cells are pixels."""
     refine = cycles.problem.refine
     if refine == 1:
         return None
@@ -195,23 +194,23 @@ def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycle
 
 
 def _settling_error(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray:
-    """Return the relative change of each pull-off if the indenter is pressed on by the pull-off itself, or more.
+    """Return the relative change of each pull-off after a preload of at least the pull-off force.
 
-    A law without range closes gaps up to one distance only (`snap_in_gap`); a preload closes the others.
+    A law without range closes gaps up to `snap_in_gap` only; a preload closes the others.
     """
-    pulls = pull_offs_of(cycles)
+    pulls = pull_off_forces(cycles)
     change, load = np.zeros(pulls.size), np.nanmax(pulls, initial=0.0)
     light = np.resize(adhesion.preloads, pulls.size) < load if adhesion.preloads.size else np.zeros(pulls.size, bool)
     if adhesion.law != "griffith" or np.isnan(adhesion.accuracy) or not light.any():
         return change
     pressed = adhesion._replace(preloads=np.array([load]), cycles=1)
-    pull = largest_pull(_solved(place, problem, pressed, cycles.problem.refine), 0)
+    pull = pull_off_force(_solved(place, problem, pressed, cycles.problem.refine), 0)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(light & (pulls > 0), np.abs(pull - pulls) / pulls, change)
 
 
 def _radius_errors(cycles: Cycles) -> np.ndarray:
-    """Return the usual error of contacts of so many cells at pull-off."""
+    """Return the usual error of the mesh for the radii (cells) of the contacts at pull-off."""
     radii = [events(cycles, k).get("pull_off_resolution", np.nan) for k in range(len(cycles.paths))]
     return _MESH_ERROR / np.array(radii) ** 2
 
@@ -221,65 +220,68 @@ def _edge_errors(cycles: Cycles) -> np.ndarray:
 
 
 def _single_mesh_error(cycles: Cycles) -> np.ndarray:
-    """Return the stated errors of pull-offs by a law with an edge, NaN for one without."""
+    """Return the stated errors of pull-offs by a law with an edge, NaN for a law without."""
     if not cycles.wider:
         return np.full(len(cycles.paths), np.nan)
     errors = np.fmax(_edge_errors(cycles), _DEVIATIONS * _radius_errors(cycles))
-    pulls, steep = pull_offs_of(cycles), pull_offs_of(cycles._replace(wider=[]))
+    pulls, steep = pull_off_forces(cycles), pull_off_forces(cycles._replace(wider=[]))
     with np.errstate(invalid="ignore", divide="ignore"):
         limited = np.abs(pulls - steep) > 0.99 * _LARGEST_CORRECTION * steep  # edges differ by more than their width
         return errors + np.where(limited | (cycles.law == "dugdale"), np.abs(pulls - steep) / pulls, 0.0)
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
-    cell = bearing_cell(adhesion, problem.contact_modulus)
+    cell = resolving_cell(adhesion, problem.contact_modulus)
     return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
 
 
-def bearing_cell(adhesion: Adhesion, modulus: float) -> float:
+def resolving_cell(adhesion: Adhesion, modulus: float) -> float:
     """Return the largest cells (nm) on which adhesion can be solved between bodies of a modulus (GPa)."""
     cell, liquid = largest_cell(adhesion.law, adhesion.length, modulus, adhesion.work), adhesion.liquid
     cell = min(cell, adhesion.first_cell) if np.isinf(cell) else cell
     if liquid is None:
         return cell
-    return min(cell, 0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.pull)  # its edge is no wider than its height
+    widest_edge = (
+        0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.capillary_pressure
+    )  # as wide as the liquid is high
+    return min(cell, widest_edge)
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:
     """Return the largest cells (nm) on which a law of this length (nm) can be solved; modulus in GPa, work in J/m²."""
     if law == "griffith" or work == 0:
         return np.inf
-    bears = modulus * length**2 / work
-    if law == "dugdale":  # so that the wider edge, too, leaves some of the step
-        return 0.75 * _EDGE_SLOPE * bears
-    return bears * (_SOFTENING if law == "exponential" else _SOFTENING / traction_laws.WALL)
+    stiff = modulus * length**2 / work
+    if law == "dugdale":  # so that part of the step remains with the wider edge
+        return 0.75 * _EDGE_SLOPE * stiff
+    return stiff * (_SOFTENING if law == "exponential" else _SOFTENING / traction_laws.WALL)
 
 
 def overlapping_cells(surface: Surface, problem: Problem, adhesion: Adhesion) -> int:
-    """Return the number of cells within reach of the law at the largest displacement."""
-    within = deltas_of(surface, problem, adhesion)[-1] + reach_of_law(adhesion, problem)
+    """Return the number of cells within the law's range at the largest displacement."""
+    within = prescribed_deltas(surface, problem, adhesion)[-1] + interaction_range(adhesion, problem)
     return int(np.count_nonzero(surface.separation < within))
 
 
 def _change(cycles: Cycles, reference: Cycles) -> np.ndarray:
     """Return the relative difference of the pull-offs of two meshes; NaN where the reference does not adhere."""
-    pulls, expected = pull_offs_of(cycles), pull_offs_of(reference)
+    pulls, expected = pull_off_forces(cycles), pull_off_forces(reference)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.where(expected > 0, np.abs(pulls - expected) / expected, np.nan)
 
 
-def deltas_of(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
-    """Return the prescribed displacements, nm below the datum; those up to a preload count from first contact."""
+def prescribed_deltas(surface: Surface, problem: Problem, adhesion: Adhesion) -> np.ndarray:
+    """Return the prescribed displacements, nm below the datum; with a preload they count from first contact."""
     return problem.steps + (surface.separation.min() if adhesion.preloads.size else surface.zero)
 
 
-def deepest_of(followed: path.Path, cycles: Cycles) -> float:
+def largest_displacement(followed: path.Path, cycles: Cycles) -> float:
     """Return the largest displacement of a cycle, nm below the datum."""
     return cycles.surface.zero + (followed.states["delta"][followed.turn - 1] if followed.turn else -np.inf)
 
 
 def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
-    """Return whether a cycle turned back at its preload, and not because loading was followed no deeper."""
+    """Return whether a cycle turned back at its preload, and not at the largest depth."""
     if adhesion.preloads.size == 0:
         return True
     if not followed.turn:
@@ -289,14 +291,14 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
     return turn["contact_area"] > 0 and turn["force"] >= goal - _PRELOAD_TOLERANCE * max(goal, largest)
 
 
-def largest_pull(cycles: Cycles, k: int) -> float:
-    """Return the pull-off force of a cycle, nN; NaN for one that broke off."""
+def pull_off_force(cycles: Cycles, k: int) -> float:
+    """Return the pull-off force of a cycle, nN; NaN for a broken path."""
     return events(cycles, k).get("pull_off_force", np.nan)
 
 
-def pull_offs_of(cycles: Cycles) -> np.ndarray:
+def pull_off_forces(cycles: Cycles) -> np.ndarray:
     """Return the pull-off forces of all cycles, nN."""
-    return np.array([largest_pull(cycles, k) for k in range(len(cycles.paths))])
+    return np.array([pull_off_force(cycles, k) for k in range(len(cycles.paths))])
 
 
 def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
@@ -308,9 +310,9 @@ def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, 
 def cycles_on(
     surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False, steepest_only: bool = False
 ) -> Cycles:
-    """Return the cycles on one surface, on the mesh that it is given on; with the steepest edge only, or both."""
+    """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
     edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 and not steepest_only else (1.0,)
-    laws = [law_on(adhesion, problem, steepness) for steepness in edges]
+    laws = [law_on_cells(adhesion, problem, steepness) for steepness in edges]
     paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
     return Cycles(surface, problem, paths, wider[0] if wider else [], adhesion.law)
 
@@ -334,7 +336,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -
     cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
     return path.follow_path(
         surface.separation,
-        deltas_of(surface, problem, adhesion),
+        prescribed_deltas(surface, problem, adhesion),
         adhesion.step,
         law,
         preloads=preloads / (problem.contact_modulus * problem.dx),
@@ -361,8 +363,8 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     return followed._replace(states=states, pressures=pressures)
 
 
-def yielding_of(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
-    """Return the yielded shares of the states of a path, as far as a hardness is known."""
+def yielded_shares(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
+    """Return the yielded shares of the states of a path, if a hardness is known."""
     if not np.isfinite(problem.hardness):
         return {}
     names = ("yielded_fraction", "yielded_area_fraction", *(("yielded_area", "plastic_work") * problem.yielding))
@@ -370,12 +372,12 @@ def yielding_of(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:
 
 
 class Extrapolation(NamedTuple):
-    """The way from two widths of an edge to an edge without width."""
+    """Extrapolation from two widths of an edge to width 0: result = steep + factor × (steep − wide)."""
 
-    factor: float  # result = steep + factor × (steep − wide); 0 where the steeper edge's result is taken
-    error: float  # relative error of the pull-off where it is not extrapolated; else 0
+    factor: float  # 0: the steeper edge's result is taken
+    error: float  # relative error of a pull-off that is not extrapolated; else 0
 
-    def of(self, steep: Any, wide: Any) -> Any:
+    def apply(self, steep: Any, wide: Any) -> Any:
         """Return a quantity extrapolated from its values with the steeper and with the wider edge."""
         return steep + self.factor * (steep - wide) if self.factor else steep
 
@@ -387,15 +389,15 @@ def extrapolation(cycles: Cycles, k: int) -> Extrapolation:
     steep, wide = (_events(paths[k]) for paths in (cycles.paths, cycles.wider))
     pull = steep.get("pull_off_force", np.nan)
     change = (pull - wide.get("pull_off_force", np.nan)) / max(pull, 1e-300)
-    return extrapolation_of(cycles.law, steep.get("pull_off_resolution", np.nan), change)
+    return edge_extrapolation(cycles.law, steep.get("pull_off_resolution", np.nan), change)
 
 
-def extrapolation_of(law: str, radius: float, change: float) -> Extrapolation:
-    """Return the `Extrapolation` where the steeper edge's pull-off exceeds the wider one's by a part ``change``.
+def edge_extrapolation(law: str, radius: float, change: float) -> Extrapolation:
+    """Return the `Extrapolation` for a relative excess ``change`` of the steeper edge's pull-off over the wider edge's.
 
-    Richardson's extrapolation of an error c bⁿ in the width b of the edge. Without range half the steepness widens the
-    edge by √2, hence a factor of 1/(2^{n/2} − 1). Dugdale's edge widens by 2, hence 1/(2ⁿ − 1). Spheres of many cells
-    give n = 1.8 and 1.6. Without range few cells add a part over the radius, which is fitted (``_EXTRAPOLATION``).
+    Richardson's extrapolation of an error c bⁿ in the width b of the edge. Without range half the slope widens the edge
+    by √2, hence a factor of 1/(2^{n/2} − 1). Dugdale's edge widens by 2, hence 1/(2ⁿ − 1). Spheres of many cells give
+    n = 1.8 and 1.6. Without range, few cells add a number over the radius, which is fitted (``_EXTRAPOLATION``).
     """
     if change > 0 and law == "griffith":  # as at a rim that cannot move
         return Extrapolation(0.0, _RIM_ERROR * change)
@@ -409,21 +411,21 @@ def extrapolation_of(law: str, radius: float, change: float) -> Extrapolation:
 
 
 def events(cycles: Cycles, k: int) -> dict[str, float]:
-    """Return snap-in, pull-off, work of separation and so on; empty for a path that broke off or never touched."""
+    """Return snap-in, pull-off, work of separation etc. of a cycle; empty for a broken path or without contact."""
     steep = _events(cycles.paths[k])
     if not cycles.wider or not steep:
         return steep
     wide = _events(cycles.wider[k])
     if not wide:
         return {}
-    to_edge = extrapolation(cycles, k)
-    out = {name: to_edge.of(value, wide[name]) for name, value in steep.items()}
+    extrapolated = extrapolation(cycles, k)
+    out = {name: extrapolated.apply(value, wide[name]) for name, value in steep.items()}
     out |= {name: max(out[name], 0.0) for name in ("snap_in_force", "pull_off_force")}
     return out | {"pull_off_resolution": steep["pull_off_resolution"]}
 
 
 def _events(followed: path.Path) -> dict[str, float]:
-    """Return the events of one path: missing where a state that they depend on has not converged."""
+    """Return the events of one path; NaN if a state that they depend on has not converged."""
     states, retraction = followed.states, followed.states[followed.turn :]
     touching = states["contact_area"] > 0
     if followed.status != path.CONVERGED or not touching.any():

@@ -1,6 +1,6 @@
-"""The contact of an indenter with the scan itself, without adhesion, at every place; elastic, or yielding on loading.
+"""The contact of an indenter with the scan without adhesion at every place, elastic or yielding on loading.
 
-One task holds all displacements of one subregion, so that each solve starts from the one before.
+A task solves all displacements of one subregion, so that each solve starts from the last one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
-from .solving import fields_of, put_fields, solve
+from .solving import put_fields, solve, state_fields
 
 _STATES = {
     "force": float,
@@ -28,7 +28,7 @@ _STATES = {
     "residual": float,
     "truncated": bool,
 }
-#: Further variables where a hardness is known, and where the body yields.
+#: Further variables if a hardness is known, and if the body yields.
 ABOVE_HARDNESS = {"yielded_fraction": float, "yielded_area_fraction": float}
 YIELDED = {"yielded_area": float, "plastic_work": float}
 
@@ -38,7 +38,7 @@ _COLUMNS = "force", "contact_area", "status", "iterations", "residual", "hard_fo
 
 
 class _Limits(NamedTuple):
-    """When the iterations of a solve stop."""
+    """Limits of the iterations of a solve."""
 
     tolerance: float  # relative error of the force
     max_iterations: int  # products with the half space's coefficients
@@ -63,17 +63,17 @@ def direct(
     ds : Dataset
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 16. The last one touches every place, and indents a place of median
-        height by its depth below the highest peak.
+        Displacements, nm, ascending; by default 16. At the largest every place is in contact, and a place of median
+        height is indented by its depth below the highest peak.
     load : array_like, optional
-        Forces, nN, positive and ascending, in place of ``delta``; the displacement is then found.
+        Forces, nN, positive and ascending, in place of ``delta``; the displacement is then a result.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the indenter's lowest point level with the highest point of the whole scan (the
         paper's), or this subregion's first touch.
     fields : bool
-        Keep pressure, displacement and gap on the window around each centre, and the residual height where the body
+        Keep pressure, displacement and gap on the window around each centre, and the residual height if the body
         yields; NaN beyond the scan's edge.
 
     Returns
@@ -81,12 +81,12 @@ def direct(
     Dataset
         ``force`` (nN), ``contact_area`` (nm²), ``converged``, ``iterations``, ``residual``, ``truncated`` along
         (subregion, delta) or (subregion, load); fields along (subregion, delta, x, y) with x, y from the contact
-        centre. The area is that of whole cells (2.4 % above Hertz's for a round contact of eight cells in radius). With
+        centre. The area counts whole cells (2.4 % above Hertz's for a round contact of eight cells in radius). With
         a hardness, assigned or estimated, also ``yielded_fraction`` and ``yielded_area_fraction``, the shares of the
-        force and of the area at that pressure or above. Where the body yields, all these lie along (subregion, branch,
+        force and of the area at that pressure or above. If the body yields, all these lie along (subregion, branch,
         delta), for loading and for retraction from the largest delta, with ``yielded_area`` (nm²), ``plastic_work``
-        (nN nm) and the field ``residual_height`` (nm), left after loading to delta and unloading. Lazy where the scan
-        is a dask array.
+        (nN nm) and the field ``residual_height`` (nm) after loading to delta and unloading. Lazy if the scan is a dask
+        array.
 
     Warns
     -----
@@ -96,8 +96,8 @@ def direct(
     Notes
     -----
     The pressure on a body that yields is at most its hardness. Where it reaches the hardness, the surface is displaced
-    permanently to avoid penetration. The model has no strain hardening, no pile-up, no earlier plastic flow below the
-    surface. Retraction is elastic on the shape left by loading to the largest displacement.
+    permanently to avoid penetration. The model has no strain hardening, no pile-up and no plastic flow below the
+    surface before that. Retraction is elastic on the shape left by loading to the largest displacement.
 
     References
     ----------
@@ -140,7 +140,7 @@ def direct(
 
 
 def _warn_if_untouched(out: xr.Dataset) -> None:
-    """Warn where most places have no contact at any displacement: their zero forces are easily misread."""
+    """Warn if most places have no contact at any displacement: their zero forces are easily misread."""
     if "delta" not in out.dims:
         return
     area, count = out["contact_area"], out.sizes["subregion"]
@@ -149,12 +149,12 @@ def _warn_if_untouched(out: xr.Dataset) -> None:
         warn(
             f"delta: nothing touches at {never} of {count} places, down to {float(out['delta'][-1]):g} "
             "nm below the highest point of the scan: their forces are 0; leave delta= out, so that every place is "
-            "touched, or take datum='first_contact', which counts delta from the first touch of each"
+            "touched, or take datum='first_contact', which counts delta from the first touch at each place"
         )
 
 
 def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
-    """Return the variables of a place: with yielding ones for a known hardness, on both branches if it yields."""
+    """Return the variables of a place: with those of yielding for a known hardness, on both branches if it yields."""
     states = _STATES | ({"delta": float} if problem.by_load else {})
     states |= ABOVE_HARDNESS if np.isfinite(problem.hardness) else {}
     if not problem.yielding:
@@ -163,25 +163,25 @@ def _layout(axes: dict[str, Any], problem: Problem) -> Layout:
 
 
 class _Solved(NamedTuple):
-    """The solutions of one place, with a leading branch axis where the body yields."""
+    """The solutions of one place, with a leading branch axis if the body yields."""
 
     deltas: np.ndarray  # (…, step), nm below the datum
     columns: np.ndarray  # (…, step, displacement_control.FORCE … DENT)
     pressure: np.ndarray  # (…, stored, nx, ny), GPa
-    left: np.ndarray  # (…, stored, nx, ny), nm ≤ 0, residual height
+    residual_height: np.ndarray  # (…, stored, nx, ny), nm ≤ 0
 
 
 def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
-    """Solve one place at every step, on both branches where it yields."""
+    """Solve one place at every step, on both branches if it yields."""
     surface, record = surface_at(place, problem), layout.blank()
     keep = problem.steps.size if layout.window is not None else 0
     solved = (_cycle if problem.yielding else _elastic)(surface, problem, limits, keep)
     _put_states(record, solved, surface, problem)
     if layout.window is not None:
-        shape = surface._replace(separation=surface.separation - solved.left)
-        put_fields(record, surface, fields_of(solved.pressure, shape, solved.deltas, problem))
+        shape = surface._replace(separation=surface.separation - solved.residual_height)
+        put_fields(record, surface, state_fields(solved.pressure, shape, solved.deltas, problem))
     if "residual_height" in layout.fields:
-        put_fields(record, surface, {"residual_height": solved.left[0]})
+        put_fields(record, surface, {"residual_height": solved.residual_height[0]})
     return record
 
 

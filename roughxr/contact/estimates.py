@@ -15,27 +15,26 @@ from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
 
-#: Tabor's parameter from which on the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
-#: 192 (1997) 326); below, Griffith's limit is off by some per cent or more.
+#: Least Tabor parameter at which the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
+#: 192 (1997) 326); below, the error of Griffith's limit is some per cent or more.
 SHORT_RANGE = 5.0
 
-#: P″ of a paraboloid is half of P′ over the depth. An elastic sweep with less than half of that P″ (a flat top, or mesh
-#: noise) gives no estimate, which would divide by nearly zero.
+#: Least P″ over P′/depth for an estimate: half of a paraboloid's. A flat top or mesh noise would divide by nearly zero.
 _LEAST_CURVATURE = 0.25
 
 
 def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset:
     """Estimate the pull-off from a sweep without adhesion by Ciavarella's rule.
 
-    Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ); exact
-    for a sphere.
+    Adhesion moves each state of force P, area A and displacement δ₁ to δ = δ₁ − √(2wA′/P″) and P − P′(δ₁ − δ). The rule
+    is exact for a sphere.
 
     Parameters
     ----------
     ds : Dataset
         A sweep of `direct` or of `superpose` with law="hertz", at eight displacements or more, with a pair.
     smoothing : number or quantity
-        Half-width of the fits (in the root of the depth) that give the derivatives, nm, at least three displacements to
+        Half-width, nm, of the fits (in the root of the depth) for the derivatives, at least three displacements to
         either side.
 
     Returns
@@ -104,7 +103,7 @@ def _largest_adhesion(force, area, *, delta, w, half):
 
 
 def _derivatives(root, force, area, k, half):
-    """Return A′, P′ and P″ at the k-th displacement, by fits in the root of the depth (a sphere's P is its cube)."""
+    """Return A′, P′ and P″ at the k-th displacement, by fits in the root s of the depth (a sphere has P ~ s³)."""
     depth, s = root**2, root[k]
     offset = np.abs(depth - depth[k])
     near = offset <= max(half, np.sort(offset)[min(6, root.size - 1)])
@@ -120,7 +119,7 @@ def _roots(delta, force):
     return np.sqrt(delta - delta[0] + before * (delta[1] - delta[0]))
 
 
-def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
+def pair_attractions(ds: xr.Dataset) -> list[tuple[float, float]]:
     """Return work (J/m²) and range (nm) of a pair's attraction; for a humid pair, of the solids and of the liquid."""
     (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
     if menisci is None:
@@ -131,20 +130,20 @@ def attractions_of(ds: xr.Dataset) -> list[tuple[float, float]]:
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
-    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). For a humid pair it is
-    the larger of two parameters: of the solids under the liquid, and of the liquid.
+    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). A humid pair has the
+    larger parameter of the solids under the liquid and of the liquid.
 
     Parameters
     ----------
     ds : Dataset
-        An asperity catalogue, or a scan (its asperities are then found with the default patch), with an assigned pair
-        and its work of adhesion; z₀ is the pair's range of adhesion.
+        An asperity catalogue, or a scan (its asperities are then detected with the default patch), with an assigned
+        pair and its work of adhesion; z₀ is the pair's range of adhesion.
 
     Returns
     -------
     Dataset
-        With ``tabor_parameter`` along asperity, (R w²/(E*² z₀³))^{1/3} with R of the asperity and the
-        sphere together; NaN for a saddle.
+        With ``tabor_parameter`` along asperity, (R w²/(E*² z₀³))^{1/3} with the composite radius R of asperity and
+        sphere; NaN for a saddle.
 
     References
     ----------
@@ -162,7 +161,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
-        each = [maugis.tabor(A, B, modulus, work, length) for work, length in attractions_of(ds)]
+        each = [maugis.tabor(A, B, modulus, work, length) for work, length in pair_attractions(ds)]
     parameter = np.where(A > 0, np.max(each, axis=0), np.nan)
     out = ds.assign(tabor_parameter=("asperity", parameter))
     return schema.record(schema.label(out), "tabor", ds)
@@ -177,12 +176,12 @@ def median_tabor(specimen: Specimen, length: float) -> float:
     return float(np.median(parameter)) if parameter.size else np.nan
 
 
-def law_of_range(parameter: float, *, yields: bool = False, humid: bool = False) -> str:
-    """Return the law that `adhesive` takes for "auto", and `regime` recommends, at the asperities' Tabor parameter.
+def automatic_law(parameter: float, *, yields: bool = False, humid: bool = False) -> str:
+    """Return the law of `adhesive` for "auto", which `regime` recommends, at the asperities' Tabor parameter.
 
     Examples
     --------
-    >>> law_of_range(132.0), law_of_range(0.8), law_of_range(132.0, yields=True), law_of_range(float("nan"))
+    >>> automatic_law(132.0), automatic_law(0.8), automatic_law(132.0, yields=True), automatic_law(float("nan"))
     ('griffith', 'exponential', 'exponential', 'exponential')
     """
     return "griffith" if parameter >= SHORT_RANGE and not (yields or humid) else "exponential"

@@ -1,9 +1,9 @@
-"""Condensed liquid between rigid bodies at one place: its work, and the error of thin menisci.
+"""Condensed liquid between rigid bodies at one place: its work, and the error of the law of thin menisci.
 
-On slow retraction the liquid evaporates at constant Kelvin radius (`kernels.adhesion.rigid` sums this law). The next
-order of a thin meniscus is the energy ε L of its edge of length L (derived here; `bodies.liquid.Menisci.edge`). It
-lowers the capillary force by ε dL/dh. For r_K < R/20 this correction agrees within a few per cent with exact menisci
-(`reference.meniscus_sphere`).
+On slow retraction the liquid evaporates at constant Kelvin radius (`kernels.adhesion.rigid` sums this law). The
+next-order correction to thin menisci is the energy ε L of their edge of length L (derived here;
+`bodies.liquid.Menisci.edge`). It lowers the capillary force by ε dL/dh, h the gap. For r_K < R/20 the corrected force
+agrees within a few per cent with exact menisci (`reference.meniscus_sphere`).
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ _LEVEL_STEP = 0.1
 
 
 def relative_error(
-    cells: kernels.Cells, delta: float, law: potentials.Potential, menisci: Menisci, cell, pull
+    cells: kernels.Cells, delta: float, law: potentials.Potential, menisci: Menisci, cell, force
 ) -> float:
     """Return the relative error of thin menisci in a capillary force (nN), from the change of their edge length."""
     step = _LEVEL_STEP * menisci.height
     high, low = (kernels.wetted_area(cells, law.filled + delta + change)[1] for change in (step, -step))
-    return abs(menisci.edge * cell * (high - low) / (2 * step)) / pull
+    return abs(menisci.edge * cell * (high - low) / (2 * step)) / force
 
 
 def work(separation: np.ndarray, delta: float, law: potentials.Potential, area: float) -> float:

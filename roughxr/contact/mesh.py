@@ -1,4 +1,4 @@
-"""How finely the simulation with adhesion is solved: one object for every verb that solves it."""
+"""Mesh and steps of the simulation with adhesion."""
 
 from __future__ import annotations
 
@@ -7,26 +7,27 @@ from typing import Any
 
 from ..vocabulary.units import fraction, positive, whole_number
 
-#: Cells along a side of a pixel at most.
+#: Largest number of cells along a side of a pixel.
 MOST_REFINED = 16
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """How finely the simulation with adhesion is solved, in space and in its steps.
+    """Mesh and steps of the simulation with adhesion.
 
     Attributes
     ----------
     refine : "auto" or int
-        Each pixel is divided into refine × refine cells, heights interpolated without waves shorter than two pixels.
-        "auto": at each place the mesh is refined until the estimated error of the pull-off there is below ``accuracy``.
+        Each pixel is divided into refine × refine cells, with heights interpolated without wavelengths below two
+        pixels. "auto": at each place the mesh is refined until the estimated error of the pull-off is below
+        ``accuracy``.
     accuracy : float or None
         Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
         solved, without an estimate of its error, in a fifth of the time or less.
     step : number, quantity or None
         Longest step of the displacement, nm. None: 0.83 of the pair's range of adhesion (0.25 nm for the usual 0.3),
         or a fortieth of JKR's displacement δ_c of the sphere, whichever is longer. Retraction takes half of it, and
-        shorter steps where a branch of solutions ends, and where a larger pull may lie between two states.
+        shorter steps at the end of a branch of solutions, or if a larger tension may lie between two states.
 
     Examples
     --------
@@ -47,8 +48,8 @@ class Mesh:
             object.__setattr__(self, "step", positive(self.step, "nm", "step"))
 
 
-def mesh_of(given: Mesh | int | str | None, usual: Mesh) -> Mesh:
-    """Return a mesh given as such, or by its refinement alone, as in ``mesh=4``."""
+def read_mesh(given: Mesh | int | str | None, usual: Mesh) -> Mesh:
+    """Return a `Mesh`, or the usual one with another refinement, as in ``mesh=4``."""
     if given is None:
         return usual
     return given if isinstance(given, Mesh) else replace(usual, refine=given)

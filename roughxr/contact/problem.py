@@ -18,7 +18,7 @@ _COUNT = 16
 
 
 class Problem(NamedTuple):
-    """The input that is common to all contact centres."""
+    """The input common to all contact centres."""
 
     steps: np.ndarray  # displacements (nm) or loads (nN), ascending
     by_load: bool
@@ -27,8 +27,8 @@ class Problem(NamedTuple):
     refine: int  # cells of the solve along a side of a pixel
     contact_modulus: float  # GPa
     indenter: Indenter
-    hardness: float = np.inf  # GPa, inf where it is not known
-    yielding: bool = False  # whether the body yields at the hardness; else shares above it are only reported
+    hardness: float = np.inf  # GPa, inf if unknown
+    yielding: bool = False  # whether the body yields at the hardness; else only shares above it are reported
     splined: bool = False  # whether heights between the pixels are interpolated by splines, else band-limited
 
     @property
@@ -46,7 +46,7 @@ def read_problem(
     datum: str,
     refine: int = 1,
 ) -> Problem:
-    """Return the problem posed by a scan, its pair and the options; raise where they do not define one."""
+    """Return the problem of a scan, its pair and the options; raise if they do not define one."""
     if delta is not None and load is not None:
         raise ValueError("expected either delta or load, found both")
     if delta is None and load is None:
@@ -57,7 +57,7 @@ def read_problem(
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
     (modulus,) = schema.pair(specimen.bodies, "contact_modulus")
-    hardness, assigned = hardness_of(specimen.bodies)
+    hardness, assigned = known_hardness(specimen.bodies)
     return Problem(
         steps=steps,
         by_load=by_load,
@@ -71,14 +71,14 @@ def read_problem(
     )
 
 
-def hardness_of(ds: xr.Dataset) -> tuple[float, bool]:
-    """Return the assigned hardness (GPa), else the estimated one, else inf; and whether it was assigned."""
+def known_hardness(ds: xr.Dataset) -> tuple[float, bool]:
+    """Return the assigned hardness (GPa), else the estimated hardness, else inf; and whether it was assigned."""
     names = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
     return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
-    """Return evenly spaced displacements (nm), the largest with contact at every centre and indentation at most."""
+    """Return evenly spaced displacements (nm); the largest has contact at all centres and indentation at most."""
     touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
     middle = float(np.median(touches))
     last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
@@ -96,7 +96,7 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
     """Return an upper bound (nm below the datum) of the indenter's depth; inf for a load on a map.
 
     The depth under a load is bounded by that on a flat at the lowest height: (3 F/(4 E* √R))^{2/3} by Hertz's formula,
-    and up to F/(2π R H) more where the body yields.
+    and up to F/(2π R H) more if the body yields.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:

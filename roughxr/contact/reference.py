@@ -1,8 +1,8 @@
-"""Closed forms to compare results with: single smooth contacts, and the usual formulas for rough ones.
+"""Closed forms for comparison: single smooth contacts, and the usual formulas for rough surfaces.
 
 Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in nN nm (1e-18 J), or quantities such as
-"3 um" and "6.5e-20 J"; forces are returned in nN. For two spheres ``radius`` is the composite one, 1/R = 1/R₁ + 1/R₂.
-A function of one state returns a float, a function of a curve a labelled Dataset. Values must be positive.
+"3 um" and "6.5e-20 J"; forces are returned in nN. For two spheres ``radius`` is the composite radius, 1/R = 1/R₁ +
+1/R₂. Single values are returned as floats, curves as labelled Datasets. Values must be positive.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def jkr_sphere(
     -------
     Dataset
         ``force`` (nN), ``semi_axis_a`` (nm), ``contact_area`` (nm²) along ``delta``; NaN below the end of the branch,
-        at −3^{−1/3} δ_c, which the attribute ``branch_end`` holds in nm.
+        at −3^{−1/3} δ_c, which the attribute ``branch_end`` states in nm.
 
     References
     ----------

@@ -17,29 +17,29 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import Places
 from . import reference
-from .estimates import SHORT_RANGE, attractions_of, law_of_range, median_tabor
-from .problem import hardness_of
-from .rigid.attraction import options_of
+from .estimates import SHORT_RANGE, automatic_law, median_tabor, pair_attractions
+from .problem import known_hardness
+from .rigid.attraction import read_options
 from .rigid.bodies import rigid
 
-#: Tabor's parameter below which bodies may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997)
-#: 326).
+#: Largest Tabor parameter of bodies that may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192
+#: (1997) 326).
 _RIGID_TABOR = 0.1
 
 #: Maugis's λ over Tabor's μ of the same work and range.
 _MAUGIS_OVER_TABOR = 1.157
 
-#: A sum over asperities in contact is not enough above this share of the adhesion force from outside contact.
+#: Largest share of the adhesion force from outside contact for which a sum over asperities is recommended.
 _MOST_BEYOND_CONTACT = 0.5
 
-#: A tilt below this part of the range of heights is rounding.
+#: Largest tilt by rounding, as a part of the range of heights.
 _ROUNDING = 1e-12
 
 #: Height of summits over the mean plane, in rms heights, by Rabinovich et al.
 _ABOVE_PLANE = 1.82
 
 #: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
-_LONG_WAVE = 4.0
+_LONG_WAVELENGTH = 4.0
 
 
 def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
@@ -48,8 +48,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     Parameters
     ----------
     ds : Dataset
-        A scan with an assigned sphere and work of adhesion; Tabor's parameter is taken with the pair's range
-        of adhesion, ``yields`` with its ``hardness``, else its ``hardness_estimate``.
+        A scan with an assigned sphere and work of adhesion. Tabor's parameter uses the pair's range of adhesion,
+        ``yields`` its ``hardness``, else its ``hardness_estimate``.
     subregions : (int, int), (array, array) or Dataset
         Contact centres at which the attraction between rigid bodies is summed.
     refine : int
@@ -58,18 +58,19 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     Returns
     -------
     Dataset
-        ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``pull_beyond_contact`` (median over the
-        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and ``yields`` where a hardness is known,
-        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``. Of a humid
-        pair Tabor's parameters are the larger of those of the liquid's law and of the solids' under it, and
-        ``sphere_maugis`` is Maugis's of the liquid's law.
+        ``sphere_tabor``, ``asperity_tabor`` (of the median asperity), ``share_beyond_contact`` (median over the
+        centres), ``pixels_per_contact``, ``peak_pressure`` (GPa) and, for a known hardness, ``yields``;
+        ``recommended`` ("rigid", "adhesive" or "superpose"); a sentence in the attribute ``recommendation``. For a
+        humid pair Tabor's parameters are the larger of those of the liquid's law and of the solids' law under it, and
+        ``sphere_maugis`` is Maugis's parameter of the liquid's law.
 
     Notes
     -----
-    Asperities whose Tabor parameter is below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
-    neglected, and a sum over asperities is fast where less than half of the pull comes from beyond contact. Else take
-    the adhesive simulation, with the law that its "auto" chooses: without range ("griffith") from 5 on, of finite range
-    ("exponential") below, where a hardness is assigned, and of a humid pair. The attribute ``law`` names it.
+    Asperities with a Tabor parameter below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
+    neglected. A sum over asperities is then fast and valid, if less than half of the adhesion force comes from outside
+    contact. Otherwise take the adhesive simulation, with the law that its "auto" chooses: without range ("griffith")
+    from 5 on; of finite range ("exponential") below, with a hardness, and for a humid pair. The attribute ``law`` names
+    it.
 
     References
     ----------
@@ -83,10 +84,10 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
     ('adhesive', True)
     """
-    specimen = of_sphere(ds)
+    specimen = need_sphere(ds)
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
-    w, attractions, humid = liquid.work_of(bodies), attractions_of(bodies), schema.is_wet(bodies)
+    w, attractions, humid = liquid.work_of(bodies), pair_attractions(bodies), schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
@@ -97,20 +98,20 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
             if humid
             else median_tabor(specimen, range_of(bodies))
         ),
-        "pull_beyond_contact": float(close.pull_beyond_contact.median()),
+        "share_beyond_contact": float(close.share_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if humid:
         result["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
-    hardness, _ = hardness_of(bodies)
+    hardness, _ = known_hardness(bodies)
     if np.isfinite(hardness):
         result["yields"] = result["peak_pressure"] > hardness
-    beyond = 1.0 if humid else result["pull_beyond_contact"]
+    beyond = 1.0 if humid else result["share_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
     kind = {"yields": "hardness" in bodies.coords, "humid": humid}
     words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
-    attributes = {"recommendation": words, "law": law_of_range(result["asperity_tabor"], **kind)}
+    attributes = {"recommendation": words, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
 
@@ -127,8 +128,8 @@ def _recommended(tabor: float, beyond: float) -> str:
 
 
 def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
-    """Return the recommendation as a sentence."""
-    tabor, beyond = result["asperity_tabor"], result["pull_beyond_contact"]
+    """Return the recommendation in words."""
+    tabor, beyond = result["asperity_tabor"], result["share_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
         "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, humid=humid)}",
@@ -142,8 +143,8 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
 
 
 def _with_law(tabor: float, **kind: bool) -> str:
-    """Return the law that the simulation takes, and why."""
-    if law_of_range(tabor, **kind) == "griffith":
+    """Return the simulation's law and the reason for it, in words."""
+    if automatic_law(tabor, **kind) == "griffith":
         return "with law='griffith': the range of adhesion is negligible, but the contacts interact"
     why = "summits deform by about as much as the range of adhesion"
     if kind["humid"]:
@@ -154,7 +155,7 @@ def _with_law(tabor: float, **kind: bool) -> str:
 
 
 def _resolved(pixels: float) -> str:
-    """Return a sentence on the pixels where they are wider than a contact."""
+    """Return a sentence if pixels are wider than a contact."""
     words = f"By JKR the contact of a median asperity has a radius of {number(pixels)} pixels"
     return f"{words}: the scan does not resolve it." if pixels < 1 else ""
 
@@ -167,7 +168,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 def formulas(
     ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8
 ) -> xr.Dataset:
-    """Return the pull-off on a scan by the usual formulas, beside the sum over the scan itself.
+    """Return the pull-off on a scan by the usual formulas, and by the sum over the scan itself.
 
     Parameters
     ----------
@@ -183,17 +184,17 @@ def formulas(
     Dataset
         ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the median of the sum, along ``formula``: "sum"
         (that median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
-        "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; of a humid pair "sum", "smooth" (4πRγ cos θ for
-        equal angles), "summit" (the same of one hemisphere of the summits' median radius), "plane_below" (of the sphere
-        over a plane 1.82 rms below it) and "gaussian_heights". Attributes hold the formulas' inputs from the
+        "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; for a humid pair "sum", "smooth" (4πRγ cos θ for
+        equal angles), "summit" (4πrγ cos θ of a hemisphere of the summits' median radius r), "plane_below" (the sphere
+        over a plane 1.82 rms below it) and "gaussian_heights". Attributes contain the formulas' inputs from the
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
         ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
 
     Notes
     -----
-    The longer of the two scales has wavelengths above four mean distances between summits;
-    "rabinovich_two_scales" is NaN on a scan too small for any. All rows but "sum"
-    and "gaussian_heights" are formulas for one asperity under the sphere's lowest point, at w = A/(12π z₀²).
+    The longer of the two scales has wavelengths above four mean distances between summits; "rabinovich_two_scales" is
+    NaN on a scan too small for them. All rows but "sum" and "gaussian_heights" are formulas for one asperity under the
+    sphere's lowest point, at w = A/(12π z₀²).
 
     References
     ----------
@@ -208,18 +209,20 @@ def formulas(
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
-    specimen = of_sphere(ds)
+    specimen = need_sphere(ds)
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
-    result, inputs = (_of_liquid if schema.is_wet(specimen.bodies) else _of_solids)(specimen, law, _inputs(specimen))
+    result, inputs = (_humid_formulas if schema.is_wet(specimen.bodies) else _dry_formulas)(
+        specimen, law, _inputs(specimen)
+    )
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
-    out.attrs["missing"] = "NaN where the scan is too small for waves of four mean distances between summits"
+    out.attrs["missing"] = "NaN: the scan is too small for wavelengths of four mean distances between summits"
     return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
 
 
-def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the formulas' pull-offs (nN) of a dry pair, and their inputs."""
+def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the pull-offs (nN) of a dry pair by formulas, and their inputs."""
     radius, w = schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion")
     z0 = closest_approach(specimen.bodies)
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
@@ -237,21 +240,21 @@ def _of_solids(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[d
     return result, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
 
 
-def _of_liquid(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return the formulas' pull-offs (nN) of a humid pair (thin menisci, and the solids under them), and inputs."""
+def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the pull-offs (nN) of a humid pair by formulas (thin menisci over the solids), and their inputs."""
     bodies = specimen.bodies
     (radius,), menisci, work = schema.pair(bodies, "sphere_radius"), liquid.menisci_of(bodies), liquid.work_of(bodies)
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
-    over_heights = potentials.gaussian_mean(options_of(specimen, law).law, given["rms"])
-    pulled = {
+    over_heights = potentials.gaussian_mean(read_options(specimen, law).law, given["rms"])
+    bodies_and_works = {
         "smooth": (radius, work),
         "summit": (summit, work),
         "plane_below": (radius, menisci.work * open_gap),
         "gaussian_heights": (radius, over_heights),
     }
-    result = {name: 2 * np.pi * R * w for name, (R, w) in pulled.items()}
+    result = {name: 2 * np.pi * R * w for name, (R, w) in bodies_and_works.items()}
     return result, given | {"meniscus_height": menisci.height}
 
 
@@ -261,9 +264,9 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     distance = _mean_distance(flat.derived(asperities))
     given = {"rms": float(flat.heights.std()), "wavelength": distance}
     given["asperity_radius"] = _asperity_radius(flat.derived(asperities))
-    if _LONG_WAVE * distance > 2 * flat.pixel * max(flat.heights.shape):  # no wave of the scan is that long
+    if _LONG_WAVELENGTH * distance > 2 * flat.pixel * max(flat.heights.shape):  # the scan has no wavelengths that long
         return given | {"short_rms": given["rms"], "long_rms": np.nan, "long_wavelength": np.nan}
-    smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVE * distance))
+    smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVELENGTH * distance))
     return given | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
@@ -293,8 +296,8 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 
-def of_sphere(ds: xr.Dataset | Specimen) -> Specimen:
-    """Return the specimen of a scan with a sphere and adhesion assigned, whose results are computed at once."""
+def need_sphere(ds: xr.Dataset | Specimen) -> Specimen:
+    """Return the specimen of a scan, computed at once; raise unless a sphere and adhesion are assigned."""
     specimen = specimen_of(ds)
     specimen = Specimen(specimen.scan) if specimen.lazy else specimen
     schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", humid=True)

@@ -1,4 +1,4 @@
-"""Solve one problem at every contact centre, one task for each place, and write fields on their windows."""
+"""Solve one problem at every contact centre, a task for each place, and write fields on their windows."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def solve(
     reach: float,
     fields: bool = False,
 ) -> xr.Dataset:
-    """Solve a problem at every contact centre, and label the results; lazy where the scan is.
+    """Solve a problem at every contact centre, and label the results; lazy if the scan is.
 
-    ``solver(place, problem, layout, options)``, at the top of a module, returns a filled `Layout.blank` record.
+    ``solver(place, problem, layout, options)``, a module's function, returns a filled `Layout.blank` record.
     ``fields`` are stored within ``reach`` nm of the centres.
     """
     placed, shape = places(specimen, positions, reach)
@@ -53,11 +53,11 @@ def solve(
 
 
 def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
-    """Solve one place; the function that a task runs."""
+    """Solve one place, as a task."""
     return solver(Place(height, datum, window, ends), problem, layout, options)
 
 
-def fields_of(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
+def state_fields(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
     """Return pressure (GPa), displacement and gap (nm) of the states at ``deltas`` (nm below the datum)."""
     displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus)
     gap = displacement + surface.separation - deltas[..., None, None]
@@ -76,7 +76,7 @@ def put_fields(record: np.ndarray, surface: Surface, fields: Mapping[str, np.nda
 
 
 def window_axes(windows: list[regions.Window], problem: Problem, cells: tuple[int, int]) -> dict:
-    """Return x, y from the contact centre, and each centre's offset within its pixel where offsets differ."""
+    """Return x, y from the contact centre, and each centre's offset within its pixel if offsets differ."""
     half = 0.5 * (problem.pixel - problem.dx)  # from a pixel's centre to its first cell's
     origins = np.array([window.origin for window in windows]) - half
     alike = np.ptp(origins, axis=0).max() < 1e-6 * problem.dx

@@ -1,8 +1,8 @@
-"""The pull-off at one place of a surface whose roughness is extrapolated below what its scan shows.
+"""The pull-off at one place of a surface with roughness added below the shortest wavelength of the scan.
 
-The few cells within reach lie in patches far from each other. They are located on coarse cells with the longer
-wavelengths, then only where finer roughness may still touch. Patches are moved together, but for a distance at which
-they hardly interact.
+Only the cells within the range of adhesion are solved. They lie in few patches, which are located on coarse cells with
+the longer wavelengths, then on finer cells only where finer roughness may still touch. The patches are packed into one
+window, at a distance at which they hardly interact.
 """
 
 from __future__ import annotations
@@ -13,46 +13,45 @@ import numpy as np
 
 from ..kernels.adhesion import path as path
 from ..kernels.topography.random_surface import band_rms, roughness_bands, summed_modes
-from .cycle import bearing_cell, cycles_on, largest_pull, reach_of_law, reached
+from .cycle import cycles_on, interaction_range, pull_off_force, reached, resolving_cell
 from .problem import Surface
 
-#: Cells along the shortest wavelength, and on the meshes that locate the cells within reach.
-PER_WAVE, _COARSE_PER_WAVE = 8.0, 3.0
+#: Cells along the shortest wavelength: of the solution, and of the meshes that locate the patches.
+CELLS_PER_WAVELENGTH, _COARSE_CELLS_PER_WAVELENGTH = 8.0, 3.0
 
-#: Cells need not be smaller than so many ranges of adhesion, as long as the shortest wavelength has four: such short
-#: wavelengths are low.
+#: Side of the smallest cells, in ranges of adhesion, if the shortest wavelength has four of them: amplitudes of such
+#: short wavelengths are small.
 _LEAST_CELL = 5 / 3
 
-#: Factor from the shortest wavelength of one such mesh to the next.
-_WAVE_FACTOR = 3.0
+#: Ratio of the shortest wavelengths of two successive meshes.
+_WAVELENGTH_FACTOR = 3.0
 
-#: Lengths of the law beyond which its pull is not counted: a part of 0.4 % of the largest.
-_REACH_OF_LAW = 5.5
+#: Cut-off of the traction, in lengths of the law: 0.4 % of the largest traction.
+_CUT_OFF = 5.5
 
-#: Standard deviations of the roughness still missing by which a place may rise.
+#: Largest rise of a place by wavelengths not yet added, in their standard deviations.
 _RISE_DEVIATIONS = 3.0
 
-#: Patches keep the distance at which their pull lifts the surface by at most this part of the range.
+#: Largest lift of the surface at one patch by the tension of the others, as a part of the range; sets their distance.
 _ELASTIC_LIFT = 0.3
 
-#: Where a preload is not reached, loading goes deeper by this factor, at most so many times.
+#: Factor of the depth of loading if a preload is not reached, and largest number of such steps.
 _DEPTH_FACTOR, _MOST_DEPTHS = 2.0, 6
 
-#: Cells (ranges of adhesion) on which the surface that the scan shows is looked at first, and at most so many of them
-#: along a side.
+#: Side of the first cells, in ranges of adhesion, and largest number of them along a side.
 _FIRST_CELL, _MOST_FIRST_CELLS = 40 / 3, 400
 
 
-class Below(NamedTuple):
-    """The surface that a place is solved on: what the scan shows, and the roughness added."""
+class AddedRoughness(NamedTuple):
+    """The spectrum and wavelengths of the roughness added to the scan."""
 
     spectrum: Any  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
-    longest: float  # nm, longest wavelength added
+    longest: float  # wavelength, nm
     shortest: float  # nm
 
 
-class Patch(NamedTuple):
-    """The heights around one place."""
+class ScanWindow(NamedTuple):
+    """The scan's heights around one place."""
 
     height: np.ndarray  # (nx, ny), nm
     first: tuple[float, float]  # nm, x and y of the first pixel
@@ -60,11 +59,14 @@ class Patch(NamedTuple):
     centre: tuple[float, float]  # nm
 
 
-def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below) -> np.ndarray:
-    """Return the pull-off (nN) at a place, and how deep (nm beyond first contact) the preload is met; a task."""
-    patch = Patch(height, first, pixel, centre)
+def extrapolated_pull_off(height, first, pixel, centre, seed, depth, estimate, problem, adhesion, added) -> np.ndarray:
+    """Return the pull-off (nN) at a place, and the depth (nm beyond first contact) of the preload; a task.
+
+    ``estimate`` of the pull-off (nN) sets the distance between patches.
+    """
+    window = ScanWindow(height, first, pixel, centre)
     for _ in range(_MOST_DEPTHS):
-        surface, cell = _surface(patch, int(seed), float(depth), float(pull), problem, adhesion, below)
+        surface, cell = _packed_surface(window, int(seed), float(depth), float(estimate), problem, adhesion, added)
         deeper = problem._replace(steps=np.array([depth]), pixel=cell, refine=1)
         cycles = cycles_on(surface, deeper, adhesion)
         followed = cycles.paths[0]
@@ -73,74 +75,76 @@ def pull_off_below(height, first, pixel, centre, seed, depth, pull, problem, adh
         depth = depth * _DEPTH_FACTOR
     if not (followed.turn and reached(followed, adhesion, 0)):
         return np.full(2, np.nan)
-    return np.array([largest_pull(cycles, 0), followed.states["delta"][followed.turn - 1]])
+    return np.array([pull_off_force(cycles, 0), followed.states["delta"][followed.turn - 1]])
 
 
-def _surface(patch, seed, depth, pull, problem, adhesion, below) -> tuple[Surface, float]:
-    """Return the separation on the cells within reach, inf on those in between, and the side of the cells."""
+def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> tuple[Surface, float]:
+    """Return the separation on the packed patches, inf between them, and the side of the cells."""
     from scipy.interpolate import RectBivariateSpline
 
-    pixels = [first + patch.pixel * np.arange(size) for first, size in zip(patch.first, patch.height.shape)]
-    shown = RectBivariateSpline(*pixels, patch.height)
-    softest = bearing_cell(adhesion, problem.contact_modulus)
-    least = min(_LEAST_CELL * adhesion.length, 2 * below.shortest / PER_WAVE)
-    last = min(max(below.shortest / PER_WAVE, least), softest, adhesion.first_cell)  # the sphere's contact may be small
-    within = depth + _REACH_OF_LAW * adhesion.length
+    pixels = [first + window.pixel * np.arange(size) for first, size in zip(window.first, window.height.shape)]
+    scanned = RectBivariateSpline(*pixels, window.height)
+    softest = resolving_cell(adhesion, problem.contact_modulus)
+    least = min(_LEAST_CELL * adhesion.length, 2 * added.shortest / CELLS_PER_WAVELENGTH)
+    resolving = max(added.shortest / CELLS_PER_WAVELENGTH, least)
+    last = min(resolving, softest, adhesion.first_cell)  # the sphere's contact may be small
+    within = depth + _CUT_OFF * adhesion.length
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
-        within = max(within, depth + reach_of_law(alone, problem._replace(pixel=last, refine=1)))
-    distance = pull / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.span)
+        within = max(within, depth + interaction_range(alone, problem._replace(pixel=last, refine=1)))
+    distance = estimate / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.main_range)
 
     def separations(boxes, shortest):
-        waves = roughness_bands(below.spectrum.of, below.longest, shortest, seed)
-        offsets = [(x - patch.centre[0], y - patch.centre[1]) for x, y in boxes]
-        heights = [shown(*box) + summed_modes(waves, *box) for box in boxes]
+        bands = roughness_bands(added.spectrum.of, added.longest, shortest, seed)
+        offsets = [(x - window.centre[0], y - window.centre[1]) for x, y in boxes]
+        heights = [scanned(*box) + summed_modes(bands, *box) for box in boxes]
         return [problem.indenter.separation(height, 0.0, *offset) for height, offset in zip(heights, offsets)]
 
-    cell = max(
-        min(_FIRST_CELL * adhesion.length, patch.pixel), patch.pixel * max(patch.height.shape) / _MOST_FIRST_CELLS
-    )
-    boxes = [tuple(_between(axis[0] - 0.5 * patch.pixel, axis[-1] + 0.5 * patch.pixel, cell) for axis in pixels)]
-    wave, finest = below.longest, False
+    smallest = window.pixel * max(window.height.shape) / _MOST_FIRST_CELLS
+    cell = max(min(_FIRST_CELL * adhesion.length, window.pixel), smallest)
+    half = 0.5 * window.pixel
+    boxes = [tuple(_cell_centres(axis[0] - half, axis[-1] + half, cell) for axis in pixels)]
+    wavelength, finest = added.longest, False
     while not finest:
-        near = _near(
-            separations(boxes, wave), within + _RISE_DEVIATIONS * band_rms(below.spectrum.at, wave, below.shortest)
-        )
-        finest, wave = wave <= _WAVE_FACTOR * below.shortest, wave / _WAVE_FACTOR
-        finer = last if finest else min(cell, wave / _COARSE_PER_WAVE)
-        boxes = [smaller for box, part in zip(boxes, near) for smaller in _finer(box, part, cell, finer, distance)]
+        rise = _RISE_DEVIATIONS * band_rms(added.spectrum.at, wavelength, added.shortest)
+        near = _cells_within(separations(boxes, wavelength), within + rise)
+        finest, wavelength = wavelength <= _WAVELENGTH_FACTOR * added.shortest, wavelength / _WAVELENGTH_FACTOR
+        finer = last if finest else min(cell, wavelength / _COARSE_CELLS_PER_WAVELENGTH)
+        boxes = [
+            smaller for box, part in zip(boxes, near) for smaller in _finer_boxes(box, part, cell, finer, distance)
+        ]
         cell = finer
-    separated = separations(boxes, below.shortest)
-    parts = [np.where(part, box, np.inf) for part, box in zip(_near(separated, within), separated)]
+    separated = separations(boxes, added.shortest)
+    parts = [np.where(part, box, np.inf) for part, box in zip(_cells_within(separated, within), separated)]
     margin = int(np.ceil(distance / last)) + 1
-    sheet = _side_by_side([patch for part in parts for patch in _patches(part, margin)])
+    sheet = pack_patches([patch for part in parts for patch in _patches(part, margin)])
     return Surface(sheet, float(sheet.min()), np.inf, (0, 0)), last
 
 
-def _near(separations: list[np.ndarray], within: float) -> list[np.ndarray]:
-    """Return where boxes come as near as this (nm) to the nearest of all."""
+def _cells_within(separations: list[np.ndarray], within: float) -> list[np.ndarray]:
+    """Return the cells of boxes whose separation exceeds the least of all by less than ``within`` (nm)."""
     least = min(separation.min() for separation in separations)
     return [separation < least + within for separation in separations]
 
 
-def _between(low: float, high: float, cell: float) -> np.ndarray:
-    """Return the middles of cells, on one lattice for all ranges."""
+def _cell_centres(low: float, high: float, cell: float) -> np.ndarray:
+    """Return the centres of cells in a range, on one lattice for all ranges."""
     return cell * (np.arange(np.floor(low / cell), np.ceil(high / cell)) + 0.5)
 
 
-def _finer(box: tuple, near: np.ndarray, cell: float, finer: float, distance: float) -> list[tuple]:
-    """Return boxes of finer points for the coarser ones that are near, and a distance; no two share a point."""
+def _finer_boxes(box: tuple, near: np.ndarray, cell: float, finer: float, distance: float) -> list[tuple]:
+    """Return boxes of finer points around the coarse cells that are near, without common points."""
     wanted = _dilated(near, int(np.ceil(distance / cell)) + 1)
-    parts = _boxes_of(wanted)
+    parts = _bounding_boxes(wanted)
     while sum(wanted[part].size for part in parts) > wanted.sum():
         for part in parts:
             wanted[part] = True
-        parts = _boxes_of(wanted)
+        parts = _bounding_boxes(wanted)
     return [tuple(_finer_points(axis[along], cell, finer) for axis, along in zip(box, part)) for part in parts]
 
 
-def _boxes_of(cells: np.ndarray) -> list[tuple[slice, slice]]:
-    """Return the boxes of connected cells, also across corners."""
+def _bounding_boxes(cells: np.ndarray) -> list[tuple[slice, slice]]:
+    """Return the bounding boxes of connected cells, corners included."""
     from scipy import ndimage
 
     return ndimage.find_objects(ndimage.label(cells, np.ones((3, 3)))[0])
@@ -149,7 +153,7 @@ def _boxes_of(cells: np.ndarray) -> list[tuple[slice, slice]]:
 def _finer_points(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
     """Return the finer points inside a range of cells."""
     low, high = points[0] - 0.5 * cell, points[-1] + 0.5 * cell
-    points = _between(low, high, finer)
+    points = _cell_centres(low, high, finer)
     return points[(points >= low) & (points < high)]
 
 
@@ -160,7 +164,7 @@ def _dilated(near: np.ndarray, margin: int) -> np.ndarray:
 
 
 def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
-    """Return the patches of finite separation more than two margins (cells) from each other, each with a margin."""
+    """Return the patches of finite separation, more than two margins (cells) apart, each with a margin."""
     from scipy import ndimage
 
     padded = np.pad(separation, margin, constant_values=np.inf)
@@ -169,8 +173,8 @@ def _patches(separation: np.ndarray, margin: int) -> list[np.ndarray]:
     return [np.where(labels[box] == label, padded[box], np.inf) for label, box in boxes]
 
 
-def _side_by_side(patches: list[np.ndarray]) -> np.ndarray:
-    """Return patches side by side, in rows about as long as all are together high."""
+def pack_patches(patches: list[np.ndarray]) -> np.ndarray:
+    """Return patches packed in rows into a nearly square array, inf between them."""
     patches = sorted(patches, key=len, reverse=True)
     width = max(int(np.sqrt(sum(patch.size for patch in patches))), *(patch.shape[1] for patch in patches))
     rows: list[list[np.ndarray]] = [[]]

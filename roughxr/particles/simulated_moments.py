@@ -10,14 +10,14 @@ import xarray as xr
 
 from ..asperity.moments import MISSING, States, closed, moments_of_states, rolling, states_layout
 from ..bodies.pair import range_of
-from ..contact.adhesive_options import LONG_STEP, reach_of, settling, usual_step
+from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
 from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, cell_axes, surface_at
 from ..contact.problem import places as placed_at
-from ..contact.rigid.attraction import options_of
+from ..contact.rigid.attraction import read_options
 from ..contact.rigid.bodies import rigid
-from ..contact.solving import fields_of
+from ..contact.solving import state_fields
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.adhesion.rigid import smallest_gap
@@ -42,7 +42,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     """
     law, length = solved.attrs["law"], range_of(specimen.bodies)
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
-    problem, adhesion = settling(specimen, law=law, mesh=mesh)
+    problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
     adhesion = adhesion._replace(preloads=np.zeros(0))
     arguments = []
     for k in range(solved.sizes["subregion"]):
@@ -52,7 +52,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
         cells = int(place["refinement"].max())
         refine = cells if law == "lennard_jones" else min(cells, _MOST_CELLS)
         own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
-        (placed,), _ = placed_at(specimen, place, reach_of(specimen, own, adhesion))
+        (placed,), _ = placed_at(specimen, place, window_half_width(specimen, own, adhesion))
         arguments.append((*placed, own, adhesion))
     layout = states_layout(2 * np.pi * np.arange(directions) / directions)
     records = spread.task_results(_moments_at, arguments, layout.dtype, layout, name="moments")
@@ -74,7 +74,7 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     states = followed.states[retraction][::-1]
     pressure = followed.pressures[: -states.size - 1 : -1]
     left = surface._replace(separation=surface.separation - followed.residual_heights[-1])
-    gap = fields_of(pressure, left, states["delta"] + surface.zero, problem)["gap"]
+    gap = state_fields(pressure, left, states["delta"] + surface.zero, problem)["gap"]
     contact = States(
         *cell_axes(place, problem),
         pressure=pressure,
@@ -92,7 +92,7 @@ def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int 
 
     For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
     """
-    closest = smallest_gap(options_of(specimen, "hamaker").law)
+    closest = smallest_gap(read_options(specimen, "hamaker").law)
     places = []
     with warnings.catch_warnings():  # the run has given the warnings of these sums
         warnings.simplefilter("ignore", UserWarning)

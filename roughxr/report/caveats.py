@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from ..contact.certificate import SOLVED, checked
+from ..contact.certificate import SOLVED, check_conditions
 from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off
@@ -81,7 +81,7 @@ def _solved(run: Run) -> Iterator[str]:
         kind, _, method = name.partition("/")
         words = METHOD_WORDS.get(method, method).capitalize()
         if kind == "solutions" and method in SOLVED and "converged" in ds:
-            certificate = checked(ds)
+            certificate = check_conditions(ds)
             missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
             if missed.any():
                 yield f"{words}: conditions of the contact are violated: {'; '.join(certificate.words.values[missed])}."

@@ -33,9 +33,9 @@ from ..asperity.superposition import superpose
 from ..bodies import liquid
 from ..bodies.pair import elastic
 from ..contact.adhesion import SMALL_CONTACTS, adhesive
-from ..contact.adhesive_options import LONG_STEP, step_of, usual_step
+from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
 from ..contact.elastic import direct
-from ..contact.mesh import MOST_REFINED, Mesh, mesh_of
+from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
@@ -158,7 +158,7 @@ def run(
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
     words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
-    adhesion = {"preload": force, "law": law, "mesh": mesh_of(mesh, _usual_mesh(specimen))}
+    adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
         subregions = resting(specimen.scan, landings=subregions)
@@ -436,7 +436,7 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
     _show_answer(coarse, say)
     n = int(coarse["refinement"].max())
     while 2 * n <= MOST_REFINED:
-        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * step_of(specimen, mesh)), **options)
+        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
         checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
         _show_answer(checked, say)
         if not mesh_error(checked) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import ANGLES, angles, at_humidity, share_of_work
-from ..contact.problem import hardness_of
+from ..contact.problem import known_hardness
 from ..scans import level
 from ..scans.tip import erode
 from ..vocabulary import schema
@@ -31,7 +31,7 @@ def _scaled(name: str) -> Callable:
 
 def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     """Return the pair with the assigned or estimated hardness multiplied by a factor, so that it yields there."""
-    hardness, _ = hardness_of(ds)
+    hardness, _ = known_hardness(ds)
     if not np.isfinite(hardness):
         raise ValueError("no hardness is assigned, and none estimated for named materials")
     return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(

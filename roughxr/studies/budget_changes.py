@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesive_options import settling
-from ..contact.batch import cases_at, pull_offs
-from ..contact.cycle import EDGED, bearing_cell
+from ..contact.adhesive_options import preload_problem
+from ..contact.batch import place_cases, pull_offs
+from ..contact.cycle import EDGED, resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
 from ..jobs.progress import say
 from ..statistics.sampling import shares
@@ -92,7 +92,7 @@ def _solved(bases: Sequence[Base], places: xr.Dataset) -> dict[tuple, np.ndarray
     different = {each.key: each for each in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
         mesh = Mesh(int(cells[cells <= MOST_REFINED].max()), None, step)
-        at_places = cases_at(ds, places, preload=preload, law=law, mesh=mesh, splined=splined)
+        at_places = place_cases(ds, places, preload=preload, law=law, mesh=mesh, splined=splined)
         tasks |= {(key, k): case.refined(n) for k, (case, n) in enumerate(zip(at_places, cells)) if n <= MOST_REFINED}
     pulls = dict(zip(tasks, pull_offs(list(tasks.values())).tolist())) if tasks else {}
     return {
@@ -141,8 +141,8 @@ def _changed_and_reference(
 
 def cells_for(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:
     """Return how many cells to a pixel a law needs between the bodies, but for a slack."""
-    problem, adhesion = settling(ds, preload=preload, law=law, mesh=Mesh(MOST_REFINED, None))
-    n, cell = 1, slack * bearing_cell(adhesion, problem.contact_modulus)
+    problem, adhesion = preload_problem(ds, preload=preload, law=law, mesh=Mesh(MOST_REFINED, None))
+    n, cell = 1, slack * resolving_cell(adhesion, problem.contact_modulus)
     while problem.pixel / n > cell and n < MOST_REFINED:
         n *= 2
     return n

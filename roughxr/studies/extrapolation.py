@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesive_options import settling
+from ..contact.adhesive_options import preload_problem
 from ..contact.cycle import Adhesion
 from ..contact.problem import Problem
-from ..contact.regimes import of_sphere
-from ..contact.subpixel import Below, pull_off_below
+from ..contact.regimes import need_sphere
+from ..contact.subpixel import AddedRoughness, extrapolated_pull_off
 from ..jobs import spread
 from ..kernels.topography.random_surface import band_rms
 from ..scans import regions, self_affine_fit, smooth
@@ -85,7 +85,7 @@ class Question(NamedTuple):
 
     problem: Problem
     adhesion: Adhesion
-    below: Below
+    below: AddedRoughness
 
 
 def extrapolated(
@@ -152,7 +152,7 @@ def extrapolated(
     (True, 10.0)
     """
     ds, spectrum = schema.entered(ds), schema.entered(spectrum)
-    ds = of_sphere(ds).scan
+    ds = need_sphere(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     if spectrum is None or "psd" in spectrum:
@@ -168,9 +168,9 @@ def extrapolated(
     resolved = without_noise(bodies) if between else smooth(bodies, shortest=model.shown)
     model = _real_surface_spectrum(resolved) if between else model
     centres = regions.centres(ds, subregions)
-    problem, adhesion = settling(bodies, preload=preload)
+    problem, adhesion = preload_problem(bodies, preload=preload)
     surface = Surface(resolved, problem, centres)
-    question = Question(problem, adhesion, Below(model, model.shown, model.shown))
+    question = Question(problem, adhesion, AddedRoughness(model, model.shown, model.shown))
     pilot = _pilot(surface, question, _PARTS_OF_REAL if between else _PARTS_OF_POWER_LAW, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
     places = range(centres.sizes["subregion"])
@@ -224,7 +224,7 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
     if "hardness_estimate" not in ds.coords:
         return ds, _NO_HARDNESS
     estimate = float(ds["hardness_estimate"])
-    if estimate <= settling(ds)[1].peak:
+    if estimate <= preload_problem(ds)[1].largest_tension:
         words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
         return ds, f"the bodies stay elastic, since {words} exceeds the estimated hardness of {estimate:.3g} GPa"
     return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, an estimate"
@@ -328,7 +328,7 @@ class Surface:
     def _solved(self, question: Question, surfaces: list[tuple[int, int]], guess: tuple[float, float]) -> np.ndarray:
         """Return the pull-off and the depth of pairs of place and seed."""
         tasks = [(*self.patches[place], seed, *guess) for place, seed in surfaces]
-        return np.array(spread.task_results(pull_off_below, tasks, (2,), *question, name="extrapolated"))
+        return np.array(spread.task_results(extrapolated_pull_off, tasks, (2,), *question, name="extrapolated"))
 
 
 def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -360,7 +360,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
     count = len(surface.patches)
     places = np.unique(np.linspace(0, count - 1, min(count, _PILOT_PLACES)).round().astype(int))
     seeds, below = max(1, -(-_PILOT_PLACES // places.size)), question.below
-    model, length = below.spectrum, question.adhesion.span
+    model, length = below.spectrum, question.adhesion.main_range
     wavelengths, forces, converged = [below.longest], [], False
     guesses: list[tuple[float, float] | None] = [None]
     smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesive_options import settling
-from ..contact.regimes import of_sphere
-from ..contact.subpixel import Below
+from ..contact.adhesive_options import preload_problem
+from ..contact.regimes import need_sphere
+from ..contact.subpixel import AddedRoughness
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import known_spectrum
 from ..vocabulary import schema
@@ -68,7 +68,7 @@ def scale_dependence(
     {'subregion': 1, 'shortest_kept': 2, 'seed': 1}
     """
     ds = schema.entered(ds)
-    ds = of_sphere(ds).scan
+    ds = need_sphere(ds).scan
     count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
     waves = schema.ascending(_usual(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
@@ -91,13 +91,13 @@ def _usual(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
 
 def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
     """Return the simulated pull-off (place, wave, seed), smooth surfaces first: they tell how deep the next ones go."""
-    problem, adhesion = settling(ds, preload=preload)
+    problem, adhesion = preload_problem(ds, preload=preload)
     out, guess, places = [], None, range(centres.sizes["subregion"])
     for wave in waves[::-1]:
         longest = max(wave, model.shown)
         surface = Surface(smooth(ds, shortest=longest), problem, centres)
         count = seeds if wave < longest else 1  # without added waves all seeds are the same surface
-        pulls = surface.solve(Question(problem, adhesion, Below(model, longest, wave)), places, count, guess)
+        pulls = surface.solve(Question(problem, adhesion, AddedRoughness(model, longest, wave)), places, count, guess)
         guess = next_guess(pulls, guess)
         out.append(np.broadcast_to(pulls[..., 0], (len(places), seeds)))
     return np.stack(out[::-1], axis=1)

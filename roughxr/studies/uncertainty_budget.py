@@ -21,9 +21,9 @@ import xarray as xr
 from ..bodies.liquid import work_of
 from ..bodies.pair import range_of
 from ..contact.adhesion import adhesive
-from ..contact.adhesive_options import step_of
+from ..contact.adhesive_options import longest_step
 from ..contact.cycle import EDGED
-from ..contact.mesh import Mesh, mesh_of
+from ..contact.mesh import Mesh, read_mesh
 from ..contact.rigid.bodies import rigid
 from ..scans import regions
 from ..specimen import specimen_of
@@ -133,7 +133,7 @@ def error_budget(
     """
     ds, count = schema.validate(ds, "scan"), whole_number(places, "places", least=1)
     _need_factors(ds, settings)
-    mesh = mesh_of(mesh, Mesh())
+    mesh = read_mesh(mesh, Mesh())
     solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), preload=0.0, law=law, mesh=mesh)
     out = budget_of(ds, solved, places=count, preload=0.0, mesh=mesh, settings=settings)
     how = {"law": law, "mesh": mesh, "subregions": subregions, "places": places, "settings": settings}
@@ -168,7 +168,7 @@ def budget_of(
     if law not in EDGED:
         cells = min(cells_for(bare, preload, law), int(solved["refinement"].max()))
     count = some.sizes["subregion"]
-    base = Base(bare, preload, law, np.full(count, cells), step_of(specimen_of(ds), mesh))
+    base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
     cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
     for name in dict.fromkeys([*own, *settings]):
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count))

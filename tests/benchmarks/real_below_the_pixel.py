@@ -24,8 +24,8 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr.contact.adhesive_options import settling
-from roughxr.contact.subpixel import Below
+from roughxr.contact.adhesive_options import preload_problem
+from roughxr.contact.subpixel import AddedRoughness
 from roughxr.scans.fine_scales import Spectrum, rings
 from roughxr.scans.wavelength import parts_of
 from roughxr.studies.extrapolation import Question, Surface
@@ -74,8 +74,8 @@ def picture(truth, pixels, averaged, tip, noise, *, seed=None):
 
 def solved(scan, centres, shortest):
     """Return the mean pull-off (nN) of the surface as scanned, with wavelengths down to the shortest (nm)."""
-    problem, adhesion = settling(scan)
-    bare = Below(Spectrum(0.0, 1.0, 0.5, shortest), shortest, shortest)
+    problem, adhesion = preload_problem(scan)
+    bare = AddedRoughness(Spectrum(0.0, 1.0, 0.5, shortest), shortest, shortest)
     places = range(centres.sizes["subregion"])
     return float(Surface(scan, problem, centres).solve(Question(problem, adhesion, bare), places, 1)[..., 0].mean())
 

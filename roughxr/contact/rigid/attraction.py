@@ -16,14 +16,14 @@ from ..problem import Problem
 #: Laws of attraction.
 RIGID_LAWS = tuple(potentials.POTENTIALS)
 
-#: Rise (nm) of the indenter up to the window's edge, or this many times the range of heights (in memory) if larger. The
+#: Rise of the indenter at the window's edge: this many nm or this many ranges of heights, whichever is more. The
 #: surface beyond is taken as its mean plane.
 _RISE, _HEIGHT_RANGES = 300.0, 10.0
 
-#: A place is truncated if a larger share of its adhesion force than this comes from beyond the scan.
+#: Largest share of the adhesion force from beyond the scan; otherwise a place is truncated.
 BEYOND_EDGE = 0.01
 
-#: Gaps of the nearest cell, in ε, between which Lennard-Jones's largest pull is searched.
+#: Gaps of the nearest cell, in ε, at which the largest force by Lennard-Jones is searched.
 NEAREST_GAPS = np.linspace(0.31, 1.35, 27)
 
 
@@ -35,8 +35,8 @@ class Options(NamedTuple):
     menisci: Menisci | None = None  # the liquid between the bodies, if there is any
 
 
-def options_of(specimen: Specimen, law: str) -> Options:
-    """Return the options of `rigid`; raise where nothing attracts."""
+def read_options(specimen: Specimen, law: str) -> Options:
+    """Return the options of `rigid`; raise if nothing attracts."""
     ds = specimen.bodies
     schema.one_of(law, RIGID_LAWS, "law")
     (w,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
@@ -46,19 +46,19 @@ def options_of(specimen: Specimen, law: str) -> Options:
     length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else range_of(ds, law)
     potential = potentials.potential(law, w, length, wavelength)
     if menisci is not None:
-        potential = potentials.with_liquid(potential, menisci.height, menisci.pull, menisci.share)
+        potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)
     return Options(law=potential, area=specimen.pixel**2, menisci=menisci)
 
 
-def reach_of(specimen: Specimen, problem: Problem) -> float:
+def window_half_width(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
     return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * float(np.ptp(specimen.heights))))
 
 
-def largest_pull(deltas: np.ndarray, pulls: np.ndarray) -> tuple[float, float]:
-    """Return the largest adhesion force and its displacement, by the quartic through five evenly spaced values."""
-    best = int(np.clip(pulls.argmax(), 2, pulls.size - 3))
-    quartic = np.polynomial.Polynomial.fit(np.arange(-2.0, 3.0), pulls[best - 2 : best + 3], 4).convert()
+def interpolated_pull_off(deltas: np.ndarray, attractions: np.ndarray) -> tuple[float, float]:
+    """Return the largest attraction and its displacement, by the quartic through five evenly spaced values."""
+    best = int(np.clip(attractions.argmax(), 2, attractions.size - 3))
+    quartic = np.polynomial.Polynomial.fit(np.arange(-2.0, 3.0), attractions[best - 2 : best + 3], 4).convert()
     turns = quartic.deriv().roots()
     inside = turns.real[(np.abs(turns.imag) < 1e-9) & (np.abs(turns.real) <= 2)]
     x = max([*inside, -2.0, 2.0], key=quartic)

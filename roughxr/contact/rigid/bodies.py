@@ -13,8 +13,8 @@ from ...vocabulary import schema
 from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
 from ..problem import first_touches, read_problem
-from .attraction import Options, options_of
-from .rigid_places import at_places
+from .attraction import Options, read_options
+from .rigid_places import solve_places
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _START_HEIGHT = 60, 10.0
@@ -40,7 +40,7 @@ def rigid(
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 60 from 10 nm above the highest touch to the deepest.
+        Displacements, nm, ascending; by default 60, from 10 nm above the highest first touch to the lowest.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
@@ -48,7 +48,7 @@ def rigid(
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned. It is retarded if the
         pair has a wavelength of retardation. The other laws have the pair's range of adhesion.
     refine : int
-        Sum over refine × refine cells in each pixel, heights interpolated without wavelengths below two pixels.
+        Sum over refine × refine cells in each pixel, with heights interpolated without wavelengths below two pixels.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     fields : bool
@@ -59,11 +59,11 @@ def rigid(
     Dataset
         ``force`` (nN) along (subregion, delta), NaN where the bodies cannot come so close; along subregion
         ``pull_off_force`` and ``pull_off_delta``, the largest adhesion force at any displacement; ``touch_delta`` (nm),
-        the first touch; ``pull_beyond_contact``, the share of the pull-off force from gaps above twice the law's
-        length; ``cell_error``, its relative excess (divide by 1 + ``cell_error``); ``truncated``, where more than 1 %
-        of it comes from beyond the scan. For a humid pair also ``meniscus_error``, the probable relative excess of the
-        law of thin menisci, and ``work_of_separation`` (nN nm), from the pull-off on at constant humidity. Lazy where
-        the scan is a dask array.
+        the first touch; ``share_beyond_contact``, the share of the pull-off force from gaps above twice the law's
+        length; ``cell_error``, the relative excess of the pull-off force by the cells (divide by 1 + ``cell_error``);
+        ``truncated``, if more than 1 % of the pull-off force comes from beyond the scan. For a humid pair also
+        ``meniscus_error``, the probable relative excess by the law of thin menisci, and ``work_of_separation`` (nN nm),
+        from the pull-off on at constant humidity. Lazy if the scan is a dask array.
 
     Warns
     -----
@@ -97,15 +97,15 @@ def rigid(
     """
     specimen = specimen_of(ds)
     refine = whole_number(refine, "refine", least=1, most=64)
-    options = options_of(specimen, law)
+    options = read_options(specimen, law)
     options = options._replace(area=options.area / refine**2)
     positions = specimen.centres(subregions)
     steps = _default_deltas(specimen) if delta is None else delta
     problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=refine)
-    out = at_places(specimen, positions, problem, options, fields=fields)
+    out = solve_places(specimen, positions, problem, options, fields=fields)
     length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", "law": law, "refine": refine, **length}
-    out.attrs["missing"] = "NaN where the bodies cannot come so near"
+    out.attrs["missing"] = "NaN where the bodies cannot come so close"
     arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "refine": refine}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, fields=fields, **arguments)
     out = spread.finish(out)
@@ -115,7 +115,7 @@ def rigid(
 
 
 def _warn(out: xr.Dataset, options: Options) -> None:
-    """Warn where a single cell dominates the adhesion force."""
+    """Warn if a single cell dominates the adhesion force."""
     pull = out["pull_off_force"]
     if pull.chunks:
         return

@@ -1,4 +1,4 @@
-"""Rigid bodies at given places: one task for each, with the adhesion force at all displacements."""
+"""Rigid bodies at given places: a task for each place, with the adhesion force at all displacements."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ...kernels.adhesion import rigid as kernels
 from .. import menisci
 from ..problem import Place, Problem, Surface, places, surface_at
 from ..solving import put_fields, window_axes
-from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, largest_pull, reach_of
+from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, interpolated_pull_off, window_half_width
 
 #: Gap, in units of the law's length, up to which a cell counts as in contact.
 _TOUCHING = 2.0
@@ -23,7 +23,7 @@ _EVENTS = {
     "pull_off_force": float,
     "pull_off_delta": float,
     "touch_delta": float,
-    "pull_beyond_contact": float,
+    "share_beyond_contact": float,
     "cell_error": float,
     "truncated": bool,
 }
@@ -32,16 +32,16 @@ _EVENTS = {
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
-def at_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
+def solve_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
     """Return the curves and events at given places."""
-    solved_places, shape = places(specimen, positions, reach_of(specimen, problem))
+    solved_places, shape = places(specimen, positions, window_half_width(specimen, problem))
     cells = problem.refine * shape[0], problem.refine * shape[1]
     liquid_names = {} if options.menisci is None else _OF_LIQUID
     layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | liquid_names, cells if fields else None)
     mean = specimen.heights.mean()
     arguments = [(*place, mean) for place in solved_places]
     shared = problem, layout, options
-    records = spread.task_results(_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
+    records = spread.task_results(_solve_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
     out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in solved_places], problem, cells)) if fields else out
 
@@ -50,33 +50,35 @@ class _Setting(NamedTuple):
     """The indenter and the surface at one place, and the law between them."""
 
     surface: Surface
-    ground: float  # nm below the datum, the mean plane beyond the window
+    mean_plane: float  # nm below the datum, the surface beyond the window
     rectangle: tuple[float, float, float, float]  # sides of the window from the centre, nm
     problem: Problem
     options: Options
     cells: kernels.Cells
 
-    def pulls(self, deltas: np.ndarray) -> np.ndarray:
+    def attractions(self, deltas: np.ndarray) -> np.ndarray:
         """Return the adhesion force (nN) at displacements (nm below the datum)."""
         o = self.options
         closest = kernels.smallest_gap(o.law)
         inside = kernels.attractions(self.surface.separation, self.cells, deltas, o.law, closest, o.area)
-        return inside + self.beyond(deltas)
+        return inside + self.attractions_beyond(deltas)
 
-    def beyond(self, deltas: np.ndarray) -> np.ndarray:
+    def attractions_beyond(self, deltas: np.ndarray) -> np.ndarray:
         """Return the adhesion force (nN) from beyond the window."""
         indenter, o = self.problem.indenter, self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
-        return kernels.force_outside(self.ground - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle)
+        return kernels.force_outside(
+            self.mean_plane - deltas, o.law, indenter.radius, indenter.parabola, self.rectangle
+        )
 
-    def touch(self) -> float:
+    def first_touch(self) -> float:
         """Return the displacement (nm below the datum) of first touch."""
         return float(self.surface.separation.min())
 
 
-def _place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
-    """Solve one place; the function that a task runs."""
+def _solve_place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
+    """Solve one place, as a task."""
     surface = surface_at(Place(height, datum, window, ends), problem)
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
@@ -85,32 +87,32 @@ def _place(height, datum, window, ends, mean, problem, layout, options) -> np.nd
         surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
     )
     record, deltas = layout.blank(), problem.steps + surface.zero
-    closest, pull = _largest_pull(setting)
+    closest, pull = _pull_off(setting)
     within = deltas <= closest + 1e-9
-    record["force"][within] = -setting.pulls(deltas[within])
+    record["force"][within] = -setting.attractions(deltas[within])
     if options.menisci is not None:
         cell, meniscus = problem.dx, options.menisci
         record["meniscus_error"] = menisci.relative_error(setting.cells, pull[1], options.law, meniscus, cell, pull[0])
         record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
-    record["touch_delta"] = setting.touch() - surface.zero
+    record["touch_delta"] = setting.first_touch() - surface.zero
     record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
     if options.law.closest is not None:
-        exact = setting.pulls(np.array([pull[1] - touches_earlier(surface.separation)]))[0]
+        exact = setting.attractions(np.array([pull[1] - minimum_below_cells(surface.separation)]))[0]
         record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
-    record["pull_beyond_contact"] = 1 - _touching(setting, pull[1]) / pull[0]
-    record["truncated"] = any(ends) and setting.beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    record["share_beyond_contact"] = 1 - _contact_attraction(setting, pull[1]) / pull[0]
+    record["truncated"] = any(ends) and setting.attractions_beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
     if layout.window is not None:
         put_fields(record, surface, _fields(setting, np.where(within, deltas, np.nan)))
     return record
 
 
-def touches_earlier(separation: np.ndarray) -> float:
-    """Return the depth (nm) of the true minimum below the lowest cell, by a parabola through 3 × 3 cells.
+def minimum_below_cells(separation: np.ndarray) -> float:
+    """Return the depth (nm) of the least separation below the lowest cell, by a paraboloid through 3 × 3 cells.
 
     Examples
     --------
     >>> x = np.arange(5.0) - 2.3
-    >>> round(touches_earlier(x[:, None] ** 2 + (x - 0.2) ** 2), 6)
+    >>> round(minimum_below_cells(x[:, None] ** 2 + (x - 0.2) ** 2), 6)
     0.34
     """
     i, j = np.unravel_index(np.argmin(separation), separation.shape)
@@ -128,7 +130,7 @@ def touches_earlier(separation: np.ndarray) -> float:
     return float(0.5 * slope @ np.linalg.solve(matrix, slope))
 
 
-def _touching(setting: _Setting, delta: float) -> float:
+def _contact_attraction(setting: _Setting, delta: float) -> float:
     """Return the adhesion force (nN) from cells that count as in contact."""
     o = setting.options
     gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.smallest_gap(o.law))
@@ -144,11 +146,11 @@ def _fields(setting: _Setting, deltas: np.ndarray) -> dict[str, np.ndarray]:
     return {"pressure": pressure, "displacement": np.where(np.isnan(gap), np.nan, 0.0), "gap": gap}
 
 
-def _largest_pull(setting: _Setting) -> tuple[float, tuple[float, float]]:
+def _pull_off(setting: _Setting) -> tuple[float, tuple[float, float]]:
     """Return the displacement of closest approach, and the largest adhesion force with its displacement."""
     law = setting.options.law
     if law.closest is not None:
-        closest = setting.touch() - kernels.smallest_gap(law)
-        return closest, (float(setting.pulls(np.array([closest]))[0]), closest)
-    deltas = setting.touch() - law.length * NEAREST_GAPS
-    return np.inf, largest_pull(deltas, setting.pulls(deltas))
+        closest = setting.first_touch() - kernels.smallest_gap(law)
+        return closest, (float(setting.attractions(np.array([closest]))[0]), closest)
+    deltas = setting.first_touch() - law.length * NEAREST_GAPS
+    return np.inf, interpolated_pull_off(deltas, setting.attractions(deltas))

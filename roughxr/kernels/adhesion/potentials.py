@@ -50,7 +50,7 @@ class Potential(NamedTuple):
     length: float  # z₀, ε, ρ or h, nm
     wavelength: float  # of retardation, nm; inf without
     filled: float = -np.inf  # b, the gap below which liquid fills it, nm
-    pull: float = 0.0  # of the liquid, γ/r_K, GPa
+    tension: float = 0.0  # of the liquid, γ/r_K, GPa
     share: float = 1.0  # s, of the solids' own traction under the liquid
 
     @property
@@ -70,10 +70,10 @@ def potential(name, work, length, wavelength=np.inf):
     return Potential(RETARDED if code == HAMAKER and np.isfinite(wavelength) else code, work, length, wavelength)
 
 
-def with_liquid(law, height, pull, share):
+def with_liquid(law, height, tension, share):
     """Return a law with liquid in gaps up to a height (nm) above contact, and the liquid's tension (GPa)."""
     contact = law.length if law.code == LENNARD_JONES else law.closest
-    return law._replace(filled=contact + height, pull=pull, share=share)
+    return law._replace(filled=contact + height, tension=tension, share=share)
 
 
 @kernel
@@ -86,7 +86,7 @@ def traction(g, law):
 def partly_wetted_traction(g, law, wetted):
     """Return t(g) where liquid covers a part of the area."""
     t = _solids(g, law)
-    return t + wetted * (law.pull - (1.0 - law.share) * t) if wetted > 0.0 else t
+    return t + wetted * (law.tension - (1.0 - law.share) * t) if wetted > 0.0 else t
 
 
 @kernel
@@ -125,7 +125,7 @@ def energy(g, law):
     if law.filled == -np.inf:
         return _energy(g, law)
     values, at_edge, under = np.array(_energy(g, law)), _energy(law.filled, law), g < law.filled
-    values[under] = law.share * (values[under] - at_edge) + law.pull * (law.filled - g[under]) + at_edge
+    values[under] = law.share * (values[under] - at_edge) + law.tension * (law.filled - g[under]) + at_edge
     return values
 
 
