@@ -1,4 +1,4 @@
-"""A scan and its pair of bodies, read once: verbs pass this down in place of the Dataset."""
+"""A scan and its pair of bodies, read once and passed down in place of the Dataset."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Indenter(NamedTuple):
 
     @property
     def parabola(self) -> bool:
-        """Whether it is Hertz's paraboloid, for which tests have closed forms."""
+        """Whether the indenter is Hertz's paraboloid (in tests)."""
         return self.profile == PARABOLA
 
-    def reach(self, depth: float) -> float:
+    def half_width(self, depth: float) -> float:
         """Return the half-width, nm, within which the indenter lies less than ``depth`` above its lowest point."""
         if self.map is None:
             return float(np.sqrt(2 * self.radius * max(depth, 0.0)))
@@ -50,22 +50,22 @@ class Specimen:
     """A valid scan in memory with its pair of bodies; derived values are computed once."""
 
     scan: xr.Dataset
-    lazy: bool = False  # whether results are computed later, as the heights of the scan that was given
+    lazy: bool = False  # whether the given scan was lazy; then results are computed later
     _derived: dict[Callable, xr.Dataset] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def bodies(self) -> xr.Dataset:
-        """All but the heights: axes, pair and indenter, contact centres, history."""
+        """Everything but the heights: axes, pair and indenter, contact centres, history."""
         return self.scan.drop_vars("height")
 
     @cached_property
     def heights(self) -> np.ndarray:
-        """Heights (nx, ny), nm; raises where pixels are missing."""
+        """Heights (nx, ny), nm; raises if pixels are missing."""
         return schema.finite(self.scan["height"].values)
 
     @cached_property
     def pixel(self) -> float:
-        """Side of the pixels, nm; raises where they are not square."""
+        """Side of the pixels, nm; raises if they are not square."""
         return schema.square_pixel(self.bodies)
 
     @cached_property
@@ -92,7 +92,7 @@ class Specimen:
 
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
-    """Return the specimen of a scan; a specimen, which verbs pass to each other, as it is."""
+    """Return the specimen of a scan; a specimen is returned unchanged."""
     if isinstance(given, Specimen):
         return given
     scan = schema.validate(given, "scan")

@@ -34,7 +34,7 @@ def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
         {
             "resisting_moment": (along, moment),
             "hinge_distance": (along, np.broadcast_to(hinge, moment.shape)),
-            "tipping_pull": (along, np.full(moment.shape, np.inf)),
+            "tipping_force": (along, np.full(moment.shape, np.inf)),
             "tipping_hinge_distance": (along, np.full(moment.shape, np.nan)),
             "pull_off_force": ("subregion", pull_off * one),
             "pull_off_delta": ("subregion", 0 * one),
@@ -116,12 +116,12 @@ def test_a_centred_contact_is_lifted_where_it_pulls_off_and_not_tipped_before():
     """A JKR contact under a pull F at its axis holds max (|P| − F) a: nothing at P_c, 1.0879 P_c a_c at none."""
     a_c, push = 40.0, {"moment": 1.087872 * 100 * 40.0, "hinge": 1.160397 * 40.0}
     ground = held(**push)
-    ground["tipping_pull"] = ground.resisting_moment * 0 + 100.0
+    ground["tipping_force"] = ground.resisting_moment * 0 + 100.0
     ground["tipping_hinge_distance"] = ground.resisting_moment * 0 + a_c
     found = ground.contact.critical_load("centrifuge", particle_density=4000)
     mass = 4 / 3 * np.pi * (RADIUS * 1e-9) ** 3 * (4000 - 1.181)
     assert found.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
-    tipped = ground.drop_vars("tipping_pull").assign(tipping_pull=np.inf * ground.tipping_pull)
+    tipped = ground.drop_vars("tipping_force").assign(tipping_force=np.inf * ground.tipping_force)
     alone = tipped.contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
     assert alone.item() == pytest.approx(0.9375 * 100e-9 / mass + 9.80665, rel=1e-4)  # what the first state alone says
 
@@ -162,7 +162,11 @@ def test_a_sphere_that_does_not_rest_is_left_out_of_the_fraction_that_remains():
     ground = held(np.array([[np.nan], [1e4], [-10.0]]))
     found = ground.contact.resuspension(friction_velocity=[0.0, 100.0])
     assert found.attrs["places"] == 1 and found.remaining.values.ravel().tolist() == [1.0, 0.0]
-    assert np.isfinite(found.remaining_here.isel(friction_velocity=0, time=0)).values.tolist() == [False, True, False]
+    assert np.isfinite(found.remaining_at_place.isel(friction_velocity=0, time=0)).values.tolist() == [
+        False,
+        True,
+        False,
+    ]
     with pytest.raises(ValueError, match=r"where the sphere rests, found none of 1 \(1 in contact\)"):
         held(np.array([[-10.0]])).contact.resuspension(friction_velocity=[1.0])
 
@@ -279,13 +283,13 @@ def placed(ground, columns):
 def test_pull_offs_of_another_method_act_at_the_same_levers():
     ground = placed(held(np.linspace(1000, 4000, 72) * np.array([[1.0], [2.0]]), load=7.0, hinge=60.0), 1)
     ground["lever"] = ground.resisting_moment / ground.pull_off_force
-    ground["tipping_pull"] = ground.resisting_moment * 0 + 90.0
+    ground["tipping_force"] = ground.resisting_moment * 0 + 90.0
     other = ground[["pull_off_force"]] * np.array([0.5, 3.0])
     changed = with_pull_off(ground, other)
     ratio = np.array([[0.5], [3.0]])
     weight = 7.0 * 60.0
     np.testing.assert_allclose(changed.resisting_moment, (ground.resisting_moment - weight) * ratio + weight)
-    np.testing.assert_allclose(changed.tipping_pull, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_pull)
+    np.testing.assert_allclose(changed.tipping_force, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_force)
     np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
     xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
     free, air = ground.assign_attrs(load=0.0), Flow(lift="none")

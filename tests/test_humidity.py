@@ -218,7 +218,7 @@ def test_the_twin_by_two_independent_sums():
 def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels):
     pair = wet(scan(rough(pixels, rms=0.5, smooth=1.0), 5.0), 0.9, materials="glass", contact_modulus=None)
     rigid = pair.contact.rigid(delta=[-0.2])
-    with pytest.warns(UserWarning, match=r"1 of 1 subregions .* edge of the scan .* leave out what lies beyond"):
+    with pytest.warns(UserWarning, match=r"1 of 1 subregions .* edge of the scan .* do not include the surface beyond"):
         adhesive = pair.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
     for solved in (rigid, adhesive):
         assert bool(solved.truncated.all()) and np.isfinite(solved.pull_off_force).all()

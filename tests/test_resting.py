@@ -318,7 +318,7 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
         share[force <= force[0]].sum()
     )
     left = roughxr.particles.resuspension(held, friction_velocity=[0.3, 1.0])
-    expected = (left.remaining_here * places.landing_share).sum("subregion")
+    expected = (left.remaining_at_place * places.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
 
 

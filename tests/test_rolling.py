@@ -51,7 +51,7 @@ def test_one_asperity_holds_what_a_jkr_sphere_holds_at_its_edge():
     np.testing.assert_allclose(held.resisting_moment / (unit.P * unit.a), closed, rtol=2e-4)
     np.testing.assert_allclose(held.hinge_distance / unit.a, 1.25 ** (2 / 3), rtol=0.02)
     np.testing.assert_allclose(held.lever / unit.a, closed, rtol=2e-4)
-    np.testing.assert_allclose(held.tipping_pull / unit.P, 1.0, rtol=2e-4)  # pulled at its middle it lets go at P_c
+    np.testing.assert_allclose(held.tipping_force / unit.P, 1.0, rtol=2e-4)  # pulled at its middle it lets go at P_c
     np.testing.assert_allclose(held.tipping_hinge_distance / unit.a, 1.0, rtol=0.03)
 
 

@@ -82,7 +82,7 @@ def test_detach_counts_particles_not_places(folder, groups, capsys):
 def test_resuspension_of_a_run_counts_particles_not_places(groups):
     held = groups["solutions/rolling"]
     left = roughxr.particles.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
-    expected = (left.remaining_here * held.landing_share).sum("subregion")
+    expected = (left.remaining_at_place * held.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
 
 

@@ -1,4 +1,4 @@
-"""What all sums over asperities share: the options of a law, the asperities as plain arrays, and the largest pull."""
+"""Sums over asperities: the options of a law, the asperities as plain arrays, and the exact pull-off."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ LAWS = (*ADHESIVE, "hertz")
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
 FORMULATIONS = ASPERITY_LAWS[1:]
 
-#: The default formulation, and the one used by "maugis" for the shape of its ellipses: only these may go with "maugis".
+#: The default formulation, and that of the ellipses of "maugis", which takes only these two.
 DEFAULT, _OF_MAUGIS = "energy", "self_similar"
 
-#: The record of the largest pull at one contact centre.
+#: The record of the pull-off at one contact centre.
 PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
 
 
 class SumOptions(NamedTuple):
-    """How asperities adhere, and what is pressed against them."""
+    """The law of the asperities, and the sphere pressed against them."""
 
     law: str  # name of the kernel's law
     adhesion_range: float  # nm: z₀, or NaN for a law without range
@@ -46,12 +46,12 @@ class SumOptions(NamedTuple):
     work_of_adhesion: float
 
     def kernel_law(self) -> AsperityLaw:
-        """Return the law in the form that the kernels take."""
+        """Return the law for the kernels."""
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def options_of(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
-    """Return the options of a sum over asperities; raise where they do not go together."""
+def read_options(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
+    """Return the options of a sum over asperities; raise if they contradict each other."""
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
     if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
@@ -63,7 +63,7 @@ def options_of(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    menisci = menisci_of(ds)  # which reach further, and hold more than the solids
+    menisci = menisci_of(ds)  # of a longer range and a larger work than the solids
     length = range_of(ds) if menisci is None else menisci.range
     return SumOptions(
         law=formulation if law == "jkr" else law,
@@ -76,21 +76,21 @@ def options_of(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
     )
 
 
-def law_of(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
+def law_attributes(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
     if law in RANGED:
         return {"law": law, "formulation": _OF_MAUGIS, "adhesion_range": options.adhesion_range}
     return {"law": law, "formulation": formulation}
 
 
-def fit_of(formulation: str | None) -> dict[str, str]:
-    """Return the options of `asperities`: the paper's for the paper's own formulas, else the defaults."""
+def fit_options(formulation: str | None) -> dict[str, str]:
+    """Return the options of `asperities`: the paper's for the published formulas, else the defaults."""
     return {"patch": "paper", "vertex": "pixel"} if formulation == "published" else {}
 
 
 @dataclass(frozen=True, eq=False)
 class Summands:
-    """A valid scan or catalogue whose asperities are summed, and how: read once by each verb that sums them."""
+    """A valid scan or catalogue whose asperities are summed, with the law and options of the sum."""
 
     ds: xr.Dataset
     law: str
@@ -100,10 +100,10 @@ class Summands:
 
     @cached_property
     def catalogue(self) -> xr.Dataset:
-        """The catalogue, or that of the scan."""
+        """The given catalogue, or that of the scan."""
         if "asperity" in self.ds.dims:
             return self.ds
-        return asperities(self.ds, **fit_of(self.formulation))
+        return asperities(self.ds, **fit_options(self.formulation))
 
     @cached_property
     def prepared(self) -> Asperities:
@@ -111,24 +111,24 @@ class Summands:
         return plain_asperities(self.catalogue, self.options)
 
 
-def summands_of(ds: xr.Dataset, law: str | None, formulation: str) -> Summands:
-    """Return what a verb that sums asperities was given; raise where it does not go together."""
+def read_summands(ds: xr.Dataset, law: str | None, formulation: str) -> Summands:
+    """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     law = law or ("maugis" if schema.is_wet(ds) else "jkr")
-    return Summands(ds, law, formulation, options_of(ds, law, formulation), is_lazy(ds))
+    return Summands(ds, law, formulation, read_options(ds, law, formulation), is_lazy(ds))
 
 
 class Asperities(NamedTuple):
-    """The peaks of a catalogue as plain numbers, as a law sees them."""
+    """The peaks of a catalogue as plain numbers, scaled by a law."""
 
     field: sums.Field
     patch_radius: float  # nm
     excluded: int  # saddles left out
-    grid: pull_off_search.AsperityGrid | None  # in which the largest pull is searched, of laws with adhesion
+    grid: pull_off_search.AsperityGrid | None  # for the search of the pull-off, of laws with adhesion
 
 
 def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
-    """Return the peaks of a catalogue, with the sphere's curvature where the law adds it."""
+    """Return the peaks of a catalogue as plain numbers, with composite curvatures if the law uses them."""
     sphere, law = 0.5 / options.radius if options.composite else 0.0, options.kernel_law()
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, law)
@@ -146,7 +146,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
 
 
 def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the indices of the points nearest to each point, −1 where there are fewer."""
+    """Return the indices of the nearest points of each point, −1 if there are fewer."""
     from scipy.spatial import cKDTree
 
     points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
@@ -155,18 +155,20 @@ def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         quickly_made = {"balanced_tree": False, "compact_nodes": False}
         nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
         itself = nearest == np.arange(x.size)[:, None]
-        itself[~itself.any(axis=1), -1] = True  # where several points coincide, another one may come first
+        itself[~itself.any(axis=1), -1] = True  # if points coincide, another one may come first
         out[:, :count] = nearest[~itself].reshape(x.size, count)
     return out
 
 
-def largest_pulls(x: np.ndarray, y: np.ndarray, grid: pull_off_search.AsperityGrid, options: SumOptions) -> np.ndarray:
-    """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN where nothing pulls."""
-    pulls = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
-    force, delta = -pulls[:, pull_off_search.FORCE], pulls[:, pull_off_search.DELTA]
+def exact_pull_offs(
+    x: np.ndarray, y: np.ndarray, grid: pull_off_search.AsperityGrid, options: SumOptions
+) -> np.ndarray:
+    """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN without adhesion."""
+    results = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
+    force, delta = -results[:, pull_off_search.FORCE], results[:, pull_off_search.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)
     records["pull_off_delta"] = delta
-    records["contacts"] = pulls[:, pull_off_search.CONTACTS]
-    records["truncated"] = pulls[:, pull_off_search.AT_EDGE] > 0
+    records["contacts"] = results[:, pull_off_search.CONTACTS]
+    records["truncated"] = results[:, pull_off_search.AT_EDGE] > 0
     return records

@@ -1,4 +1,4 @@
-"""Asperities: the peaks of a scan, each with the paraboloid that fits it best."""
+"""Asperities: the peaks of a scan with their least-squares paraboloids."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from ..vocabulary.units import Quantity, is_whole, positive
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
-#: Largest patch, as a part of the shortest wavelength. A narrower one gives the curvature at the very vertex, which a
-#: contact outgrows: sums over asperities fall short of the adhesive simulation; wider patches exceed it.
+#: Largest patch, as a part of the shortest wavelength. On narrower patches, with the curvature of the very vertex, sums
+#: over asperities are below the adhesive simulation; on wider ones above it.
 _PATCH_PER_WAVELENGTH = 0.75
 
 #: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
-#: Least number of pixels along a side of a patch; the number from which on pixels are not refined; and the largest.
+#: Number of pixels along a side of a patch: the least; the least on pixels that are not refined; and the largest.
 _LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 
-#: Largest refinement of the pixels, and how near the patch must come to the wanted width.
+#: Largest refinement of the pixels, and least width of the patch over the requested width.
 _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 
-#: The most heights of a scan on finer pixels: some 4 GB.
+#: Largest number of heights of a scan on finer pixels: some 4 GB.
 _MOST_VALUES = 5e8
 
-#: Decimals (nm) to which splined heights are rounded, so that what is flat in the scan stays flat.
+#: Decimals (nm) to which splined heights are rounded, so that flat areas stay flat.
 _DECIMALS = 9
 
 #: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
@@ -48,7 +48,7 @@ _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms",
 
 
 class _Setup(NamedTuple):
-    """How the asperities of a scan are searched for and fitted."""
+    """Pixels and patch of the search for asperities and of their fits."""
 
     pixel: tuple[float, float]  # nm, of the finer pixels
     refine: int  # refinement of the scan's pixels
@@ -62,7 +62,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours. Its paraboloid is the least-squares
     fit to a square patch around it, and has the summit's curvature only if the patch is narrower than the shortest
-    wavelength: fitted over two wavelengths it is several times too flat, and the asperity's pull too strong.
+    wavelength: fitted over two wavelengths it is several times too flat, and its adhesion too strong.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
         A scan. The heights of a lazy one are loaded.
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
-        pixels from 3 to 31, on pixels refined by splines where that is too few; 3 × 3 pixels where the shortest
+        pixels from 3 to 31, on pixels refined by splines if these are too few; 3 × 3 pixels if the shortest
         wavelength is below two pixels. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
         many pixels. A length such as "15 nm": the largest patch that does not exceed it.
     vertex : {"fitted", "pixel"}
@@ -85,7 +85,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
         ``axis_ratio`` λ = b/a of the Hertz ellipse (NaN for a saddle), ``fit_rms`` (nm), ``plateau_size``, the
         flags ``saddle``, ``edge``, ``vertex_fixed``; coordinates ``x``, ``y`` of the vertex (nm). The scalar
         coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
-        ``rms_slope`` say how the fit was made.
+        ``rms_slope`` describe the fit.
 
     Warns
     -----
@@ -129,14 +129,14 @@ def _setup(
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, shape, pixel)
     if refine**2 * shape[0] * shape[1] > _MOST_VALUES:
         raise ValueError(
-            f"patch: expected a wider one, or a smaller scan: pixels {refine} times finer are "
-            f"{refine**2 * shape[0] * shape[1]:.2g} heights, and {_MOST_VALUES:.2g} are the most"
+            f"patch: expected at most {_MOST_VALUES:.2g} heights, found {refine**2 * shape[0] * shape[1]:.2g} on "
+            f"pixels {refine} times finer; take a wider patch or a smaller scan"
         )
     return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, measures)
 
 
 def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[int, int]:
-    """Return a patch's pixels (odd, at least 3) and the refinement by which it comes near to a width (nm)."""
+    """Return a patch's number of pixels (odd, at least 3) and their refinement, for a width (nm)."""
     pixels = width / max(pixel) * (1 + 1e-9)
     most = int(min(pixels, _MOST_PIXELS, *shape))
     if most >= _UNREFINED_PIXELS:
@@ -151,7 +151,7 @@ def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) ->
 
 @cached
 def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
-    """Return the peaks of heights, on finer pixels if so set up, and their paraboloids."""
+    """Return the peaks of heights, refined if the set-up requires it, and their paraboloids."""
     from scipy.interpolate import RectBivariateSpline
 
     if setup.refine > 1:  # bicubic splines through the pixel centres
@@ -225,7 +225,7 @@ def _warn(out: xr.Dataset) -> None:
         remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
         warn(
             f"patch: {100 * share:.0f} % of the asperities do not fit a paraboloid on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm: their curvatures are not those of the summits; {remedy}"
+            f"{2 * float(out['patch_radius']):.3g} nm: these are not the curvatures of the summits; {remedy}"
         )
 
 

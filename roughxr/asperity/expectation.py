@@ -1,10 +1,9 @@
-"""How far the superposed pull-off may be from that of the adhesive simulation at the same places.
+"""The expected ratio of the superposed pull-off to that of the adhesive simulation at the same places.
 
 Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces (Hurst exponents 0.4 and 0.8, slopes of
-0.03 to 0.3), each under two spheres with two works of adhesion, with a patch that suits the scan: superposed over
-direct was between `LOW` and `HIGH` in 154 of 160 cases. Slope, spacing, overlap and Tabor's parameter do not predict
-where a surface lies in this range. A patch wider than `WIDEST` of the shortest wavelength adds a factor that grows with
-it.
+0.03 to 0.3), each under two spheres with two works of adhesion, with patch="auto": the ratio was between `LOW` and
+`HIGH` in 154 of 160 cases. Slope, spacing, overlap and Tabor's parameter do not predict it within this range. A patch
+wider than `WIDEST` of the shortest wavelength increases the ratio further.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from .catalogue import RESOLVED
 
-#: Superposed over direct pull-off: the median, and the ends of the range.
+#: Superposed pull-off over that of the simulation: the median, and the ends of the range.
 RATIO, LOW, HIGH = 0.8, 0.3, 1.4
 
 #: Largest patch, over the shortest wavelength, for which the ratio was measured.
@@ -26,7 +25,7 @@ WIDEST = 0.8
 
 
 def expectation(catalogue: xr.Dataset, law: str) -> str:
-    """Return what to expect of the pull-off from these asperities over that of `adhesive`, or why it is not known."""
+    """Return in words the expected pull-off from these asperities over that of `adhesive`, or why it is unknown."""
     unknown = ""
     if law not in ("energy", "self_similar"):
         unknown = f"it was measured for the corrected formulas, not for {law!r}"
@@ -41,7 +40,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
 
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
-    """Warn of pulls (nN, positive) that exceed that of the same sphere on a smooth flat, and say what causes them."""
+    """Warn of pull-off forces (nN) above that of the same sphere on a smooth flat, with the probable cause."""
     (radius,), work = schema.pair(catalogue, "sphere_radius"), work_of(catalogue)
     factor = 2.0 if law in RANGED else 1.5
     smooth = factor * np.pi * work * radius

@@ -1,4 +1,4 @@
-"""`rolling`: the moment that resists rolling, by direction, from asperities or from a simulation's own contacts."""
+"""`rolling`: the moment that resists rolling, by direction, from asperities or from the contacts of a simulation."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ..kernels.asperity import rotation
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
-from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, largest_pulls, law_of, summands_of
+from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
 
-_MOMENTS = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
+_MOMENTS = ("resisting_moment", "hinge_distance", "tipping_force", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
 _EVENTS: dict[str, type] = {
     "pull_off_force": float,
@@ -34,15 +34,15 @@ _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
 MISSING = {
-    "superpose": "NaN where nothing is in contact under this load, nothing pulls or no place of rest was found",
-    "adhesive": "NaN where no state of the retraction is in contact, or one of them has not converged",
+    "superpose": "NaN where nothing is in contact under this load, nothing adheres or no resting position exists",
+    "adhesive": "NaN where no state of the retraction is in contact, or any of them has not converged",
     "rigid": "NaN where no state is in contact",
 }
 
 #: Largest gap of cells in contact: of `adhesive`, in sides of a cell, by rounding; of `rigid`, in lengths of its law.
 _CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
 
-#: Moments that differ by less than this share of the largest are equal: what is left is rounding.
+#: Moments that differ by less than this share of the largest are equal but for rounding.
 _EQUAL_MOMENTS = 1e-6
 
 
@@ -53,12 +53,12 @@ def rolling(
     load: Quantity = 0.0,
     subregions: Places = None,
 ) -> xr.Dataset:
-    """Return the largest moment that contact, adhesion and load resist as the sphere begins to roll, by direction.
+    """Return the largest moment by which contact, adhesion and load resist rolling, by direction.
 
     From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
     foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a solution by
     `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states of the
-    retraction, which the contact resists at least. Cells of `rigid` within 1.25 of its law's length are in contact.
+    retraction, a lower bound of the resistance. Cells of `rigid` within 1.25 of its law's length are in contact.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def rolling(
     directions : int or array_like
         Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
     load : number or quantity
-        Force on the sphere's axis as it begins to roll, nN, positive pushes; for example its weight. It must be
-        positive where nothing adheres.
+        Force on the sphere's axis as it begins to roll, nN, positive towards the surface; for example its weight. It
+        must be positive without adhesion.
     subregions : (int, int), (array, array) or Dataset, optional
         As in `direct`; not for a solution, which has its own.
 
@@ -77,30 +77,30 @@ def rolling(
     -------
     Dataset
         Along (subregion, direction): ``resisting_moment`` (nN nm), negative where the sphere rolls off by itself;
-        ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, negative where the axis lies beyond
-        it; ``lever`` (nm), the moment over the pull-off force; ``tipping_pull`` (nN), the pull at the axis that alone
-        tips the sphere, inf where none does, and ``tipping_hinge_distance`` (nm), the edge's distance then. Along
-        subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), each the first of those that resist alike,
-        with ``weakest_ties`` and ``stiffest_ties`` where there are several; ``pull_off_force`` (nN),
+        ``hinge_distance`` (nm) from the sphere's axis to the edge at that moment, negative if the axis lies beyond
+        the edge; ``lever`` (nm), the moment over the pull-off force; ``tipping_force`` (nN), the normal force at the
+        axis that alone tips the sphere, inf if none does, and ``tipping_hinge_distance`` (nm), the edge's distance
+        then. Along subregion: ``weakest_direction`` and ``stiffest_direction`` (rad), the first of several equal
+        directions, with ``weakest_ties`` and ``stiffest_ties`` if there are several; ``pull_off_force`` (nN),
         ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), ``contacts`` (at rest: asperities, or patches of the
         simulation two pixels or more apart), and for asperities ``rest_delta`` (nm from the highest peak) and
-        ``truncated``. NaN where nothing is in contact, or not ``converged``; the attribute
-        ``missing`` says why. Lazy where the scan is.
+        ``truncated``. NaN without contact or if not ``converged``, as the attribute ``missing`` explains. Lazy if the
+        scan is.
 
     Raises
     ------
     ValueError
-        If a scan's pair is humid, nothing adheres and no load pushes, or a solution has no pressures on retraction.
+        If a scan's pair is humid, there is neither adhesion nor a load, or a solution has no pressures on retraction.
 
     Notes
     -----
     For one JKR contact the moment is the largest −P a = (15/16)(5/4)^(2/3) P_c a_c = 1.087872 P_c a_c; for two contacts
-    far apart P_c times their distance; for N equal ones on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ. Without adhesion,
-    stiff contacts under a load L resist L times the edge's distance. Asperities stay elastic, whatever hardness is
-    assigned.
+    far apart P_c times their distance; for N equal contacts on a ring of radius ρ ≫ a_c 0.8770 N P_c ρ. Without
+    adhesion, stiff contacts under a load L resist by L times the edge's distance. Asperities stay elastic, also with a
+    hardness.
 
-    The sphere does not settle sideways (but see `resting`). Where ``contacts`` is one or two, a real sphere would roll
-    on until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
+    The sphere does not settle sideways (but see `resting`). On one or two ``contacts`` a real sphere would roll on
+    until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
 
     Examples
     --------
@@ -116,32 +116,32 @@ def rolling(
     push = float(magnitude(load, "nN", "load"))
     if "height" not in ds and "force" in ds:
         if subregions is not None:
-            raise ValueError("subregions: expected none with a solution, which has its own")
+            raise ValueError("subregions: expected none with a solution, found some; leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
-        return _finished(_of_states(ds, angles, push), ds, method, {"directions": angles, "load": push})
+        return _labelled_moments(_solution_moments(ds, angles, push), ds, method, {"directions": angles, "load": push})
     if schema.is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
             "ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], fields=True)"
         )
-    summands = summands_of(ds, "jkr", DEFAULT)
+    summands = read_summands(ds, "jkr", DEFAULT)
     if not (summands.options.work_of_adhesion > 0 or push > 0):
-        raise ValueError(f"load: expected a positive load in nN where nothing adheres, found {push:g}")
-    out = _of_asperities(summands, angles, push, subregions)
-    named = law_of(summands.law, summands.formulation, summands.options)
+        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}")
+    out = _asperity_moments(summands, angles, push, subregions)
+    named = law_attributes(summands.law, summands.formulation, summands.options)
     arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
-    return _finished(out.assign_attrs(named), summands.ds, "superpose", arguments)
+    return _labelled_moments(out.assign_attrs(named), summands.ds, "superpose", arguments)
 
 
-def _finished(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
-    """Return the result with its labels and its history."""
+def _labelled_moments(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
+    """Return the result with labels and history."""
     out.attrs |= {"method": method, "load": arguments["load"], "missing": MISSING[method]}
     if not out.chunks:
         warn_unconverged(out, "their moments are NaN")
     return schema.record(schema.label(out), "rolling", ds, **arguments)
 
 
-def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
+def _asperity_moments(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
     positions = regions.centres(summands.ds, subregions)
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
@@ -153,14 +153,14 @@ def _of_asperities(summands: Summands, angles, load, subregions) -> xr.Dataset:
 
 
 def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout, load: float) -> np.ndarray:
-    """Roll the sphere off one place."""
+    """Roll the sphere off one place; a task."""
     field, record = prepared.field, layout.blank()
     if prepared.grid is not None:
-        pull = largest_pulls(np.array([x]), np.array([y]), prepared.grid, options)[0]
+        pull = exact_pull_offs(np.array([x]), np.array([y]), prepared.grid, options)[0]
         record["pull_off_force"], record["pull_off_delta"] = pull["pull_off_force"], pull["pull_off_delta"]
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     spline = options.kernel_law().spline
-    near, rest = _rest(field, offset, float(record["pull_off_delta"]), load, spline)
+    near, rest = _displacement_at_rest(field, offset, float(record["pull_off_delta"]), load, spline)
     record["converged"] = not np.isinf(rest)
     if not np.isfinite(rest):
         return record
@@ -176,7 +176,9 @@ def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout:
     return _put(record, layout, moments.T)
 
 
-def _rest(field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray) -> tuple:
+def _displacement_at_rest(
+    field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray
+) -> tuple:
     """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none."""
     onset = offset + field.scales.end * field.scales.delta
     if offset.size == 0:
@@ -202,13 +204,13 @@ def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
         record[name] = values
     record["lever"] = moment / record["pull_off_force"]
     for name, sign in (("weakest", 1.0), ("stiffest", -1.0)):
-        first, several = least(sign * moment)
+        first, several = weakest(sign * moment)
         record[f"{name}_direction"], record[f"{name}_ties"] = angles[first], several
     return record
 
 
-def least(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first direction (last axis) of the least moment but for rounding, and whether others tie with it."""
+def weakest(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the index (last axis) of the first least moment, and whether others equal it."""
     equal = moment <= moment.min(axis=-1, keepdims=True) + _EQUAL_MOMENTS * np.abs(moment).max(axis=-1, keepdims=True)
     return equal.argmax(axis=-1), equal.sum(axis=-1) > 1
 
@@ -230,12 +232,12 @@ def states_layout(angles: np.ndarray) -> Layout:
     return Layout({"direction": angles}, _STATES, _EVENTS | _SIMULATED_STATES)
 
 
-def closed(gap: np.ndarray, pressure: np.ndarray, side: float) -> np.ndarray:
-    """Return which cells, of a side in nm, of the simulation with adhesion are in contact."""
+def touching_cells(gap: np.ndarray, pressure: np.ndarray, side: float) -> np.ndarray:
+    """Return the cells (of a side in nm) of the simulation with adhesion that are in contact."""
     return (gap <= _CLOSED_GAP * side) | (pressure > 0)
 
 
-def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
+def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
     """Return the largest moments over the retraction of a solution."""
     stiff = ds.attrs.get("method") == "rigid"
     if "pressure" not in ds or not ("branch" in ds["pressure"].dims or stiff) or "pull_off_force" not in ds:
@@ -244,12 +246,12 @@ def _of_states(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dataset:
             "none; solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
     layout, out = states_layout(angles), ds if stiff else ds.sel(branch="retraction", drop=True)
-    records = np.stack([_of_place(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
+    records = np.stack([_place_moments(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
     centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
     return labelled(records, layout, ds, centres)
 
 
-def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
+def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     """Return the record of one place of a solution."""
     fields = ds.transpose("delta", "x", "y", ...)
     pressure, gap = fields["pressure"].values, fields["gap"].values
@@ -257,7 +259,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
         touching = gap <= _RIGID_GAP * length
     else:
-        touching = closed(gap, pressure, float(ds["x"][1] - ds["x"][0]))
+        touching = touching_cells(gap, pressure, float(ds["x"][1] - ds["x"][0]))
     x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     cell = float(x[1] - x[0]) * float(y[1] - y[0])
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
@@ -268,7 +270,7 @@ def _of_place(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
 
 
 def moments_of_states(states: States, layout: Layout, load: float, **known: Any) -> np.ndarray:
-    """Return the record of one place, with what is ``known``: its pull-off, and whether its states converged."""
+    """Return the record of one place; ``known`` contains its pull-off and whether its states converged."""
     from scipy.ndimage import binary_dilation, label
 
     record, angles = layout.blank(), layout.axes["direction"]
@@ -278,12 +280,12 @@ def moments_of_states(states: States, layout: Layout, load: float, **known: Any)
     x, y = np.meshgrid(states.x, states.y, indexing="ij")
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)
     for state in np.flatnonzero(states.touching.any(axis=(1, 2))):
-        pull = np.nan_to_num(states.pressure[state]) * cell
-        _of_state(pull, states.touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
-    largest[rotation.PULL, largest[rotation.PULL] == -np.inf] = np.inf
+        push = np.nan_to_num(states.pressure[state]) * cell
+        _include_state(push, states.touching[state], x, y, np.sqrt(cell / np.pi), angles, load, largest)
+    largest[rotation.TIPPING_FORCE, largest[rotation.TIPPING_FORCE] == -np.inf] = np.inf
     rest = _state_at_rest(states.area, states.force, load)
     record["contact_area"] = np.nan if rest is None else states.area[rest]
-    if rest is not None:  # patches less than two pixels apart are one contact
+    if rest is not None:  # patches less than two pixels apart count as one contact
         square = np.ones((3, 3))
         near = binary_dilation(states.touching[rest], square, iterations=max(states.refine, 1))
         record["contacts"] = label(near, square)[1]
@@ -292,9 +294,9 @@ def moments_of_states(states: States, layout: Layout, load: float, **known: Any)
 
 
 def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | None:
-    """Return the state at rest: where, on retraction, the force first falls to the load; None without contact.
+    """Return the state at which the force first falls to the load on retraction; None without contact.
 
-    States further out are left out: there the force may be near the load again, but few contacts remain.
+    Later states are not used: their force may be near the load again, but few contacts remain.
     """
     touching = np.flatnonzero(area > 0)[::-1]
     if not touching.size:
@@ -305,19 +307,20 @@ def _state_at_rest(area: np.ndarray, force: np.ndarray, load: float) -> int | No
     return int(nearest[np.abs(force[nearest] - load).argmin()])
 
 
-def _of_state(push, touching, x, y, reach, angles, load, largest) -> None:
-    """Update results (4, direction) with one state's moment about the front of its contact, where it is larger.
+def _include_state(push, touching, x, y, reach, angles, load, largest) -> None:
+    """Update results (4, direction) with a state's moment about the front of its contact, if that is larger.
 
-    The front lies beyond the foremost cell's centre by ``reach`` (nm), the radius of a disc of its area: about centres
-    directions along and across the cells would tie, about corners the diagonals of small contacts be the stiffest.
+    The front lies beyond the foremost cell's centre by ``reach`` (nm), the radius of a disc of the cell's area. About
+    centres, directions along and across the cells would tie; about corners, diagonals of small contacts would be the
+    stiffest.
     """
     cos, sin = np.cos(angles), np.sin(angles)
     edge = (np.outer(cos, x[touching]) + np.outer(sin, y[touching])).max(axis=1) + reach
     whole = push.sum()
     moment = (load - whole) * edge + cos * (push * x).sum() + sin * (push * y).sum()
     more = moment > largest[rotation.MOMENT]
-    largest[: rotation.PULL, more] = moment[more], edge[more]
+    largest[: rotation.TIPPING_FORCE, more] = moment[more], edge[more]
     with np.errstate(divide="ignore", invalid="ignore"):
         pull = np.where(edge > 0, moment / edge, -np.inf)
-    more = pull > largest[rotation.PULL]
-    largest[rotation.PULL :, more] = pull[more], edge[more]
+    more = pull > largest[rotation.TIPPING_FORCE]
+    largest[rotation.TIPPING_FORCE :, more] = pull[more], edge[more]

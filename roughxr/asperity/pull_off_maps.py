@@ -1,4 +1,4 @@
-"""The largest superposed pull at very many places, up to every pixel of a scan, found exactly and without a sweep."""
+"""The exact pull-off from superposed asperities at very many places, up to every pixel of a scan, without a sweep."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from ..jobs import spread
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
-from .asperity_sum import ADHESIVE, DEFAULT, PULL_OFF, SumOptions, largest_pulls, law_of, summands_of
+from .asperity_sum import ADHESIVE, DEFAULT, PULL_OFF, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .expectation import expectation, warn_above_smooth
 
-#: Centres in one task, which then takes some hundredths of a second.
+#: Number of centres in a task, which then takes some hundredths of a second.
 _TILE = 512
 
 EVERY_PIXEL = "every pixel"
@@ -27,10 +27,10 @@ def pull_off_map(
     subregions: Places = EVERY_PIXEL,
     law: str | None = None,
 ) -> xr.Dataset:
-    """Return the largest pull of the superposed asperities at each contact centre, whatever the displacement.
+    """Return the exact pull-off of the superposed asperities at each contact centre.
 
     The sum over asperities of `superpose` is minimised over all displacements, to rounding (with law="maugis" to 1e-6
-    of an asperity's own pull), see `kernels.asperity.pull_off_search`.
+    of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
 
     Parameters
     ----------
@@ -39,15 +39,14 @@ def pull_off_map(
     subregions : "every pixel", (int, int), (array, array) or Dataset
         As in `direct`; every pixel needs a scan.
     law
-        As in `superpose`; "hertz" never pulls.
+        As in `superpose`, but with adhesion.
 
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN where nothing pulls;
-        ``contacts``, the number of asperities in contact there, and ``truncated``, whether one of them is at the scan's
-        edge. Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy where the scan is a dask
-        array.
+        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN without adhesion; ``contacts``,
+        the number of asperities in contact at pull-off, and ``truncated``, whether any of them is at the scan's edge.
+        Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy if the scan is a dask array.
 
     Examples
     --------
@@ -58,7 +57,7 @@ def pull_off_map(
     (True, 'nN')
     """
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
-    summands = summands_of(ds, law, DEFAULT)
+    summands = read_summands(ds, law, DEFAULT)
     ds, law, options = summands.ds, summands.law, summands.options
     if isinstance(subregions, str):
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
@@ -75,8 +74,8 @@ def pull_off_map(
     records, shape = records.reshape(-1)[: x.size], tuple(places.sizes.values())
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
     out = out.assign_coords({**places.coords, **schema.travelling(ds)})
-    named = law_of(law, DEFAULT, options)
-    out.attrs = {"datum": "highest_peak", "method": "superpose", **named, "missing": "NaN where no displacement pulls"}
+    named = law_attributes(law, DEFAULT, options)
+    out.attrs = {"datum": "highest_peak", "method": "superpose", **named, "missing": "NaN where nothing adheres"}
     out.attrs["expectation"] = expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named}
     out = schema.record(schema.label(out), "pull_off_map", ds, **arguments)
@@ -87,7 +86,7 @@ def pull_off_map(
 
 
 def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: SumOptions, size: int) -> np.ndarray:
-    """Return the records of one tile, padded to its full size."""
+    """Return the records of one tile, padded to its full size; a task."""
     records = np.zeros(size, PULL_OFF)
-    records[: x.size] = largest_pulls(x, y, grid, options)
+    records[: x.size] = exact_pull_offs(x, y, grid, options)
     return records

@@ -1,4 +1,4 @@
-"""The surface made up of the asperities alone: the upper envelope of their paraboloids."""
+"""The surface of the asperities alone: the upper envelope of their paraboloids."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     ds : Dataset
         The scan.
     catalogue : Dataset, optional
-        Its asperities; by default those found with the default patch.
+        Its asperities; by default with the default patch.
 
     Returns
     -------
     Dataset
         ``height`` (nm); the attributes ``residual_rms`` and ``residual_mean``
-        (nm) give its difference from the scan. It matches the peaks, not the surface between them: expect a
+        (nm) state its difference from the scan. It matches the peaks, not the surface between them: expect a
         residual as large as the roughness.
 
     References

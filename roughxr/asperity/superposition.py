@@ -1,4 +1,4 @@
-"""Superposition: the contact of a sphere with a scan's asperities, each as if it stood alone."""
+"""Superposition: the contact of a sphere with a scan's asperities, each independent of the others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,16 @@ from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from .asperity_sum import ADHESIVE, DEFAULT, Asperities, Summands, SumOptions, largest_pulls, law_of, summands_of
+from .asperity_sum import (
+    ADHESIVE,
+    DEFAULT,
+    Asperities,
+    Summands,
+    SumOptions,
+    exact_pull_offs,
+    law_attributes,
+    read_summands,
+)
 from .expectation import expectation, warn_above_smooth
 
 _STATES = {
@@ -27,7 +36,7 @@ _STATES = {
 }
 _EVENTS: dict[str, type] = {"excluded_asperities": int}
 
-#: Variables of laws with adhesion, whatever the displacements.
+#: Variables of laws with adhesion, independent of the displacements.
 _PULL_OFF: dict[str, type] = {"pull_off_force": float, "pull_off_delta": float}
 
 #: Number of displacements of a default sweep.
@@ -47,32 +56,31 @@ def superpose(
     Parameters
     ----------
     ds : Dataset
-        A scan (its asperities are then found with the default patch, or for formulation="published" as the paper finds
-        them: 5 × 5 pixels, vertices at pixels) or an asperity catalogue, taken as it is, with an assigned pair.
+        A scan with an assigned pair (its asperities are detected with the default patch; for formulation="published"
+        with the paper's, 5 × 5 pixels and vertices at pixels), or an asperity catalogue with an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 301 from before the first touch of any place to where every place is
-        pressed as deep as the median place lies below the highest peak.
+        Displacements, nm, ascending; by default 301, from before the first touch of any place until every place is
+        indented by the depth of the median place below the highest peak.
     subregions
         As in `direct`.
     law : {"jkr", "maugis", "hertz"}, optional
         Adhesion of zero range, of finite range (Maugis's law between JKR and DMT, for 0.02 < λ = 1.157 μ < 50, see
-        `tabor`), or none; by default "jkr", for a humid pair "maugis" with the range, and the work of adhesion, of
-        liquid and solids.
+        `tabor`), or none; by default "jkr". For a humid pair "maugis" with the range and work of liquid and solids.
     formulation : {"energy", "self_similar", "published"}
-        For law="jkr", how adhesion acts on an ellipse. "energy": the shape that minimises the energy over both axes;
-        "self_similar": Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ²
-        where the derivation gives λ, and with the asperity's curvature alone. The others add the sphere's own curvature
-        to the asperity's. law="hertz" with "published" is the paper's sum without adhesion.
+        For law="jkr", the adhesion of an ellipse. "energy": the energy is stationary in both axes; "self_similar":
+        Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ² for λ and
+        without the sphere's curvature, which the others add to the asperity's. law="hertz" with "published" is the
+        paper's sum without adhesion.
 
     Returns
     -------
     Dataset
-        ``force`` (nN, negative pulls) and ``contact_area`` (nm²) along (subregion, delta); the numbers of ``contacts``,
-        of those beyond the patch of their paraboloid, and of those that overlap one of eight nearest neighbours, so
-        that superposition no longer holds; ``truncated`` where an asperity at the scan's edge is in contact;
-        ``excluded_asperities``, the saddles left out. Laws with adhesion also give the exact ``pull_off_force`` and
-        ``pull_off_delta`` of `pull_off_map`, and as attributes the ``expectation`` of the pull-off over that of
-        `adhesive`. Lazy where the scan is a dask array.
+        ``force`` (nN, negative for attraction) and ``contact_area`` (nm²) along (subregion, delta); the number of
+        ``contacts``, of those larger than the patch of their paraboloid, and of those that overlap one of their eight
+        nearest neighbours, which superposition does not describe; ``truncated``, if an asperity at the scan's edge is
+        in contact; ``excluded_asperities``, the number of saddles. With adhesion also the exact ``pull_off_force`` and
+        ``pull_off_delta`` of `pull_off_map`, and the attribute ``expectation``, the expected ratio to the pull-off of
+        `adhesive`. Lazy if the scan is a dask array.
 
     Warns
     -----
@@ -82,7 +90,7 @@ def superpose(
 
     Notes
     -----
-    By "maugis" the pull across a gap, before an asperity touches and after it detaches, is left out: on a surface of
+    "maugis" neglects the attraction across a gap, before an asperity touches and after it detaches: on a surface of
     1.5 nm rms less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it at λ = 0.02.
 
     References
@@ -98,7 +106,7 @@ def superpose(
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
-    summands = summands_of(ds, law, formulation)
+    summands = read_summands(ds, law, formulation)
     ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
     positions = regions.centres(ds, subregions)
     if "hardness" in ds.coords:
@@ -114,7 +122,7 @@ def superpose(
     records = solve(_superpose, centres, layout.dtype, summands.prepared, options, layout)
     out = labelled(records, layout, ds, positions)
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
-    named = law_of(law, formulation, options)
+    named = law_attributes(law, formulation, options)
     out.attrs = {"datum": "highest_peak", "method": "superpose", **named}
     if law in ADHESIVE:
         out.attrs["expectation"] = expectation(summands.catalogue, options.law)
@@ -127,7 +135,7 @@ def superpose(
 
 
 def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np.ndarray:
-    """Return displacements from before any place pulls to well beyond where all places are touched."""
+    """Return displacements from before the first adhesion to well beyond the last first touch."""
     field, options = summands.prepared.field, summands.options
     if field.x.size == 0:
         return np.linspace(-1, 1, _STEPS)
@@ -138,7 +146,7 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
 
 
 def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:
-    """Sum the asperities of one subregion at all displacements."""
+    """Sum the asperities of one subregion at all displacements; a task."""
     field, patch_radius, excluded, grid = prepared
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     summed = sums.superpose(layout.axes["delta"], field, offset, patch_radius, options.kernel_law().spline)
@@ -147,7 +155,7 @@ def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, la
         record[name] = values
     record["excluded_asperities"] = excluded
     if grid is not None:
-        pull = largest_pulls(np.array([x]), np.array([y]), grid, options)[0]
+        pull = exact_pull_offs(np.array([x]), np.array([y]), grid, options)[0]
         for name in _PULL_OFF:
             record[name] = pull[name]
     return record

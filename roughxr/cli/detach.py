@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..figures.maps import critical_map
-from ..particles.adhesion_parameters import by_place
+from ..particles.adhesion_parameters import adhesion_by_place
 from ..particles.force_balance import NO_REST
 from ..report.detachment import leading
 from ..report.run_tables import METHOD_WORDS
@@ -83,7 +83,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
         print(f"written to {file}")
     if options.picture:
         _draw(critical, moments, options.picture, source)
-    return by_place(moments).merge(critical, compat="override", combine_attrs="override")
+    return adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
 
 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:

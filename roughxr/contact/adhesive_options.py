@@ -255,13 +255,13 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
 def window_half_width(specimen: Specimen, problem: Problem, adhesion: Adhesion) -> float:
     """Return the half-width (nm) of the windows: the overlap, and the surface lifted by adhesion."""
     if problem.indenter.map:
-        return problem.indenter.reach(np.inf)
+        return problem.indenter.half_width(np.inf)
     depth = deepest(specimen, problem._replace(first_contact=problem.first_contact or adhesion.preloads.size > 0))
     if np.isinf(depth):
         return np.inf
     attraction = interaction_range(adhesion, problem)
-    reach = problem.indenter.reach(depth)
+    reach = problem.indenter.half_width(depth)
     for _ in range(20):  # JKR's contact of radius a lifts the surface by √(2πaw/E*)
         uplift = np.sqrt(2 * np.pi * reach * adhesion.whole_work / problem.contact_modulus)
-        reach = problem.indenter.reach(depth + uplift + attraction)
+        reach = problem.indenter.half_width(depth + uplift + attraction)
     return reach + problem.pixel

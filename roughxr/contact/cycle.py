@@ -241,10 +241,8 @@ def resolving_cell(adhesion: Adhesion, modulus: float) -> float:
     cell = min(cell, adhesion.first_cell) if np.isinf(cell) else cell
     if liquid is None:
         return cell
-    widest_edge = (
-        0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.capillary_pressure
-    )  # as wide as the liquid is high
-    return min(cell, widest_edge)
+    # an edge as wide as the liquid is high
+    return min(cell, 0.5 * _EDGE_SLOPE * modulus * liquid.height / liquid.capillary_pressure)
 
 
 def largest_cell(law: str, length: float, modulus: float, work: float) -> float:

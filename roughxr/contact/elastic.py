@@ -125,7 +125,7 @@ def direct(
         LIMITS,
         name="direct",
         positions=positions,
-        reach=problem.indenter.reach(deepest(specimen, problem)),
+        reach=problem.indenter.half_width(deepest(specimen, problem)),
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}

@@ -87,7 +87,7 @@ def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.
 
 def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
     """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
-    placed, _ = places(specimen, positions, specimen.indenter.reach(float(np.ptp(specimen.heights))))
+    placed, _ = places(specimen, positions, specimen.indenter.half_width(float(np.ptp(specimen.heights))))
     bare = Problem(np.zeros(1), False, False, specimen.pixel, 1, np.nan, specimen.indenter)
     return np.array([surface_at(place, bare).separation.min() for place in placed])
 

@@ -211,9 +211,8 @@ def formulas(
     """
     specimen = need_sphere(ds)
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
-    result, inputs = (_humid_formulas if schema.is_wet(specimen.bodies) else _dry_formulas)(
-        specimen, law, _inputs(specimen)
-    )
+    pull_offs = _humid_formulas if schema.is_wet(specimen.bodies) else _dry_formulas
+    result, inputs = pull_offs(specimen, law, _inputs(specimen))
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)

@@ -1,12 +1,13 @@
-"""How particles come to rest and detach: loads at a wall, the strength at which one moves, and how many remain.
+"""Particles on a surface: resting positions, loads, detachment, and the fraction that remains.
 
-resting_places       `resting`: where particles lie still, their share at each place, and the lowest pass
+resting_places       `resting`: resting positions, the share of particles at each, and the lowest pass
 loads                drag, torque and lift in wall shear, weight and tilt, centrifuge, vibration; the table `LOADS`
 force_balance        `critical_load`: strength of a load at which the sphere rolls, slides or lifts
 kinetics             Rock'n'Roll: rates of resuspension in turbulence, and adhesion by Biasi's fit
-adhesion_parameters  `parameters`: the parameters of adhesion that other codes need
+adhesion_parameters  `parameters`: the parameters of adhesion for other codes
+simulated_moments    resisting moments of the simulation's contacts, for a run
 dem                  `to_dem`: adhesion as input for LAMMPS, or the distribution of the pull-off as a table
-remaining_fraction   `resuspension`: the fraction of particles left, from computed moments and pull-off forces
+remaining_fraction   `resuspension`: the fraction of particles that remain, from computed moments and pull-off forces
 """
 
 from .adhesion_parameters import parameters

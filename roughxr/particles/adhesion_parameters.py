@@ -1,4 +1,4 @@
-"""`parameters`: adhesion and moments reduced to the parameters that other codes need.
+"""`parameters`: adhesion and moments reduced to the parameters of other codes.
 
 Rock'n'Roll    log-normal pull-off over the smooth sphere's, and a lever over the radius (Reeks & Hall 2001)
 LAMMPS         pair_style granular, normal jkr: E_eff and γ, pull-off 3πγR; rolling sds: μ_roll, whose largest
@@ -12,25 +12,25 @@ import xarray as xr
 
 from ..statistics import fit, reduction
 from ..vocabulary import schema
-from .force_balance import expect_moments, refuse_varied, scope_of
+from .force_balance import expect_moments, refuse_varied, scope_words
 
 #: Reported quantiles over the places, and the suffixes of their names.
 _QUANTILES = {"low": 0.05, "median": 0.5, "high": 0.95}
 
 
 def parameters(ds: xr.Dataset) -> xr.Dataset:
-    """Return the parameters of adhesion that resuspension and discrete-element codes need, from the places of a result.
+    """Return the parameters of adhesion of resuspension and discrete-element codes, from the places of a result.
 
     Parameters
     ----------
     ds : Dataset
-        Result of `rolling`, or a pull-off with its pair, which then gives no levers.
+        Result of `rolling`, or a pull-off with its pair (without levers).
 
     Returns
     -------
     Dataset
-        Scalars, which `to_table` lists with units and meaning. Of the log-normal law of the pull-off over the smooth
-        sphere's ``adhesion_mean``, ``adhesion_spread`` and ``adhesion_law_distance``, Kolmogorov's.
+        Scalars, which `to_table` lists with units and meaning. ``adhesion_mean``, ``adhesion_spread`` and
+        ``adhesion_law_distance`` (Kolmogorov's) of the log-normal law of the pull-off over the smooth sphere's.
         ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off force, with ``_low`` and
         ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`
         ``moment_mean`` (nN nm) and ``moment_spread`` (geometric), ``lever_median`` over the radius, with ``_low`` and
@@ -69,11 +69,11 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
         rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
-    out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_of(ds)})
+    out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_words(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
 
-def by_place(ds: xr.Dataset) -> xr.Dataset:
+def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
     ds = schema.entered(ds)
     expect_moments(ds)
@@ -86,7 +86,7 @@ def by_place(ds: xr.Dataset) -> xr.Dataset:
         "moment_largest": moment.max("direction"),
     }
     out = reduced.assign(columns).assign_attrs(missing=ds.attrs.get("missing", ""))
-    return schema.record(schema.label(out), "by_place", ds)
+    return schema.record(schema.label(out), "adhesion_by_place", ds)
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:

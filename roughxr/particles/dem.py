@@ -10,7 +10,7 @@ from ..statistics import cdf, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
-from .force_balance import refuse_varied, scope_of
+from .force_balance import refuse_varied, scope_words
 
 #: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -40,13 +40,13 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     Returns
     -------
     str
-        Lines with comments and SI units, one particle type for each class, at the sphere's radius. They hold the
-        adhesion between sphere and wall; its dynamics (damping, friction, time step) are for you to add.
+        Lines with comments and SI units, one particle type for each class, at the sphere's radius. They contain the
+        adhesion between sphere and wall; add the dynamics (damping, friction, time step) yourself.
 
     Notes
     -----
-    LAMMPS was run with these lines: pulling a particle off the wall takes the pull-off force given here, within 1e-5
-    (``tests/benchmarks/dem_codes.py``). For other codes take `parameters`.
+    In LAMMPS, run with these lines, the pull-off force of a particle agrees within 1e-5 (``tests/benchmarks/
+    dem_codes.py``). For other codes take `parameters`.
 
     Examples
     --------
@@ -61,38 +61,38 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)
-    pulls = np.sort(ds["pull_off_force"].values[ds["pull_off_force"].notnull()]) * _NEWTON
-    count = min(whole_number(classes, "classes", least=1), pulls.size)
-    means = [part.mean() for part in np.array_split(pulls, count)]
-    lines = _lammps(ds, means, fraction(poisson_ratio, "poisson_ratio"))
-    return "\n".join([*(f"# {line}" for line in _head(ds, pulls)), *lines]) + "\n"
+    forces = np.sort(ds["pull_off_force"].values[ds["pull_off_force"].notnull()]) * _NEWTON
+    count = min(whole_number(classes, "classes", least=1), forces.size)
+    means = [part.mean() for part in np.array_split(forces, count)]
+    lines = _lammps_lines(ds, means, fraction(poisson_ratio, "poisson_ratio"))
+    return "\n".join([*(f"# {line}" for line in _header(ds, forces)), *lines]) + "\n"
 
 
-def _head(ds: xr.Dataset, pulls: np.ndarray) -> list[str]:
+def _header(ds: xr.Dataset, forces: np.ndarray) -> list[str]:
     law = parameters(ds)
     radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
     mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
     return [
         f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
-        f"pull-off force: mean {pulls.mean():.5g} N, standard deviation {pulls.std(ddof=1):.3g} N between places",
+        f"pull-off force: mean {forces.mean():.5g} N, standard deviation {forces.std(ddof=1):.3g} N between places",
         f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
         f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g};",
         "if that is too much, take more classes",
-        scope_of(ds),
+        scope_words(ds),
     ]
 
 
-def _lammps(ds: xr.Dataset, pulls: list[float], poisson_ratio: float) -> list[str]:
-    count, radius = len(pulls), float(ds["sphere_radius"]) * _METRE
+def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
+    count, radius = len(forces), float(ds["sphere_radius"]) * _METRE
     young_modulus = 2 * (1 - poisson_ratio**2) * float(ds["contact_modulus"]) * _PASCAL
     lines = ["units si", f"# {count} types of equal share; jkr pulls off at 3 pi gamma R, E of sphere and wall alike"]
     friction = ""
     if "lever" in ds:  # of rolling, at rest
         friction = f" rolling sds 0.0 0.0 {0.5 * float((ds['lever'] / ds['sphere_radius']).median()):.4g}"
-    for k, pull in enumerate(pulls, 1):
-        normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {pull / (3 * np.pi * radius):.6g}"
+    for k, force in enumerate(forces, 1):
+        normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {force / (3 * np.pi * radius):.6g}"
         lines += [
-            f"group class{k} type {k}  # {1 / count:.4g} of the particles, pull-off {pull:.5g} N",
+            f"group class{k} type {k}  # {1 / count:.4g} of the particles, pull-off {force:.5g} N",
             f"fix wall{k} class{k} wall/gran granular {normal} tangential linear_nohistory 0.0 0.0{friction} "
             "damping velocity zplane 0.0 NULL",
         ]
@@ -102,7 +102,7 @@ def _lammps(ds: xr.Dataset, pulls: list[float], poisson_ratio: float) -> list[st
 
 
 def _distribution(ds: xr.Dataset) -> str:
-    """Return the distribution of the pull-off over the places as CSV, with the levers where they are known."""
+    """Return the distribution of the pull-off over the places as CSV, with levers if they are known."""
     steps = cdf(ds, "pull_off_force")
     force = steps["pull_off_force"].values
     table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
@@ -114,6 +114,6 @@ def _distribution(ds: xr.Dataset) -> str:
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),
-        f"places: {steps.attrs['samples']}; where nothing pulls: {steps.attrs['missing']}",
+        f"places: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")

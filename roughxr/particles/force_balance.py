@@ -1,13 +1,13 @@
 """The critical strength of a load: rolling, sliding and lifting, each as drive over resistance.
 
     roll    max over n of the smaller of [T (e·n) + (N + L) h] / M for two states with edge n: that of the largest
-            moment, and that of the largest M/h, the pull that tips it; T = along · r + torque, the moment about the
+            moment, and that of the largest M/h, the tipping force; T = along · r + torque, the moment about the
             contact
     slide   along / (μ (F_c − N)), or along / (τ A)
     lift    N / F_c
 
 where M is the resisting moment about the contact's edge in direction n, h the distance of that edge (`rolling`, under a
-load L; the contact resists as long as any state of it does), e the direction of the load, N the force away from the
+load L; the contact resists as long as any of its states does), e the direction of the load, N the force away from the
 wall, F_c the pull-off force, A the contact area. The mode whose ratio reaches 1 at the smallest strength comes first.
 All directions n count: a sphere pushed along e may tip about any edge of its contact.
 """
@@ -21,23 +21,23 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import least
+from ..asperity.moments import weakest
 from ..statistics.sampling import SHARE, conditions
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
-from .loads import LOADS, Body, Flow, Load, Push, in_numbers
+from .loads import LOADS, Body, Flow, Load, Push, read_flow
 
 Verb = TypeVar("Verb", bound=Callable[..., xr.Dataset])
 
 MODES = ("roll", "slide", "lift")
 
-#: Values of ``mode`` where there is no mode.
+#: Values of ``mode`` at places without a mode.
 NEITHER, NO_CONTACT, NO_REST = "none", "no contact", "no rest"
 
-_MISSING = "NaN where no flow moves the sphere, nothing is in contact or the sphere does not rest; see mode"
+_MISSING = "NaN where no load moves the sphere, nothing is in contact or the sphere does not rest; see mode"
 
-#: Strengths tried to bracket the critical one, and bisections after that.
+#: Number of strengths that bracket the critical strength, and of bisections after that.
 _STRENGTHS, _HALVINGS = 240, 60
 
 
@@ -47,7 +47,7 @@ class Resistance(NamedTuple):
     moment: np.ndarray  # (state, place, direction), nN nm
     hinge: np.ndarray  # (state, place, direction), nm
     share: np.ndarray  # (place, direction): e·n, of the load's moment about each edge
-    pull_off: np.ndarray  # (place,), nN, 0 where nothing adheres
+    pull_off: np.ndarray  # (place,), nN, 0 without adhesion
     area: np.ndarray  # (place,), nm²
     load: float  # nN, on the sphere's axis, already counted in the moment
     friction: float | None
@@ -55,8 +55,8 @@ class Resistance(NamedTuple):
     known: np.ndarray  # (place,): whether there is contact
 
 
-def over_varied(function: Verb) -> Verb:
-    """Return a function of resisting moments that also takes those of `vary`, each entry by itself."""
+def for_each_condition(function: Verb) -> Verb:
+    """Return a function of resisting moments that also maps over the entries of `vary`."""
 
     @functools.wraps(function)
     def each(ds: xr.Dataset, *arguments: Any, **options: Any) -> Any:
@@ -74,7 +74,7 @@ def over_varied(function: Verb) -> Verb:
     return cast(Verb, each)
 
 
-@over_varied
+@for_each_condition
 def critical_load(
     ds: xr.Dataset,
     load: str = "wall_shear",
@@ -85,7 +85,7 @@ def critical_load(
     friction_coefficient: Quantity | None = None,
     shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
-    """Return the smallest strength of a load at which the sphere detaches at each place, and how.
+    """Return the smallest strength of a load at which the sphere detaches at each place, and the mode of detachment.
 
     Parameters
     ----------
@@ -94,10 +94,10 @@ def critical_load(
     load : {"wall_shear", "tilt", "centrifuge", "vibration"}
         "centrifuge" pulls away from the wall, "vibration" shakes along it.
     direction : number, quantity or "weakest"
-        Direction towards which the load pushes, rad from x towards y; "weakest": at each place that in which the
-        sphere rolls most easily, the first where several tie.
+        Direction of the load, rad from x towards y; "weakest": the direction of the least resisting moment at each
+        place, the first of several equal ones.
     particle_density : number or quantity, optional
-        kg/m³, for its weight; without it a flow acts on a weightless sphere, and the other loads are refused.
+        kg/m³, for its weight; without it the sphere is weightless in a flow, and other loads are refused.
     flow : {"air", "water"} or Flow
         The fluid, at 20 °C, or a `Flow` of your own.
     friction_coefficient, shear_strength : number or quantity, optional
@@ -108,9 +108,9 @@ def critical_load(
     -------
     Dataset
         ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle`` (rad); ``mode``,
-        which comes first: roll, slide or lift. NaN where no strength suffices (``mode`` "none"), nothing is in contact
-        ("no contact") or the sphere does not rest ("no rest"): it rolls off without a load. ``in_range``: whether all
-        formulas of the load are valid there, in wall shear up to r⁺ = 1.
+        the first to occur: roll, slide or lift. NaN if no strength suffices (``mode`` "none"), without contact ("no
+        contact"), or if the sphere rolls off without a load ("no rest"). ``in_range``: whether all formulas of the load
+        are valid at this strength, in wall shear up to r⁺ = 1.
 
     Examples
     --------
@@ -122,11 +122,11 @@ def critical_load(
     ('m/s', {'roll'})
     """
     kind = LOADS[schema.one_of(load, LOADS, "load")]
-    body = body_of(ds, particle_density, flow)
+    body = read_body(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
         raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
-    limit = resistance_of(ds, direction, friction_coefficient, shear_strength)
-    strength, mode = first_strength(kind, body, limit)
+    limit = read_resistance(ds, direction, friction_coefficient, shear_strength)
+    strength, mode = critical_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     if restless := int((mode == NO_REST).sum()):
@@ -136,9 +136,9 @@ def critical_load(
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"load": load, "missing": _MISSING, "comment": scope_of(ds)}
+    out.attrs = {"load": load, "missing": _MISSING, "comment": scope_words(ds)}
     given = {"load": load, "direction": direction, "particle_density": particle_density}
-    given |= recorded(body)
+    given |= fluid_arguments(body)
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **given)
 
@@ -146,12 +146,12 @@ def critical_load(
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method at the same places, at unchanged levers.
 
-    The part of the moment that is due to adhesion is scaled by the ratio of the pull-off forces at each place.
+    The adhesive part of the moment is scaled by the ratio of the pull-off forces at each place.
     """
     force = pull_off["pull_off_force"]
     load = float(ds.attrs.get("load", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
-    columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_pull": load}
+    columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_force": load}
     changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
     changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
     out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
@@ -159,54 +159,54 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     return schema.record(schema.label(out), "with_pull_off", ds)
 
 
-def scope_of(ds: xr.Dataset) -> str:
+def scope_words(ds: xr.Dataset) -> str:
     """Return the scope of a result's places, in words."""
     where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
     return f"places {where}; the surface as the scan shows it: finer roughness lowers adhesion"
 
 
 def refuse_varied(ds: xr.Dataset):
-    """Raise where a pull-off has several conditions, with advice on how to select one."""
+    """Raise if a pull-off has several conditions, with advice on how to select one."""
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
     if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
         raise ValueError(f"expected one condition, found several along {', '.join(others)}; take one by isel({ways})")
 
 
-def body_of(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
+def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it."""
     (radius,) = schema.pair(ds, "sphere_radius")
-    return Body(radius, _possible(density, "kg/m^3", "particle_density") or np.nan, in_numbers(flow))
+    return Body(radius, _physical(density, "kg/m^3", "particle_density") or np.nan, read_flow(flow))
 
 
-def recorded(body: Body) -> dict[str, Any]:
+def fluid_arguments(body: Body) -> dict[str, Any]:
     """Return the fluid around a particle for the history."""
     density, viscosity, lift, gravity = body.flow
     return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
 
 
-def resistance_of(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:
-    """Return the resistance at each place of a result of `rolling`; raise where something is missing."""
+def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:
+    """Return the resistance at each place of a result of `rolling`; raise if an option is missing or impossible."""
     expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
         raise ValueError("expected either friction_coefficient or shear_strength, found both")
-    names = ("resisting_moment", "hinge_distance", "tipping_pull", "tipping_hinge_distance")
-    moment, hinge, pull, pull_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
+    names = ("resisting_moment", "hinge_distance", "tipping_force", "tipping_hinge_distance")
+    moment, hinge, force, tipping_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
     angles = ds["direction"].values
     if isinstance(direction, str) and direction == "weakest":
-        towards = angles[least(np.nan_to_num(moment))[0]]  # where moments are missing the place is unknown anyway
+        towards = angles[weakest(np.nan_to_num(moment))[0]]  # places with missing moments are unknown anyway
     else:
         towards = np.full(len(moment), float(magnitude(direction, "rad", "direction")))
-    tips = np.isfinite(pull) & np.isfinite(pull_hinge)  # else only the state of the largest moment is used
+    tips = np.isfinite(force) & np.isfinite(tipping_hinge)  # else only the state of the largest moment is used
     return Resistance(
-        moment=np.array([moment, np.where(tips, pull * pull_hinge, moment)]),
-        hinge=np.array([hinge, np.where(tips, pull_hinge, hinge)]),
+        moment=np.array([moment, np.where(tips, force * tipping_hinge, moment)]),
+        hinge=np.array([hinge, np.where(tips, tipping_hinge, hinge)]),
         share=np.cos(angles[None, :] - towards[:, None]),
         pull_off=np.nan_to_num(ds["pull_off_force"].values),
         area=ds["contact_area"].values,
         load=float(ds.attrs.get("load", 0.0)),
-        friction=_possible(friction_coefficient, "1", "friction_coefficient"),
-        strength=_possible(shear_strength, "GPa", "shear_strength"),
+        friction=_physical(friction_coefficient, "1", "friction_coefficient"),
+        strength=_physical(shear_strength, "GPa", "shear_strength"),
         known=np.isfinite(moment).all(axis=1),
     )
 
@@ -218,7 +218,7 @@ def expect_moments(ds: xr.Dataset):
         raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {names}")
 
 
-#: Physical limits, and examples for messages.
+#: Least and largest physical values, and examples for messages.
 _POSSIBLE = {
     "particle_density": (50.0, 25_000.0, "foams have 100 kg/m³, polystyrene 1050, glass 2500, gold 19300"),
     "friction_coefficient": (1e-4, 10.0, "PTFE has 0.05, glass 0.5, gold on gold 1"),
@@ -226,7 +226,7 @@ _POSSIBLE = {
 }
 
 
-def _possible(given: Any, units: str, name: str) -> float | None:
+def _physical(given: Any, units: str, name: str) -> float | None:
     """Return the given value, or None; raise outside the physical limits."""
     low, high, known = _POSSIBLE[name]
     value = None if given is None else positive(given, units, name)
@@ -253,22 +253,22 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
 
 
 def rolls_off(kind: Load, body: Body, limit: Resistance) -> np.ndarray:
-    """Return the places at which the sphere does not rest: it gives way without a load."""
+    """Return the places at which the sphere does not rest: it detaches without a load."""
     return np.asarray((drive_ratios(kind.push(np.zeros(1), body), body, limit) >= 1).any(axis=0))
 
 
-def first_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:
+def critical_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.ndarray, np.ndarray]:
     """Return the critical strength of each place, and its mode."""
     low, high = kind.span
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]
-    goes = np.array([(drive_ratios(kind.push(np.array([s]), body), body, limit) >= 1).any(axis=0) for s in tried])
-    first, any_at_all = goes.argmax(axis=0), goes.any(axis=0)
+    moves = np.array([(drive_ratios(kind.push(np.array([s]), body), body, limit) >= 1).any(axis=0) for s in tried])
+    first, any_at_all = moves.argmax(axis=0), moves.any(axis=0)
     above, below = tried[first], tried[np.maximum(first - 1, 0)]
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)
-        gone = (drive_ratios(kind.push(middle, body), body, limit) >= 1).any(axis=0)
-        above, below = np.where(gone, middle, above), np.where(gone, below, middle)
+        moved = (drive_ratios(kind.push(middle, body), body, limit) >= 1).any(axis=0)
+        above, below = np.where(moved, middle, above), np.where(moved, below, middle)
     rests = ~rolls_off(kind, body, limit)
     strength = np.where(any_at_all & rests, above, np.nan)
     ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, limit)

@@ -17,20 +17,20 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
-from .loads import FLOWS, Flow, in_numbers, lift
+from .loads import FLOWS, Flow, lift, read_flow
 
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
 
-#: Drag of Reeks & Hall, ρ u*² r², and the lever of their model, r/a.
+#: Drag of Reeks & Hall over ρ u*² r², and lever of their model, r/a.
 _DRAG, _LEVERS = 32.0, 100.0
 
-#: Radius, µm, up to which the mean of Biasi's fit is positive.
+#: Largest radius, µm, for which the mean of Biasi's fit is positive.
 _LARGEST_RADIUS = (0.016 / 0.0023) ** (1 / 0.545)
 
 
 def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
-    """Return the adhesion over that of a smooth contact, 3/2 π w r, as Biasi et al. fitted it to experiments.
+    """Return the adhesion over that of a smooth contact, 3/2 π w r, by the fit of Biasi et al. to experiments.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def rock_n_roll(
     time: Quantities = 1.0,
     flow: str | Flow = "air",
 ) -> np.ndarray:
-    """Return the fraction (friction_velocity, time) of particles that remain, by the unchanged model of Reeks & Hall.
+    """Return the fraction (friction_velocity, time) of particles that remain, by the original model of Reeks & Hall.
 
     Drag 32 ρ u*² r², Hall's lift, and a lever of r/100: F = F_L/2 + 100 F_D.
 
@@ -102,7 +102,7 @@ def rock_n_roll(
     """
     speed, seconds = not_negative(friction_velocity, "m/s", "friction_velocity"), not_negative(time, "s", "time")
     r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
-    fluid = in_numbers(flow)
+    fluid = read_flow(flow)
     pressure = fluid.density * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
     shares = None if weights is None else np.asarray(weights)
@@ -123,7 +123,7 @@ def survival(ratio: np.ndarray, speed: np.ndarray, seconds: np.ndarray, flow: Fl
 
 
 def resuspension_rate(ratio: Any, speed: Any, flow: Flow = FLOWS["air"]) -> Any:
-    """Return the rate p (1/s) from the ratio F/f_a, inf where nothing resists, and the friction velocity (m/s)."""
+    """Return the rate p (1/s) from the ratio F/f_a (inf without resistance) and the friction velocity (m/s)."""
     from scipy.special import log_ndtr
 
     with np.errstate(divide="ignore"):

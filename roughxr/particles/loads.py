@@ -1,4 +1,4 @@
-"""Loads on a sphere of radius r that rests on a wall: one function for each, collected in `LOADS`.
+"""Loads on a sphere of radius r that rests on a wall, collected in `LOADS`.
 
 In wall shear of friction velocity u*, the flow at the wall is y u*²/ν. Its scale is the friction Reynolds number
 r⁺ = r u*/ν; the shear Reynolds number of the sphere is r⁺².
@@ -9,7 +9,7 @@ r⁺ = r u*/ν; the shear Reynolds number of the sphere is r⁺².
               20.9 ρ ν² r⁺^2.31      1.8 ≤ r⁺ ≤ 70      Hall, J. Fluid Mech. 187 (1988) 451
 
 Drag and torque about the contact are 43.92 ρ u*² r³ together. Outside these ranges the formulas still return numbers,
-and a flag says so. Lengths nm, forces nN; velocities m/s, densities kg/m³, kinematic viscosities m²/s.
+and a flag marks them. Lengths nm, forces nN; velocities m/s, densities kg/m³, kinematic viscosities m²/s.
 """
 
 from __future__ import annotations
@@ -22,19 +22,20 @@ import numpy as np
 from ..vocabulary import schema
 from ..vocabulary.units import factor, magnitude, positive
 
-#: Air at 20 °C, as Reeks & Hall (2001) took it: kg/m³ and m²/s.
+#: Density (kg/m³) and kinematic viscosity (m²/s) of air at 20 °C, as in Reeks & Hall (2001).
 AIR_DENSITY, AIR_VISCOSITY = 1.181, 1.539e-5
 
-#: m/s².
+#: Standard gravity, m/s².
 GRAVITY = 9.80665
 
+#: Drag over ρ u*² r², and torque over ρ u*² r³.
 _DRAG = 1.7009 * 6 * np.pi
 _TORQUE = 0.94399 * 4 * np.pi
 
-#: r⁺ up to which the flow around the sphere counts as creeping.
+#: Largest r⁺ of creeping flow around the sphere.
 CREEPING = 1.0
 
-#: r⁺ at which both formulas of lift are equal: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
+#: r⁺ at which both formulas of lift agree: 9.22 r⁺⁴ = 20.9 r⁺^2.31.
 _EQUAL_LIFT = (20.9 / 9.22) ** (1 / 1.69)
 
 LIFTS = ("by_range", "leighton_acrivos", "hall", "none")
@@ -44,7 +45,7 @@ class Flow(NamedTuple):
     """The fluid over the wall, its formula of lift, and gravity.
 
     Density in kg/m³, kinematic viscosity in m²/s, gravity in m/s²; lift by "leighton_acrivos", "hall", "by_range" (the
-    first up to r⁺ = 1.62, where both are equal, then the second) or "none".
+    first up to r⁺ = 1.62, where both agree, then the second) or "none".
     """
 
     density: Any = AIR_DENSITY
@@ -61,7 +62,7 @@ class Body(NamedTuple):
     """The particle, and the fluid around it."""
 
     radius: float  # nm
-    density: float  # kg/m³, of the particle; NaN if its weight is left out
+    density: float  # kg/m³, of the particle; NaN to neglect its weight
     flow: Flow = FLOWS["air"]
 
 
@@ -71,19 +72,19 @@ class Push(NamedTuple):
     along: Any  # nN, at the sphere's centre, along the wall
     torque: Any  # nN nm, about the centre, in the direction of rolling
     away: Any  # nN, away from the wall, weight included
-    in_range: Any  # whether the formulas are valid there
+    in_range: Any  # whether the formulas are valid
 
 
 class Load(NamedTuple):
-    """A kind of load: the name of its critical strength, and the push that it exerts."""
+    """A kind of load: the name of its critical strength, and its force and torque."""
 
     critical: str  # name of the variable for its critical strength
     push: Callable[[Any, Body], Push]
-    span: tuple[float, float]  # strengths between which the critical one is searched, in the variable's units
+    span: tuple[float, float]  # range of strengths that is searched, in the variable's units
 
 
-def in_numbers(flow: str | Flow) -> Flow:
-    """Return a fluid, given by name or as a `Flow`, in plain numbers; raise for any other."""
+def read_flow(flow: str | Flow) -> Flow:
+    """Return a fluid, given by name or as a `Flow`, in plain numbers; raise for anything else."""
     flow = flow if isinstance(flow, Flow) else FLOWS[schema.one_of(flow, FLOWS, "flow")]
     return Flow(
         density=positive(flow.density, "kg/m^3", "flow.density"),
@@ -94,7 +95,7 @@ def in_numbers(flow: str | Flow) -> Flow:
 
 
 def friction_reynolds(speed: Any, radius: Any, flow: Flow = FLOWS["air"]) -> Any:
-    """Return r⁺ = r u*/ν, for a friction velocity (m/s) and a radius (nm), as in the functions below."""
+    """Return r⁺ = r u*/ν, for a friction velocity (m/s) and a radius (nm)."""
     return speed * radius * factor("nm", "m") / flow.viscosity
 
 
@@ -109,7 +110,7 @@ def torque(speed: Any, radius: Any, flow: Flow = FLOWS["air"]) -> Any:
 
 
 def lift(speed: Any, radius: Any, flow: Flow = FLOWS["air"]) -> Any:
-    """Return the lift, nN; "by_range": by Leighton & Acrivos up to where both formulas are equal, then by Hall."""
+    """Return the lift, nN, by the formula of the flow; see `Flow`."""
     plus = friction_reynolds(speed, radius, flow)
     slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
     formulas = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
@@ -123,7 +124,7 @@ def weight(radius: Any, density: float, flow: Flow = FLOWS["air"]) -> Any:
 
 def _in_range(plus: Any, formula: str) -> Any:
     """Return whether drag, torque and this formula of lift are valid at r⁺."""
-    if formula == "hall":  # no r⁺ is in the range of both Hall's lift and creeping flow
+    if formula == "hall":  # Hall's lift and creeping flow have no common range
         return np.zeros(np.shape(plus), bool)
     return np.asarray(plus) <= CREEPING
 
@@ -159,12 +160,12 @@ LOADS: dict[str, Load] = {
 
 
 def _weight_of(body: Body) -> float:
-    """Return the weight, nN; 0 where no density is given."""
+    """Return the weight, nN; 0 without a density."""
     return 0.0 if np.isnan(body.density) else float(weight(body.radius, body.density, body.flow))
 
 
 def _mass(radius: Any, density: float) -> Any:
-    """Return the mass in units in which an acceleration in m/s² gives a force in nN."""
+    """Return the mass in nN/(m/s²)."""
     return 4 / 3 * np.pi * radius**3 * density * factor("kg/m^3 nm^3 m/s^2", "nN")
 
 

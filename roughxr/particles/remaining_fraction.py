@@ -12,22 +12,22 @@ from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
 from .force_balance import (
-    body_of,
     drive_ratios,
-    over_varied,
-    recorded,
-    resistance_of,
+    fluid_arguments,
+    for_each_condition,
+    read_body,
+    read_resistance,
     rolls_off,
-    scope_of,
+    scope_words,
 )
 from .kinetics import not_negative, survival
 from .loads import LOADS, Flow
 
-#: Confidence level of the band over places, and the resamples that make it.
+#: Confidence level of the band over places, and its number of resamples.
 _CONFIDENCE, _RESAMPLES = 0.95, 399
 
 
-@over_varied
+@for_each_condition
 def resuspension(
     ds: xr.Dataset,
     *,
@@ -59,7 +59,7 @@ def resuspension(
     -------
     Dataset
         ``remaining`` along (friction_velocity, time), with its 95 % band over places, ``remaining_low`` and
-        ``remaining_high``; ``remaining_here``, the probability at each place, NaN without contact and where the sphere
+        ``remaining_high``; ``remaining_at_place``, the probability at each place, NaN without contact or if the sphere
         does not rest; ``in_range``, as in `critical_load`.
 
     References
@@ -77,8 +77,8 @@ def resuspension(
     """
     speed = not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = not_negative(time, "s", "time")
-    body = body_of(ds, particle_density, flow)
-    limit = resistance_of(ds, direction, friction_coefficient, shear_strength)
+    body = read_body(ds, particle_density, flow)
+    limit = read_resistance(ds, direction, friction_coefficient, shear_strength)
     push = LOADS["wall_shear"].push
     rests = limit.known & ~rolls_off(LOADS["wall_shear"], body, limit)
     if not rests.any():
@@ -91,25 +91,25 @@ def resuspension(
     left = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
     left = np.where(limit.known[:, None, None], left, np.nan)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
-    out = xr.Dataset({"remaining_here": (("subregion", "friction_velocity", "time"), left)}, place)
+    out = xr.Dataset({"remaining_at_place": (("subregion", "friction_velocity", "time"), left)}, place)
     out = out.assign_coords(friction_velocity=speed, time=seconds)
     out["in_range"] = ("friction_velocity", push(speed, body).in_range)
     out = _with_band(out, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
-    out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_of(ds)}
+    out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}
     given: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
-    given |= {"particle_density": particle_density, **recorded(body)}
+    given |= {"particle_density": particle_density, **fluid_arguments(body)}
     given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "resuspension", ds, **given)
 
 
 def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
     """Return the mean over places, with the ends of its interval if there are at least two."""
-    out["remaining"] = by_share(out["remaining_here"]).mean("subregion")
+    out["remaining"] = by_share(out["remaining_at_place"]).mean("subregion")
     if places < 2:
         return out
-    known = out[["remaining_here"]].dropna("subregion")
-    band = bootstrap(known, "remaining_here", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
+    known = out[["remaining_at_place"]].dropna("subregion")
+    band = bootstrap(known, "remaining_at_place", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
     ends = band.sel(statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))

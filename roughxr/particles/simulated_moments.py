@@ -1,4 +1,4 @@
-"""Resisting moments of the simulation's own contacts, or of those of rigid bodies."""
+"""Resisting moments of the simulation's contacts, or of the contacts of rigid bodies."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import MISSING, States, closed, moments_of_states, rolling, states_layout
+from ..asperity.moments import MISSING, States, moments_of_states, rolling, states_layout, touching_cells
 from ..bodies.pair import range_of
 from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
 from ..contact.cycle import Adhesion, cycles_on, events
@@ -24,21 +24,21 @@ from ..kernels.adhesion.rigid import smallest_gap
 from ..specimen import Specimen
 from ..vocabulary import schema
 
-#: States of the retraction from rest to detachment whose moments are compared, and the most cells to a pixel.
+#: Number of states of the retraction whose moments are compared, and largest number of cells along a side of a pixel.
 _STATES, _MOST_CELLS = 12, 2
 
-#: Displacements of places without a simulated pull-off, in ranges of adhesion.
-_NOT_PULLED = -10 / 3, 1 / 3
+#: Range of displacements at places without a simulated pull-off, in ranges of adhesion.
+_WITHOUT_PULL_OFF = -10 / 3, 1 / 3
 
-#: Cells along a side of a pixel between rigid bodies, whose supports differ in height by fractions of a nanometre.
+#: Cells along a side of a pixel between rigid bodies: heights of their supports differ by fractions of a nanometre.
 _RIGID_CELLS = 4
 
 
 def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
     """Return the resisting moments of the simulation's contacts, in the form of `rolling`.
 
-    Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload: the
-    levers are those of the patches in contact there. A law without range keeps the steeper edge's results.
+    Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload, for
+    the levers of its contacts. A law without range takes the steeper edge's results.
     """
     law, length = solved.attrs["law"], range_of(specimen.bodies)
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
@@ -48,7 +48,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     for k in range(solved.sizes["subregion"]):
         place = solved.isel(subregion=[k])
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
-        low, high = (low, high) if low < high else (_NOT_PULLED[0] * length, _NOT_PULLED[1] * length)
+        low, high = (low, high) if low < high else (_WITHOUT_PULL_OFF[0] * length, _WITHOUT_PULL_OFF[1] * length)
         cells = int(place["refinement"].max())
         refine = cells if law == "lennard_jones" else min(cells, _MOST_CELLS)
         own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
@@ -63,7 +63,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
 
 
 def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
-    """Return the record of one place; the function that a task runs."""
+    """Return the record of one place, as a task."""
     place, record = Place(height, datum, window, ends), layout.blank()
     surface = surface_at(place, problem)
     cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
@@ -73,28 +73,28 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     retraction = followed.states["prescribed"] & (np.arange(followed.states.size) >= followed.turn)
     states = followed.states[retraction][::-1]
     pressure = followed.pressures[: -states.size - 1 : -1]
-    left = surface._replace(separation=surface.separation - followed.residual_heights[-1])
-    gap = state_fields(pressure, left, states["delta"] + surface.zero, problem)["gap"]
+    yielded = surface._replace(separation=surface.separation - followed.residual_heights[-1])
+    gap = state_fields(pressure, yielded, states["delta"] + surface.zero, problem)["gap"]
     contact = States(
         *cell_axes(place, problem),
         pressure=pressure,
-        touching=closed(gap, pressure, problem.dx),
+        touching=touching_cells(gap, pressure, problem.dx),
         force=states["force"],
         area=states["contact_area"],
         refine=problem.refine,
     )
-    pull = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
-    return moments_of_states(contact, layout, 0.0, converged=states["converged"].all(), **pull)
+    pull_off = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
+    return moments_of_states(contact, layout, 0.0, converged=states["converged"].all(), **pull_off)
 
 
 def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
     """Return the resisting moments of the contacts of rigid bodies at their closest approach, in the form of `rolling`.
 
-    For pairs whose liquid, or stiffness, makes the adhesive simulation slow.
+    For humid or stiff pairs, whose adhesive simulation is slow.
     """
     closest = smallest_gap(read_options(specimen, "hamaker").law)
     places = []
-    with warnings.catch_warnings():  # the run has given the warnings of these sums
+    with warnings.catch_warnings():  # the run has already warned of these sums
         warnings.simplefilter("ignore", UserWarning)
         for k in range(positions.sizes["subregion"]):
             some: dict[str, Any] = {"subregions": positions.isel(subregion=[k]), "refine": _RIGID_CELLS, "fields": True}

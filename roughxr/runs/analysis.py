@@ -26,7 +26,7 @@ import xarray as xr
 
 from .. import figures, report
 from ..archive import remove_leftovers, whole
-from ..asperity.asperity_sum import fit_of
+from ..asperity.asperity_sum import fit_options
 from ..asperity.catalogue import asperities
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
@@ -312,7 +312,7 @@ def _superposed(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
     specimen, groups = task.specimen, dict[str, xr.Dataset]()
     for name in task.plan.superposed:
-        fit = fit_of(name)  # the paper's own asperities for its own formulas
+        fit = fit_options(name)  # the paper's own asperities for its own formulas
         summed = elastic(quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities))
         swept = quietly(superpose, summed, delta=task.plan.sweep, formulation=name, **task.options)
         groups |= {f"solutions/{name}": swept, f"statistics/{name}": quietly(pull_off, swept)}

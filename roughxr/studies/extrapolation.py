@@ -300,7 +300,7 @@ class Surface:
 
     def __init__(self, ds: xr.Dataset, problem: Problem, centres: xr.Dataset):
         self.depth = float(problem.steps[-1])
-        reach = problem.indenter.reach(self.depth) + 8 * problem.pixel
+        reach = problem.indenter.half_width(self.depth) + 8 * problem.pixel
         windows, _ = regions.windows(ds, centres, reach)
         axes, heights = (ds["x"].values, ds["y"].values), ds["height"].values
         at = zip(windows, centres["subregion_x"].values, centres["subregion_y"].values)

@@ -52,7 +52,7 @@ def read_options(specimen: Specimen, law: str) -> Options:
 
 def window_half_width(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
-    return problem.indenter.reach(max(_RISE, _HEIGHT_RANGES * float(np.ptp(specimen.heights))))
+    return problem.indenter.half_width(max(_RISE, _HEIGHT_RANGES * float(np.ptp(specimen.heights))))
 
 
 def interpolated_pull_off(deltas: np.ndarray, attractions: np.ndarray) -> tuple[float, float]:

@@ -41,12 +41,12 @@ _MOST_STEPS = 100_000
 
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
 #: largest M/h, nN (inf if the edge is never ahead of the axis), and the edge's distance there, nm.
-MOMENT, HINGE, PULL, PULL_HINGE = range(4)
+MOMENT, HINGE, TIPPING_FORCE, TIPPING_HINGE = range(4)
 
 
 @kernel
 def resisting_moments(directions, x, y, orientation, delta, scales, load, spline):
-    """Return (direction, 4), ``MOMENT`` … ``PULL_HINGE``, for each direction φ (rad); NaN without contact."""
+    """Return (direction, 4), ``MOMENT`` … ``TIPPING_HINGE``, for each direction φ (rad); NaN without contact."""
     out = np.empty((directions.size, 4))
     for k in range(directions.size):
         c, s = np.cos(directions[k]), np.sin(directions[k])
@@ -61,7 +61,7 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
     n, way = along.size, delta - scales.end * scales.delta
     force, reach = np.zeros(n), np.zeros(n)
-    out[MOMENT], out[HINGE], out[PULL], out[PULL_HINGE] = -np.inf, np.nan, -np.inf, np.nan
+    out[MOMENT], out[HINGE], out[TIPPING_FORCE], out[TIPPING_HINGE] = -np.inf, np.nan, -np.inf, np.nan
     for _ in range(_MOST_STEPS):
         h = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
@@ -74,16 +74,16 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
                     step = min(step, way[i] / (_STEPS * (h - along[i])))
         if moment > out[MOMENT]:
             out[MOMENT], out[HINGE] = moment, h
-        if h > 0.0 and moment / h > out[PULL]:
-            out[PULL], out[PULL_HINGE] = moment / h, h
+        if h > 0.0 and moment / h > out[TIPPING_FORCE]:
+            out[TIPPING_FORCE], out[TIPPING_HINGE] = moment / h, h
         if step == np.inf:
             break
         for i in range(n):
             delta[i] -= step * (h - along[i])
     if out[MOMENT] == -np.inf:
         out[:] = np.nan
-    elif out[PULL] == -np.inf:
-        out[PULL] = np.inf
+    elif out[TIPPING_FORCE] == -np.inf:
+        out[TIPPING_FORCE] = np.inf
 
 
 @kernel
