@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 import roughxr
 from roughxr import archive, figures, report
 from roughxr.studies import budget_changes
-from roughxr.studies.budget_changes import change_of
+from roughxr.studies.budget_changes import mean_change
 from roughxr.studies.uncertainty_budget import budget_of, error_budget
 
 from .verb_calls import unlabelled
@@ -104,13 +104,13 @@ def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
     random = np.random.default_rng(3)
     base = random.lognormal(5, 0.5, (4000, 12))
     force = base * random.normal(0.8, 0.2, base.shape)
-    found = [change_of(*one, np.ones(12)) for one in zip(force, base)]
+    found = [mean_change(*one, np.ones(12)) for one in zip(force, base)]
     scatter = np.std([one.value for one in found])
     assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(scatter, rel=0.1)
     assert np.mean([one.value for one in found]) == pytest.approx(-0.2, abs=0.005)
     force[0, [1, 4]] = np.nan
-    assert change_of(force[0], base[0], np.ones(12)).places == 10
-    none = change_of(force[0][[1, 4]], base[0][[1, 4]], np.ones(2))
+    assert mean_change(force[0], base[0], np.ones(12)).places == 10
+    none = mean_change(force[0][[1, 4]], base[0][[1, 4]], np.ones(2))
     assert none.places == 0 and np.isnan(none.value)
 
 

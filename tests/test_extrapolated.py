@@ -14,7 +14,7 @@ from roughxr.scans import self_affine_fit, synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
 from roughxr.studies import extrapolation
-from roughxr.studies.extrapolation import Surface, _two_sides, not_extrapolated, shown_truly
+from roughxr.studies.extrapolation import Surface, _two_sides, not_extrapolated, resolved_spectrum
 
 from .surfaces import rigid_pull
 
@@ -28,7 +28,7 @@ def picture(truth, tip, averaged):
 
 
 def found_unlike(scan):
-    return unlike_self_affine(scan, float(shown_truly(scan).shortest_wavelength))
+    return unlike_self_affine(scan, float(resolved_spectrum(scan).shortest_wavelength))
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +46,7 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
     """The patches within reach, moved together, against the whole window on cells as large."""
     problem, adhesion = preload_problem(surface)
     centres = roughxr.scans.regions.centres(surface, (2, 2))
-    model = known_spectrum(shown_truly(surface))
+    model = known_spectrum(resolved_spectrum(surface))
     tasks = Surface(surface, problem, centres).patches
     end = AddedRoughness(model, 20.0, 20.0)
     mine = [extrapolated_pull_off(*task, 0, float(problem.steps[-1]), 0.0, problem, adhesion, end)[0] for task in tasks]
@@ -55,9 +55,9 @@ def test_a_surface_without_added_waves_is_that_of_the_simulation(surface):
 
 
 def test_the_answer_is_the_best_estimate_with_its_interval(found, capsys):
-    answered = found.contact.answer()
-    assert float(answered.low) == float(found.pull_off_lower) and float(answered.high) == float(found.pull_off_upper)
-    assert float(answered.pull_off_force) == float(found.pull_off_mean)
+    mean = found.contact.answer()
+    assert float(mean.low) == float(found.pull_off_lower) and float(mean.high) == float(found.pull_off_upper)
+    assert float(mean.pull_off_force) == float(found.pull_off_mean)
     assert "Best estimate" in capsys.readouterr().out
 
 
@@ -140,8 +140,8 @@ def test_the_waves_that_a_microscope_falsifies_are_replaced():
     """A scan with waves to its pixels is trusted down to four pixels; one that ends before, down to there."""
     jagged = synthetic.self_affine((128, 128), 5, rms=1, hurst=0.5, rolloff=150, seed=1)
     smooth = synthetic.self_affine((128, 128), 5, rms=1, hurst=0.5, rolloff=150, cutoff=13, seed=1)
-    assert float(shown_truly(jagged).shortest_wavelength) == 20
-    assert float(shown_truly(smooth).shortest_wavelength) == pytest.approx(13, rel=0.05)
+    assert float(resolved_spectrum(jagged).shortest_wavelength) == 20
+    assert float(resolved_spectrum(smooth).shortest_wavelength) == pytest.approx(13, rel=0.05)
 
 
 def test_the_error_of_the_hurst_exponent_holds_the_truth():
@@ -160,7 +160,7 @@ def test_the_extrapolated_spectrum_is_that_of_the_surface_that_a_microscope_draw
     for seed in range(6):
         hurst = (0.5, 0.7, 0.9)[seed % 3]
         truth = synthetic.self_affine((480, 480), 2, rms=1.5, hurst=hurst, rolloff=150, cutoff=6, seed=seed)
-        model = known_spectrum(shown_truly(picture(truth, 6, averaged)))
+        model = known_spectrum(resolved_spectrum(picture(truth, 6, averaged)))
         q = 2 * np.pi / 16
         power = 1.5**2 / band_rms(lambda q, H=hurst: k_correlation(q, 1.0, 150, H), 960, 6) ** 2
         off.append(np.log(model.at(q) / (power * k_correlation(q, 1.0, 150, hurst))))

@@ -19,12 +19,12 @@ def test_parting_is_after_the_last_agreement():
     direct = solution([[1, 2, 3, 4], [1, 2, 3, 4], [0, 0, 3, 4], [0, 0, 0, 0]], delta)
     other = solution([[1, 2.1, 4, 8], [1, 2, 3.2, 4.3], [0, 0, 9, 16], [0, 0, 0, 0]], delta)
     found = force_ratio(other, direct)
-    np.testing.assert_array_equal(found.parting_delta, [3, np.nan, 3, np.nan])
+    np.testing.assert_array_equal(found.divergence_delta, [3, np.nan, 3, np.nan])
     np.testing.assert_allclose(found.agreeing, [1, 1, 1 / 3, 1 / 3])
-    assert found.parting_delta.units == "nm" and found.attrs["agree_within"] == 0.1
+    assert found.divergence_delta.units == "nm" and found.attrs["agree_within"] == 0.1
     assert np.isnan(found.force_difference[3]).all()
     np.testing.assert_allclose(found.mean_difference, [0, 0.1 / 4, 7.2 / 9, 16.3 / 12], atol=1e-12)
-    assert float(found.mean_parting_delta) == 3
+    assert float(found.mean_divergence_delta) == 3
 
 
 def test_nothing_is_relative_to_no_force():

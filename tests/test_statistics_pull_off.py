@@ -102,7 +102,7 @@ def test_methods_ask_for_what_they_need(ground, cycle):
         elastic_pull_off(sticky)
     with pytest.raises(ValueError, match="expected a sweep without adhesion"):
         elastic_pull_off(cycle)
-    with pytest.raises(ValueError, match="it holds pull-off forces already"):
+    with pytest.raises(ValueError, match="it contains pull-off forces already"):
         pull_off(pull_off(sticky))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import statistics
 from ..statistics.laws import LAWS, law_density
-from ..statistics.sampling import per
+from ..statistics.sampling import density_units
 from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
 from .style import (
@@ -175,5 +175,5 @@ def label_density(ax, name: str):
     """Label the variable on the horizontal axis, and the density, in its inverse, on the vertical one."""
     unit, size = label_axis(ax.xaxis, name)
     ax.yaxis.set_major_formatter(in_unit(1 / size))
-    ax.set_ylabel(in_words("pdf", per(unit)))
+    ax.set_ylabel(in_words("pdf", density_units(unit)))
     return ax

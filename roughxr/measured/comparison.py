@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..statistics import bootstrap
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, counted_equally, samples
+from ..statistics.sampling import Samples, samples, without_weights
 from ..vocabulary import schema
 from .registration import matched
 
@@ -94,7 +94,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {names}; take .contact.pull_off() of a solution first")
-    sample = counted_equally(samples(ds, _NAME, quiet=True), "compare")
+    sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise ValueError(
             f"{words}: expected at least one positive {_NAME}, found none of {sample.values.size}; "

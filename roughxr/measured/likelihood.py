@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, counted_equally
+from ..statistics.sampling import Samples, without_weights
 
 #: Quantiles whose distance and spread are reported: tails with few places are left out.
 _LEVELS = np.linspace(0.05, 0.95, 19)
@@ -63,7 +63,7 @@ def matching(
 ) -> Fitted:
     """Return the value whose predicted forces, roughly proportional to it, agree in the mean, and its interval."""
     search = _Search(
-        np.log(counted_equally(forces, "fit_pair").values), predict, _independent(forces), confidence, error
+        np.log(without_weights(forces, "fit_pair").values), predict, _independent(forces), confidence, error
     )
     search.solve(np.log(start), required=True)
     gap = -float(search.difference[0])

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, channels_named, first_bytes, listing, of_direction
-from ..statistics.sampling import of_a_map
+from ..statistics.sampling import map_samples
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, curves_of, opened
@@ -235,7 +235,7 @@ def _of_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
     values, how = _as_pulls(path, rows[::-1].T, channel.units, given)
     axes = {axis: (np.arange(n) + 0.5) * (length / n) for axis, n, length in zip("xy", values.shape, channel.size)}
-    ds = of_a_map(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
+    ds = map_samples(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
     ds = ds.assign_coords(subregion=np.arange(values.size))
     return ds.assign_attrs(
         measured="adhesion image", channel=channel.name, direction=channel.direction or "not stated", **how

@@ -10,7 +10,7 @@ import xarray as xr
 from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
 from ..statistics import bootstrap
-from ..statistics.headline import answered, best_estimate, with_units
+from ..statistics.headline import best_estimate, mean_pull_off, with_units
 from ..statistics.headline import headline as in_words
 from ..statistics.sampling import shares
 from ..vocabulary import schema
@@ -63,7 +63,7 @@ def run_summary(run: Run) -> xr.Dataset:
     pull = run["statistics/adhesive"]
     if not bool((pull["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
-    out = answered(pull).load()
+    out = mean_pull_off(pull).load()
     best = best_estimate(run) or (np.nan, np.nan, np.nan)
     out = out.assign(dict(zip(("best_estimate", "best_low", "best_high"), best)))
     if "statistics/extrapolated" in run:

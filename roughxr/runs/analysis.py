@@ -50,7 +50,7 @@ from ..report.summary import BUDGET
 from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
-from ..statistics.headline import answered, headline, mesh_error
+from ..statistics.headline import headline, mean_pull_off, mesh_error
 from ..studies.extrapolation import extrapolated, not_extrapolated
 from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
@@ -398,7 +398,7 @@ def _show_answer(solved: xr.Dataset, say: Stages) -> None:
     if not bool((solved["pull_off_force"] > 0).any()):
         return
     first = "" if np.isfinite(mesh_error(solved)) else "First estimate, its mesh not checked yet: "
-    say.answer(first + headline(answered(solved).drop_vars("smooth_share")))
+    say.answer(first + headline(mean_pull_off(solved).drop_vars("smooth_share")))
 
 
 def _expect_pulls(first: xr.Dataset) -> None:

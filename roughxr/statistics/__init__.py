@@ -1,15 +1,16 @@
-"""From many places to distributions: pull-off forces, densities, laws, and the uncertainty of each.
+"""Statistics over places: pull-off forces, distributions and their uncertainty.
 
 sampling          dimension, places and weights of the samples
 pull_off_events   pull-off forces of solutions, and their reduction by roughness
 densities         probability densities and cumulative distributions
 summaries         mean, standard deviation, extremes and quantiles
-laws              distributions such as Weibull's, fitted
+laws              fits of distributions such as Weibull's
 places            effective sample size of correlated places
 uncertainty       bootstrap over blocks of places
 pooling           several scans together
-debris_rule       places on debris, by a rule
-comparison        superposed pull-offs beside those of the simulation
+debris_rule       places on debris
+force_ratios      superposed forces over those of the simulation
+headline          the result in words
 """
 
 from .debris_rule import debris

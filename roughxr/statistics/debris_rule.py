@@ -7,36 +7,36 @@ import xarray as xr
 
 from ..vocabulary import schema
 
-#: Median absolute deviations above the median: four standard deviations of a normal law.
+#: Threshold above the median, in median absolute deviations: four standard deviations of a normal law.
 THRESHOLD = 6.0
 
-#: Mean over median absolute deviation of a normal law: the mean deviation is used where the median one is 0.
+#: Mean over median absolute deviation of a normal law: the mean deviation is used if the median deviation is 0.
 _MEAN_OVER_MEDIAN = 0.7979 / 0.6745
 
 
 def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.DataArray:
-    """Return which asperities, or which subregions, are debris: far higher than all others.
+    """Return the asperities, or the subregions, that are debris: far higher than all others.
 
     Parameters
     ----------
     catalogue : Dataset
         Asperities.
     subregions : Dataset, optional
-        Anything with the contact centres ``subregion_x`` and ``subregion_y``. The highest asperity of each tile
-        (those nearer to its centre than to any other) then stands for the tile.
+        Any Dataset with the contact centres ``subregion_x`` and ``subregion_y``. The rule is then applied to the
+        highest asperity of each tile (the asperities nearest to its centre).
 
     Returns
     -------
     DataArray
-        True where the median height is exceeded by more than six median absolute deviations, or, where more than half
-        of the heights are equal, as many mean ones, scaled as for a normal law: on a surface without debris for one
-        tile in about 10⁴ (normal heights) to 150 (Gumbel's law). ``threshold_value`` and ``threshold_units`` hold the
-        limit, ``comment`` the rule.
+        True if the height exceeds the median by more than six median absolute deviations (if more than half of the
+        heights are equal, mean absolute deviations, scaled as for a normal law). On a surface without debris this is
+        so for one tile in about 10⁴ (normal heights) to 150 (Gumbel's law). ``threshold_value`` and
+        ``threshold_units`` state the limit, ``comment`` the rule.
 
     References
     ----------
     Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, for the median absolute deviation against outliers; Iglewicz &
-    Hoaglin (1993), How to detect and handle outliers, for the mean one in its place.
+    Hoaglin (1993), How to detect and handle outliers, for the mean deviation in its place.
 
     Examples
     --------

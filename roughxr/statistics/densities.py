@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import carries_units, plain
-from .sampling import per, samples
+from .sampling import density_units, samples
 
 
 def pdf(
@@ -24,15 +24,15 @@ def pdf(
     ds : Dataset
     name : str
         A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first. Samples
-        count by their ``landing_share`` where there is one.
+        are weighted by their ``landing_share`` if there is one.
     bins : int, str or array
         As for `numpy.histogram_bin_edges`; edges in the variable's units or with their own.
 
     Returns
     -------
     DataArray
-        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with ``cdf`` beside it; the
-        attributes contain ``bin_rule``, ``bin_edges`` and the numbers of ``samples`` and ``missing`` ones.
+        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with the coordinate ``cdf``;
+        the attributes contain ``bin_rule``, ``bin_edges`` and the numbers of ``samples`` and of ``missing`` samples.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Examples
@@ -52,7 +52,7 @@ def pdf(
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
     out["cdf"].attrs.update(schema.attributes("cdf"))
-    out.attrs = {"units": per(units), "long_name": "probability density", "method": "histogram"}
+    out.attrs = {"units": density_units(units), "long_name": "probability density", "method": "histogram"}
     out.attrs |= {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
     out.attrs |= {"samples": some.values.size, "missing": some.missing}
     return out

@@ -1,4 +1,4 @@
-"""Superposition against the direct simulation: at which displacements their forces agree."""
+"""Superposition against the direct simulation: the displacements at which their forces agree."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     Dataset
         ``force_superposed``, ``force_direct`` (nN) and ``force_difference`` (relative to the direct force; NaN where
         that is 0) along (subregion, delta); ``agreeing``, the share of the places in contact that agree, and
-        ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta; ``parting_delta`` (nm)
-        along subregion, from which on they differ by more than 10 %, NaN where they agree to the end or never touch;
-        ``mean_difference`` of the mean forces along delta, and ``mean_parting_delta``.
+        ``overlap_fraction``, the share of contacts that overlap a neighbour's, along delta; ``divergence_delta`` (nm)
+        along subregion, beyond which they differ by more than 10 %, NaN if they agree to the end or never touch;
+        ``mean_difference`` of the mean forces along delta, and ``mean_divergence_delta``.
 
     Examples
     --------
@@ -38,7 +38,7 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
     ...     for force in ([1.0, 2.1, 6.0], [1.0, 2.0, 3.0])
     ... ]
     >>> compared = force_ratio(*solutions)
-    >>> float(compared.parting_delta[0]), compared.force_difference.values.round(3).tolist()
+    >>> float(compared.divergence_delta[0]), compared.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
     superposed, direct = schema.entered(superposed), schema.entered(direct)
@@ -58,8 +58,8 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
             "mean_difference": mean,
             "agreeing": (abs(difference) <= _AGREEMENT).sum("subregion")
             / touching.sum("subregion").where(lambda n: n > 0),
-            "parting_delta": ("subregion", [_parting(row, direct["delta"].values) for row in difference.values]),
-            "mean_parting_delta": _parting(mean.values, direct["delta"].values),
+            "divergence_delta": ("subregion", [_divergence(row, direct["delta"].values) for row in difference.values]),
+            "mean_divergence_delta": _divergence(mean.values, direct["delta"].values),
         }
     )
     if "contacts_overlapping" in at:
@@ -67,18 +67,18 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
         out["overlap_fraction"] = at["contacts_overlapping"].sum("subregion") / contacts.where(contacts > 0)
     names = ("delta", "subregion", "subregion_x", "subregion_y", *schema.PAIR)
     out = out.drop_vars([name for name in out.coords if name not in names])
-    missing = "NaN out of contact or not converged; parting_delta: NaN where they never part"
+    missing = "NaN out of contact or not converged; divergence_delta: NaN where they agree to the end"
     out.attrs = {"agree_within": _AGREEMENT, "missing": missing}
     return schema.record(schema.label(out), "force_ratio", direct)
 
 
 def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):
-    """Raise where two solutions cannot be compared, and say why."""
+    """Raise if two solutions cannot be compared, with the reason."""
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
         raise ValueError(
-            f"expected the same contact centres in both, found {sizes[0]} and {sizes[1]} that differ; solve at the same"
+            f"expected equal contact centres in both, found {sizes[0]} and {sizes[1]} that differ; solve at equal ones"
         )
     datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
     if datums[0] != datums[1]:
@@ -88,7 +88,7 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):
         raise ValueError(f"delta: expected ranges that overlap, found {ends[0]} and {ends[1]} nm")
 
 
-def _parting(difference: np.ndarray, delta: np.ndarray) -> float:
+def _divergence(difference: np.ndarray, delta: np.ndarray) -> float:
     """Return the displacement from which two forces differ to the end of the sweep, NaN if they agree at the end."""
     touching = np.flatnonzero(np.isfinite(difference))
     differs = np.abs(difference[touching]) > _AGREEMENT

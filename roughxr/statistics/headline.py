@@ -64,13 +64,13 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that pull, ``low`` and ``high``, the
-        ends of its interval, ``places``, ``solved_places``, ``mesh_error`` and ``smooth_share``; NaN where not known.
+        The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
+        the ends of its interval, ``places``, ``solved_places``, ``mesh_error`` and ``smooth_share``; NaN if unknown.
 
     Raises
     ------
     ValueError
-        If ``ds`` contains no force, or no place pulls.
+        If ``ds`` contains no force, or no place adheres.
 
     Examples
     --------
@@ -84,15 +84,15 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         mean = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
         mean.attrs["assumed"] = ds.attrs["assumed"]
     else:
-        mean = answered(ds)
+        mean = mean_pull_off(ds)
     print(headline(mean))
     return mean
 
 
 def mesh_error(pull: xr.Dataset) -> float:
-    """Return the relative error of the mean pull-off by mesh and step, if all places err the same way; NaN if unknown.
+    """Return the relative error of the mean pull-off by mesh and step, if errors of places add; NaN if unknown.
 
-    A place's error counts by its force: a few places that err much decide, as they do in the mean.
+    Errors are weighted by the force of each place, as in the mean.
     """
     own = next((name for name in _PLACE_ERRORS if name in pull), None)
     if own is None:
@@ -101,7 +101,7 @@ def mesh_error(pull: xr.Dataset) -> float:
     return float(by_share(force * abs(pull[own])).mean() / by_share(force).mean())
 
 
-def answered(ds: xr.Dataset) -> xr.Dataset:
+def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of `answer` without printing."""
     if "pull_off_force" not in ds and "force" not in ds:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
@@ -139,7 +139,7 @@ def scalar_values(summary: xr.Dataset) -> dict[str, float]:
 
 
 def with_units(summary: xr.Dataset) -> xr.Dataset:
-    """Return scalars of an answer with their units and meaning."""
+    """Return scalars with their units and meaning."""
     for name in set(SCALARS) & set(summary.data_vars):
         units, meaning = SCALARS[name]
         summary[name].attrs = {"units": units, "long_name": meaning}
@@ -147,7 +147,7 @@ def with_units(summary: xr.Dataset) -> xr.Dataset:
 
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
-    """Return a run's best estimate and the ends of its interval, nN; None where it has none."""
+    """Return a run's best estimate and the ends of its interval, nN, or None."""
     if "statistics/extrapolated" not in run:
         return None
     extrapolated = run["statistics/extrapolated"]
@@ -171,7 +171,7 @@ def _refuse_several(force: xr.DataArray):
 
 
 def headline(summary: xr.Dataset) -> str:
-    """Return an answer, or a run's summary, in words: the same sentences wherever it is shown."""
+    """Return an answer or a run's summary in words, for all doors alike."""
     if "pull_off_force" not in summary:
         return str(summary.attrs.get("missing", ""))
     value = scalar_values(summary)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.text import warn
-from .sampling import counted_equally, samples
+from .sampling import samples, without_weights
 
 
 class Law(NamedTuple):
@@ -22,7 +22,7 @@ class Law(NamedTuple):
 
     @property
     def scipy(self):
-        """The law as SciPy has it."""
+        """The distribution in SciPy."""
         from scipy import stats
 
         return getattr(stats, self.distribution)
@@ -59,17 +59,17 @@ def fit(
     laws : sequence of {"normal", "log_normal", "weibull", "gumbel"}
         "gumbel" is the law of largest values.
     simulations : int
-        Number of samples drawn from each fitted law, and fitted again, since Kolmogorov's tables do not hold for fitted
-        parameters. For more than 2000 samples ``ks_p_value`` is that of 2000 drawn from them, with a warning.
+        Number of samples drawn from each fitted law and fitted again, since Kolmogorov's tables are not valid for
+        fitted parameters. For more than 2000 samples ``ks_p_value`` is computed from 2000 of them, with a warning.
 
     Returns
     -------
     Dataset
         Along ``law``: ``location`` and ``scale`` (the variable's unit; for the log-normal, ``scale`` is the median and
-        ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN where a law has none), ``log_likelihood``,
+        ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN for a law without), ``log_likelihood``,
         ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest distance between empirical
-        and fitted cumulative probability), and ``ks_p_value``; NaN where a law is not defined for the samples. Places
-        are counted as independent; where they are not, ``ks_p_value`` is too small and differences in AIC too large.
+        and fitted cumulative probability), and ``ks_p_value``; NaN if a law is not defined for the samples. Places are
+        taken as independent; if they are not, ``ks_p_value`` is too small and differences in AIC are too large.
 
     References
     ----------
@@ -88,17 +88,17 @@ def fit(
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")
-    values = counted_equally(samples(ds, name), "fit").values
+    values = without_weights(samples(ds, name), "fit").values
     if values.size < 3 or np.ptp(values) == 0:
         raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
-    judged = values  # whose fit is judged by simulation
+    tested = values  # for the simulated goodness of fit
     if simulations and values.size > _MOST_SIMULATED:
         warn(
             f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, "
-            "all else from all"
+            "all other results from all"
         )
-        judged = np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
-    rows = np.array([_fitted(LAWS[law], values, judged, simulations) for law in laws])
+        tested = np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
+    rows = np.array([_fit_law(LAWS[law], values, tested, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
     out["aic_difference"] = out["aic"] - out["aic"].min()
     weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
@@ -117,8 +117,8 @@ def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     return LAWS[law].scipy(*(float(fitted[name]) for name in names)).pdf(points)
 
 
-def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) -> list[float]:
-    """Return the results of one law, in their order."""
+def _fit_law(law: Law, values: np.ndarray, tested: np.ndarray, simulations: int) -> list[float]:
+    """Return the `_RESULTS` of one law."""
     from scipy import stats
 
     if law.positive and values.min() <= 0:
@@ -130,5 +130,5 @@ def _fitted(law: Law, values: np.ndarray, judged: np.ndarray, simulations: int) 
     if simulations:
         how: dict[str, Any] = {"known_params": {"loc": 0.0}} if law.positive else {}
         how |= {"statistic": "ks", "n_mc_samples": simulations, "random_state": np.random.default_rng(0)}
-        chance = stats.goodness_of_fit(law.scipy, judged, **how).pvalue
+        chance = stats.goodness_of_fit(law.scipy, tested, **how).pvalue
     return [shape, *parameters[-2:], likelihood, 2 * 2 - 2 * likelihood, distance, chance]

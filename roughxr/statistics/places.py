@@ -1,4 +1,4 @@
-"""The effective sample size of correlated places, and the size of bootstrap blocks that hold correlated neighbours."""
+"""The effective sample size of correlated places, and bootstrap blocks of correlated neighbours."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Largest number of samples that the correlation is estimated from; more make it slower, not more accurate.
+#: Largest number of samples for the correlation: more samples take longer without better accuracy.
 _MOST_SAMPLES = 2000
 
-#: Largest distance of the correlation, in mean distances between neighbours.
+#: Largest distance of the correlation, in mean spacings.
 _LONGEST_LAG = 6
 
 
@@ -45,12 +45,12 @@ def normal_scores(values: np.ndarray) -> np.ndarray:
     from scipy.stats import norm, rankdata
 
     largest = np.abs(values).max(initial=0.0) or 1.0
-    alike = np.round(values / largest, 10)  # one asperity gives equal forces, but for rounding, at several places
+    alike = np.round(values / largest, 10)  # an asperity can give equal forces, but for rounding, at several places
     return norm.ppf((rankdata(alike) - 0.5) / values.size)
 
 
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
-    """Return the effective sample size: as many independent samples have a mean of equal variance.
+    """Return the effective sample size, the number of independent samples with a mean of equal variance.
 
     References
     ----------
@@ -86,7 +86,7 @@ def _extent(places: np.ndarray) -> np.ndarray:
 
 
 def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
-    """Return the samples in squares of this side on a periodic lattice, so that each sample is in equally many."""
+    """Return the samples in squares of this side on a periodic lattice; each sample is in equally many squares."""
     from scipy.spatial import cKDTree
 
     extent, spacing = _extent(places), mean_spacing(places)
@@ -104,5 +104,5 @@ def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> floa
     """Return the side (nm) of a block: two independent places along each axis, in steps of the mean spacing."""
     spacing = mean_spacing(places)
     across = np.sqrt(values.size / effective)
-    most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, whatever the rounding
+    most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, in spite of rounding
     return spacing * (1 if across <= 1.05 else int(np.clip(np.ceil(2 * across), 1, most)))

@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, of_a_map
+from .sampling import SAMPLES, map_samples
 from .uncertainty import bootstrap
 
-#: Confidence of the intervals.
+#: Confidence level of the intervals.
 _CONFIDENCE = 0.95
 
 
@@ -50,7 +50,7 @@ def pooled(
     over : str
         The dimension that is pooled.
     statistics : sequence of str
-        See `bootstrap`; for a variable along ``over`` alone only the mean.
+        See `bootstrap`; of a variable along ``over`` alone only the mean.
     resamples : int
         For the bootstrap within each scan.
 
@@ -59,13 +59,13 @@ def pooled(
     Dataset
         Along ``statistic``: ``pooled`` with ``pooled_low`` and ``pooled_high``, the mean over scans and its 95 %
         interval; ``between_std``, the standard deviation between scans beyond the scatter of their places;
-        ``between_p_value``, the probability that they differ as much by that scatter alone. Along (``over``,
-        statistic): each scan's ``estimate`` and its ``standard_error``.
+        ``between_p_value``, the probability of such differences by that scatter alone. Along (``over``, statistic):
+        each scan's ``estimate`` and its ``standard_error``.
 
     Notes
     -----
     τ² is Paule and Mandel's. The interval is Hartung and Knapp's, with Student's t, never narrower than the scans' own
-    errors require, and that of the logarithm where no sample is negative. For two scans it is wide.
+    errors require; if no sample is negative it is the interval of the logarithm. For two scans it is wide.
 
     References
     ----------
@@ -94,7 +94,7 @@ def pooled(
         estimate, error, labels = ds[name].values[:, None].astype(float), np.zeros((ds.sizes[over], 1)), ["mean"]
     else:
         options = {"statistics": statistics, "confidence": _CONFIDENCE, "resamples": resamples}
-        estimate, error, labels = _each(ds, name, over, options)
+        estimate, error, labels = _scan_statistics(ds, name, over, options)
     solve = partial(random_effects, confidence=_CONFIDENCE, positive=bool(ds[name].min() >= 0))
     pools = [solve(*both) for both in zip(estimate.T, error.T)]
     out = xr.Dataset(
@@ -112,11 +112,11 @@ def pooled(
 _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value")
 
 
-def _each(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
+def _scan_statistics(ds: xr.Dataset, name: str, over: str, options: dict) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Return the statistics of each scan and their standard errors, (scans, statistics)."""
     from scipy.stats import t
 
-    parts = [of_a_map(ds.isel({over: k})[[name]]) for k in range(ds.sizes[over])]
+    parts = [map_samples(ds.isel({over: k})[[name]]) for k in range(ds.sizes[over])]
     dim = next((dim for dim in SAMPLES if dim in parts[0][name].dims), SAMPLES[0])
     parts = [
         part.isel({dim: np.isfinite(part[name].values)}) for part in parts
@@ -136,7 +136,7 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
     from scipy.stats import chi2, t
 
     k = estimate.size
-    tau2 = _between(estimate, error)
+    tau2 = _variance_between(estimate, error)
     weight = _weights(error, tau2)
     mean = float((weight * estimate).sum() / weight.sum())
     own = (weight * (estimate - mean) ** 2).sum() / (k - 1)
@@ -151,12 +151,12 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
 
 
 def _weights(error: np.ndarray, tau2: float) -> np.ndarray:
-    """Return inverse variances, or equal weights where there is neither error nor spread."""
+    """Return inverse variances, or equal weights without error and spread."""
     variance = error**2 + tau2
     return np.ones(error.size) if not variance.all() else 1 / variance
 
 
-def _between(estimate: np.ndarray, error: np.ndarray) -> float:
+def _variance_between(estimate: np.ndarray, error: np.ndarray) -> float:
     """Return the variance between estimates by Paule and Mandel: the weighted sum of squares equals its expectation."""
     from scipy.optimize import brentq
 

@@ -1,4 +1,4 @@
-"""Pull-off force of each place, by any method, and its ratio to that of a smooth sphere."""
+"""The pull-off force at each place, by any method, and its ratio to that of a smooth sphere."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 
-#: Variables in which solvers state the error of their pull-off.
+#: Variables by which solvers state the error of their pull-off.
 _ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
 
 
@@ -23,20 +23,20 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     ds : Dataset
         A solution. Other dimensions than ``delta`` are kept. `superpose` and `adhesive` find the pull-off at any
         displacement. For other solutions it is the largest adhesion force among the displacements of ``force``: too
-        small where the sweep is coarse or ends too soon.
+        small if the sweep is coarse or too short.
 
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN where nothing pulls.
-        ``bracketed`` is False where the largest adhesion force is at an end of the sweep, which then was too short. For
-        a cycle it is False where the force is largest at the largest displacement, or the cycle is incomplete. A
-        solver's own errors, such as ``pull_off_error`` and ``cell_error``, are kept.
+        ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN without adhesion. ``bracketed``
+        is False if the largest adhesion force is at an end of the sweep, which was then too short. For a cycle it is
+        False if the adhesion force is largest at the largest displacement, or the cycle is incomplete. A solver's own
+        errors, such as ``pull_off_error`` and ``cell_error``, are kept.
 
     Raises
     ------
     ValueError
-        If the sweep cannot pull: that of `direct`, or with law="hertz".
+        If the sweep has no adhesion: that of `direct`, or with law="hertz".
 
     See Also
     --------
@@ -54,20 +54,20 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     """
     ds = schema.entered(ds)
     if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
-        out, method = _of_events(ds), "cycle" if "complete" in ds else "exact"
+        out, method = _solver_pull_off(ds), "cycle" if "complete" in ds else "exact"
     else:
-        force, method = _with_adhesion(ds), "sweep"
-        out = _of_sweep(force, converged(ds))
+        force, method = _adhesive_force(ds), "sweep"
+        out = _largest_in_sweep(force, converged(ds))
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
-    unsolved = ", or the largest pull has not converged" if method == "sweep" else ""
-    out.attrs["missing"] = f"NaN where no displacement of the {method} pulls{unsolved}"
+    unsolved = ", or the largest adhesion force has not converged" if method == "sweep" else ""
+    out.attrs["missing"] = f"NaN where nothing adheres at any displacement of the {method}{unsolved}"
     if method == "sweep" and not force.chunks:
-        _warn_of_ends(out, ds["delta"].values)
+        _warn_of_short_sweep(out, ds["delta"].values)
     return schema.record(schema.label(out), "pull_off", ds)
 
 
-def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
-    """Warn of the number of places where the sweep ends before the pull-off, with advice."""
+def _warn_of_short_sweep(out: xr.Dataset, delta: np.ndarray) -> None:
+    """Warn of places at which the sweep ends before the pull-off."""
     pulls = out["pull_off_force"].notnull()
     short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
     if short or never:
@@ -78,10 +78,10 @@ def _warn_of_ends(out: xr.Dataset, delta: np.ndarray) -> None:
         )
 
 
-def _with_adhesion(ds: xr.Dataset) -> xr.DataArray:
-    """Return the force of a sweep with adhesion; raise for others, with advice."""
+def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
+    """Return the force of a sweep with adhesion; raise for other solutions."""
     if "force" not in ds or "delta" not in ds["force"].dims:
-        hint = "; it holds pull-off forces already" if "pull_off_force" in ds else ""
+        hint = "; it contains pull-off forces already" if "pull_off_force" in ds else ""
         names = ", ".join(map(str, ds.data_vars))
         raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {names}{hint}")
     force = ds["force"]
@@ -96,8 +96,8 @@ def _with_adhesion(ds: xr.Dataset) -> xr.DataArray:
     return force
 
 
-def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
-    """Return the largest adhesion force among the displacements of a sweep; NaN where it has not converged."""
+def _largest_in_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
+    """Return the largest adhesion force among the displacements of a sweep; NaN if it has not converged."""
     least = force.min("delta")
     pulls = (least < 0) & ~((force == least) & ~(solved | force.isnull())).any("delta")
     filled = force.fillna(np.inf)
@@ -111,8 +111,8 @@ def _of_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Dataset:
     )
 
 
-def _of_events(ds: xr.Dataset) -> xr.Dataset:
-    """Return the pull-off that the solver found, at any displacement."""
+def _solver_pull_off(ds: xr.Dataset) -> xr.Dataset:
+    """Return the solver's own pull-off, at any displacement."""
     bracketed = pulls = ds["pull_off_force"] > 0
     names = ["pull_off_force", "pull_off_delta", *(name for name in _ERRORS if name in ds)]
     if "complete" in ds:
@@ -121,20 +121,20 @@ def _of_events(ds: xr.Dataset) -> xr.Dataset:
             bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
     out = ds[names].where(pulls).assign(bracketed=bracketed)
     if "pull_off_error" in out:
-        out["pull_off_error"].attrs["missing"] = "NaN where no finer mesh was solved, as with accuracy=None"
+        out["pull_off_error"].attrs["missing"] = "NaN without a finer mesh, as with accuracy=None"
     return out
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:
-    """Return the pull-off force (nN) of the same sphere on a smooth flat: 3/2 π w R, or 2 π w R where it is stiff.
+    """Return the pull-off force (nN) of the same sphere on a smooth flat: 3/2 π w R, or 2 π w R for a stiff pair.
 
-    The latter for `rigid` and laws with a range. For a humid pair, w is the work of the liquid and of the solids under
-    it, since menisci act over distances larger than the deformation.
+    Stiff are `rigid`, laws with a range and humid pairs, whose menisci act over distances larger than the deformation.
+    For a humid pair, w is the work of the liquid and of the solids under it.
 
     Parameters
     ----------
     ds : Dataset
-        Anything with the pair on it.
+        Any Dataset with an assigned pair.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The samples of a distribution: a variable along ``subregion`` or ``asperity`` without its NaN, places and weights."""
+"""The samples of a distribution: finite values along ``subregion`` or ``asperity``, with places and weights."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SHARE = "landing_share"
 
 
 class Samples(NamedTuple):
-    """Finite values, their weights (None: all equal), their places (None: unknown), and the number of missing ones."""
+    """Finite values, their weights (None: equal), their places (None: unknown), and the number of missing values."""
 
     values: np.ndarray
     weights: np.ndarray | None
@@ -31,7 +31,7 @@ class Samples(NamedTuple):
 def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``."""
     shared = has_shares(ds, name)
-    ds = of_a_map(ds, name)
+    ds = map_samples(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
     weight = ds[SHARE].values.astype(float) if shared else None
@@ -53,7 +53,7 @@ def at_first_preload(ds: Any) -> Any:
 
 
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
-    """Return the weights of places: the shares of particles that rest there, else equal ones."""
+    """Return the weights of places: the shares of particles that rest there, else equal weights."""
     return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
 
 
@@ -67,21 +67,21 @@ def conditions(array: xr.DataArray) -> list[str]:
     return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
 
 
-def counted_equally(some: Samples, verb: str) -> Samples:
-    """Return samples without weights, with a warning where there were any."""
+def without_weights(some: Samples, verb: str) -> Samples:
+    """Return samples without weights, with a warning if there were any."""
     if some.weights is not None:
         warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
     return some._replace(weights=None)
 
 
 def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
-    """Warn that statistics leave samples out, where some are missing."""
+    """Warn if samples are missing."""
     if missing:
         reason = f" ({why})" if why else ""
         warn(f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}")
 
 
-def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
+def map_samples(ds: xr.Dataset, *names: str) -> xr.Dataset:
     """Stack variables along ``x`` and ``y`` alone, such as a pull-off at every pixel, to samples along subregions."""
     if any(name not in ds or set(ds[name].dims) != {"x", "y"} for name in names or ds.data_vars):
         return ds
@@ -89,7 +89,7 @@ def of_a_map(ds: xr.Dataset, *names: str) -> xr.Dataset:
 
 
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
-    """Return the one dimension along which a variable's samples lie; raise where there is none or more than one."""
+    """Return the only dimension of a variable's samples; raise if there is none or more than one."""
     if name not in ds:
         raise ValueError(f"expected one of {', '.join(map(str, ds.data_vars))}, found {name!r}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
@@ -102,7 +102,7 @@ def sample_dimension(ds: xr.Dataset, name: str) -> str:
 
 
 def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
-    """Return the dimensions of a variable besides its samples; empty if it has no samples, or is a map of them."""
+    """Return the dimensions of a variable besides its samples; empty if it has no samples."""
     if name not in ds:
         return []
     dims = [str(dim) for dim in ds[name].dims]
@@ -111,11 +111,11 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
 
 
 def has_shares(ds: xr.Dataset, name: str) -> bool:
-    """Return whether the samples of a variable have shares of particles, which are then their weights."""
+    """Return whether the samples of a variable are weighted by shares of particles."""
     return name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
 
 
-def per(units: str) -> str:
+def density_units(units: str) -> str:
     """Return the units of a density over ``units``."""
     if units == "1":
         return units

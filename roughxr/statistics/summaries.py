@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, SHARE, has_shares, of_a_map, warn_of_missing
+from .sampling import SAMPLES, SHARE, has_shares, map_samples, warn_of_missing
 
 
 def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
@@ -17,7 +17,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     Parameters
     ----------
     ds : Dataset
-        Every numeric variable along ``subregion`` or ``asperity`` is summarised; other dimensions are kept. Where
+        Every numeric variable along ``subregion`` or ``asperity`` is summarised; other dimensions are kept. If
         all lie along ``x`` and ``y``, as in a map, every pixel is a sample.
     quantiles : sequence of float
         Between 0 and 1.
@@ -25,9 +25,9 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     Returns
     -------
     Dataset
-        The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; of samples that count by
-        their ``landing_share`` the root of the weighted mean square deviation), min, max and one ``q…`` for each
-        quantile, in per cent.
+        The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; for samples weighted by
+        ``landing_share`` the root of the weighted mean square deviation), min, max and ``q…`` for each quantile, in
+        per cent.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     ds = schema.entered(ds)
     along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
     shared = has_shares(ds, str(next(iter(along), "")))
-    ds = of_a_map(ds)
+    ds = map_samples(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")

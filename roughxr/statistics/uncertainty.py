@@ -4,9 +4,10 @@ A block bootstrap draws whole neighbourhoods, so that correlated samples stay to
 1992 for periodic blocks). Blocks cut the correlation at their edges. Deviations are therefore widened until resampled
 means have the standard deviation s/√n for n independent places. Percentiles of few blocks are too narrow: they are
 taken at the levels of Student's t (Hesterberg 2015, "expanded percentile"). Intervals of quantiles need no resamples:
-the share of samples below a quantile is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998). Below thirty
-samples the distribution is taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005). If a
-sample is negative it is taken as normal, with Student's t. The interval of std is from χ², of quantiles Owen's (1968).
+the share of samples below a quantile is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998).
+
+Fewer than thirty samples are taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005); if
+any of them is negative, as normal, with Student's t. The interval of std is then from χ², of quantiles Owen's (1968).
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from ..vocabulary.units import fraction
 from .places import block_side, blocks, independent_places
 from .sampling import Samples, other_dimensions, samples
 
-#: Largest number of resampled samples: neighbours on a map are correlated, and more take longer without benefit.
+#: Largest number of resampled samples: neighbours on a map are correlated, so that more samples do not help.
 _MOST_SAMPLES = 20_000
 
 #: Below this number of samples a normal or log-normal distribution is assumed.
 _FEWEST_SAMPLES = 30
 
-#: Number of values held at once while resampling: 40 MB.
+#: Number of values in memory while resampling: 40 MB.
 _VALUES_AT_ONCE = 5_000_000
 
 #: Lower bound of samples, as a fraction of the mean, before the logarithm.
@@ -40,7 +41,7 @@ class Resampling(NamedTuple):
     """The blocks of a bootstrap."""
 
     independent: float  # places
-    side: float  # of a block, nm; 0 where single samples are drawn
+    side: float  # of a block, nm; 0 if single samples are drawn
     members: list[np.ndarray] | None  # indices of the samples in each block
 
 
@@ -66,11 +67,11 @@ def bootstrap(
     confidence : float
         Between 0 and 1.
     resamples : int
-        Number of resamples, of at most 20,000 samples; of more, as in a map, 20,000 are used, with a warning.
+        Number of resamples. Of more than 20,000 samples, as in a map, 20,000 are used, with a warning.
     seed : int
         The same seed gives the same intervals.
     within : Dataset, optional
-        All places of the surface, where ``ds`` holds only some of them: the effective sample size is that of all.
+        All places of the surface, if ``ds`` contains only some: their correlation sets the effective sample size.
 
     Returns
     -------
@@ -101,14 +102,14 @@ def bootstrap(
     others = other_dimensions(ds, name)
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
-        return _sweep(ds, name, along=others[0], seed=seed, within=within, **given)
+        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **given)
     every = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     labels = list(statistics)
     estimate = [_estimate(label, every.values, every.weights) for label in labels]
-    sample = _fewer(every, seed)
+    sample = _subsample(every, seed)
     if sample is not every:
         count = every.values.size
         warn(f"{name}: {count} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
@@ -132,8 +133,8 @@ def bootstrap(
     return schema.record(schema.label(out), "bootstrap", ds, **given)
 
 
-def _fewer(sample: Samples, seed: int) -> Samples:
-    """Return the samples, or a random part of them above the largest number."""
+def _subsample(sample: Samples, seed: int) -> Samples:
+    """Return the samples, or `_MOST_SAMPLES` of them drawn at random."""
     if sample.values.size <= _MOST_SAMPLES:
         return sample
     chosen = np.sort(np.random.default_rng(seed).choice(sample.values.size, _MOST_SAMPLES, replace=False))
@@ -141,7 +142,7 @@ def _fewer(sample: Samples, seed: int) -> Samples:
     return Samples(sample.values[chosen], weights, places, sample.missing)
 
 
-def _sweep(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
+def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
     """Return `bootstrap` of a variable at each entry of a second dimension."""
     within, n = options.pop("within", None), ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
@@ -163,26 +164,26 @@ def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any
 
 
 def _mean(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
-    """Return the mean, for equal weights without them."""
+    """Return the mean, weighted if weights are given."""
     return np.mean(values, axis=axis) if weights is None else np.average(values, axis=axis, weights=weights)
 
 
 def _std(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
-    """Return the standard deviation with n − 1; with weights n is Kish's effective number."""
+    """Return the standard deviation with n − 1; with weights, n is Kish's effective number."""
     if weights is None:
         return np.std(values, axis=axis, ddof=1)
     off = values - np.expand_dims(_mean(values, axis, weights), axis)
-    count = _equal_count(weights, axis)
+    count = _effective_count(weights, axis)
     return np.sqrt(_mean(off**2, axis, weights) * count / np.maximum(count - 1, 1e-12))
 
 
-def _equal_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> Any:
+def _effective_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> Any:
     """Return Kish's effective number of weighted samples."""
     return float(size) if weights is None else weights.sum(axis=axis) ** 2 / (weights**2).sum(axis=axis)
 
 
 def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None) -> Any:
-    """Return quantiles; with weights each sample stands in the middle of its own share."""
+    """Return quantiles; with weights, each sample lies in the middle of its share of the weights."""
     if weights is None:
         return np.quantile(values, share)
     order = np.argsort(values)
@@ -192,7 +193,7 @@ def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None)
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return block-bootstrap intervals of a histogram's densities."""
-    sample = _fewer(samples(ds, name), seed=0)
+    sample = _subsample(samples(ds, name), seed=0)
     edges, shares = np.asarray(bins, dtype=float), []
     for values, weights in resampled(sample, _resampling(sample), resamples, seed=0):
         weights = np.ones_like(values) if weights is None else weights
@@ -201,28 +202,28 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
 
 
 def resampled(sample: Samples, way: Resampling, resamples: int, *, seed: int) -> Iterator[tuple]:
-    """Yield resamples of the values and of their weights, or None, some (resamples, samples) at a time."""
+    """Yield resamples of the values and of their weights (or None) in arrays (some resamples, samples)."""
     rng = np.random.default_rng(seed)
     size = sample.values.size
     step = max(1, _VALUES_AT_ONCE // size)
     for start in range(0, resamples, step):
         count = min(step, resamples - start)
         shape = count, size
-        chosen = rng.integers(0, size, shape) if way.members is None else _drawn(way.members, size, count, rng)
+        chosen = rng.integers(0, size, shape) if way.members is None else _draw_blocks(way.members, size, count, rng)
         yield sample.values[chosen], None if sample.weights is None else sample.weights[chosen]
 
 
-def _drawn(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
-    """Return the members of ``count`` resamples; blocks of one size are drawn at once, in the same order."""
+def _draw_blocks(members: list[np.ndarray], size: int, count: int, rng) -> np.ndarray:
+    """Return the members of ``count`` resamples; blocks of equal size are drawn at once."""
     each = len(members[0])
     if any(len(block) != each for block in members):
-        return np.stack([_one_drawn(members, size, rng) for _ in range(count)])
+        return np.stack([_draw_unequal_blocks(members, size, rng) for _ in range(count)])
     chosen = rng.integers(0, len(members), (count, -(-size // each)))
     return np.stack(members)[chosen].reshape(count, -1)[:, :size]
 
 
-def _one_drawn(members: list[np.ndarray], size: int, rng) -> np.ndarray:
-    """Return the members of blocks drawn with replacement, up to the number of samples."""
+def _draw_unequal_blocks(members: list[np.ndarray], size: int, rng) -> np.ndarray:
+    """Return the members of unequal blocks drawn with replacement, up to the number of samples."""
     mean = sum(map(len, members)) / len(members)
     drawn: list[np.ndarray] = []
     short = size
@@ -236,7 +237,7 @@ def _resampling(sample: Samples, within: Samples | None = None) -> Resampling:
     effective = independent_places(sample.values, sample.places)
     if within is not None:
         effective = min(effective, independent_places(within.values, within.places))
-    effective *= _equal_count(sample.weights, size=sample.values.size) / sample.values.size
+    effective *= _effective_count(sample.weights, size=sample.values.size) / sample.values.size
     if sample.places is None:
         return Resampling(effective, 0.0, None)
     side = block_side(sample.values, sample.places, effective)
@@ -244,12 +245,12 @@ def _resampling(sample: Samples, within: Samples | None = None) -> Resampling:
 
 
 def _intervals(sample: Samples, way: Resampling, labels: list[str], confidence, resamples, seed) -> np.ndarray:
-    """Return (2, statistics): lower and upper ends."""
+    """Return the lower and upper ends, (2, statistics)."""
     from scipy.stats import norm, t
 
     if sample.values.size < _FEWEST_SAMPLES:
         count = max(way.independent, 2.0)
-        return np.array([_ends_of_few(label, sample, count, confidence) for label in labels]).T
+        return np.array([_small_sample_ends(label, sample, count, confidence) for label in labels]).T
     drawn = [
         [_mean(values, 1, weights), _std(values, 1, weights)]
         for values, weights in resampled(sample, way, resamples, seed=seed)
@@ -267,7 +268,7 @@ def _intervals(sample: Samples, way: Resampling, labels: list[str], confidence, 
 
 
 def _ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:
-    """Return the ends of one statistic's interval, those of mean and std from the ends of their resamples."""
+    """Return the ends of one statistic's interval; ``ends`` are the resamples' percentiles of mean and std."""
     from scipy.stats import beta
 
     values, estimate = sample.values, _estimate(label, sample.values, sample.weights)
@@ -283,8 +284,8 @@ def _ends(label: str, sample: Samples, ends: Any, times: float, count: float, co
     return np.clip(estimate + (ends - estimate) * times, low, high)
 
 
-def _ends_of_few(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
-    """Return the ends of an interval of few samples: log-normal ones, or normal ones where a sample is negative."""
+def _small_sample_ends(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
+    """Return the ends of an interval of few samples, taken as log-normal, or as normal if any is negative."""
     from scipy.stats import chi2, nct, norm, t
 
     values, weights = sample.values, sample.weights

@@ -19,7 +19,7 @@ TIP_RADIUS = 10.0
 
 
 def _scaled(name: str) -> Callable:
-    """Return the change that multiplies a coordinate of the pair."""
+    """Return a function that multiplies a coordinate of the pair."""
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
         (value,) = schema.pair(ds, name, humid=True)
@@ -29,8 +29,8 @@ def _scaled(name: str) -> Callable:
     return change
 
 
-def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
-    """Return the pair with the assigned or estimated hardness multiplied by a factor, so that it yields there."""
+def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    """Return the pair that yields at a factor times the assigned or estimated hardness."""
     hardness, _ = known_hardness(ds)
     if not np.isfinite(hardness):
         raise ValueError("no hardness is assigned, and none estimated for named materials")
@@ -39,14 +39,14 @@ def _harder(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     )
 
 
-def _wets_less(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
+def _with_larger_angles(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
     own = [float(np.degrees(ds[name])) for name in ANGLES]
     changed = angles(tuple(max(angle + degrees, 0.0) for angle in own))
     return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
 
 
 class Factor(NamedTuple):
-    """An assumption: settings off by its typical uncertainty, a description of them, and the change of scan or pair."""
+    """An assumption: settings changed by its typical uncertainty, their description, and the change of scan or pair."""
 
     settings: tuple
     words: str
@@ -54,9 +54,9 @@ class Factor(NamedTuple):
     is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
 
 
-#: By name, with the uncertainties of a careful experiment. A shorter range takes finer cells: at two thirds each place
-#: takes eight times as long. Modulus and radius are changed one way: the other would take a sixth of the time and
-#: change nothing.
+#: By name, with the uncertainties of a careful experiment. The range is only increased: two thirds of it would need
+#: finer cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of
+#: the time without a change of the result.
 FACTORS: dict[str, Factor] = {
     "mesh": Factor((2,), "cells {} times as fine, and steps shorter by the same factor"),
     "preload": Factor((0.1,), "preload {}"),
@@ -71,20 +71,20 @@ FACTORS: dict[str, Factor] = {
     "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scaled("work_of_adhesion"), True),
     "modulus": Factor((1.1,), "contact modulus {}", _scaled("contact_modulus"), True),
     "sphere radius": Factor((1.05,), "radius {}", _scaled("sphere_radius"), True),
-    "hardness": Factor((0.75, 1.25), "hardness {}", _harder, True),
+    "hardness": Factor((0.75, 1.25), "hardness {}", _with_hardness_factor, True),
     "humidity": Factor(
         (-0.05, 0.05),
         "humidity {}",
         lambda ds, more: (f"{more:+.3g}", ds.assign_coords(at_humidity(ds, float(ds["humidity"]) + more))),
     ),
-    "contact angle": Factor((-5.0, 5.0), "contact angles {}", _wets_less),
+    "contact angle": Factor((-5.0, 5.0), "contact angles {}", _with_larger_angles),
 }
 
 #: Factors of a humid pair.
 HUMID = ("humidity", "contact angle")
 
 
-def factors_of(ds: xr.Dataset) -> list[str]:
-    """Return the factors that a pair has: hardness where one is assigned, those of liquid where it is humid."""
+def pair_factors(ds: xr.Dataset) -> list[str]:
+    """Return the factors of a pair: hardness only if assigned, those of liquid only for a humid pair."""
     absent = {*(() if "hardness" in ds.coords else ("hardness",)), *(() if schema.is_wet(ds) else HUMID)}
     return [name for name in FACTORS if name not in absent]

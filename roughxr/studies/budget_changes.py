@@ -1,8 +1,8 @@
 """The change of the simulated pull-off when one factor is changed, at some places.
 
-Each change is that of the mean over the places known in both cases, against the base on cells of the same size. A law
-with a range can only be solved on small cells: a case that needs smaller ones gets them, and so does its base.
-All cases are solved in one batch.
+Each change is that of the mean over the places known in both cases, against the base on cells of equal size. A law with
+a range can only be solved on small cells: if a case needs smaller cells, its base is solved on them as well. All cases
+are solved in one batch.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..statistics.sampling import shares
 from .assumptions import FACTORS
 from .roughness_scale import quietly
 
-#: Cells may exceed the size that a law needs by this factor before a case is solved on finer ones.
+#: Largest size of the cells over the size that a law needs; larger cells are refined.
 _SLACK = 1.25
 
 
@@ -35,7 +35,7 @@ class Change(NamedTuple):
 
 
 class Base(NamedTuple):
-    """A scan with its pair, and how it is simulated at each of some places."""
+    """A scan with its pair, and the options of its simulation at some places."""
 
     ds: xr.Dataset
     preload: float  # nN
@@ -46,12 +46,12 @@ class Base(NamedTuple):
 
     @property
     def key(self) -> tuple:
-        """Two cases with equal keys are the same."""
+        """Identity of the case: equal keys are equal cases."""
         return id(self.ds), self.preload, self.cells.tobytes(), self.step, self.splined
 
 
 class Case(NamedTuple):
-    """A factor at one of its settings: in words, what it changes, or why that is not known."""
+    """A factor at one of its settings: in words, with its change, or the reason why that is unknown."""
 
     factor: str
     setting: Any
@@ -65,8 +65,8 @@ def changes(
 ) -> list[Case]:
     """Return the change of the mean pull-off for each factor and setting.
 
-    ``pull`` is the mean pull-off (nN), the unit of a change of the preload; ``meshes`` (place,) are the cells to a
-    pixel on which the mean was simulated, to which "mesh" compares finer ones.
+    ``pull`` is the mean pull-off (nN), the unit of a change of the preload; ``meshes`` (place,) are the cells along a
+    pixel on which the mean was simulated, the base of the factor "mesh".
     """
     cases: list[Case] = []
     pairs: dict[int, tuple[Base, Base]] = {}
@@ -80,14 +80,14 @@ def changes(
     say(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     solved, weight = _solved([each for pair in pairs.values() for each in pair], places), shares(places).values
     for k, (changed, reference) in pairs.items():
-        change = change_of(solved[changed.key], solved[reference.key], weight)
+        change = mean_change(solved[changed.key], solved[reference.key], weight)
         reason = "" if change.places else "no place could be followed in both cases"
         cases[k] = cases[k]._replace(change=change, reason=reason)
     return cases
 
 
 def _solved(bases: Sequence[Base], places: xr.Dataset) -> dict[tuple, np.ndarray]:
-    """Return the pull-offs (place,), nN, of each by its key; NaN where they cannot be solved."""
+    """Return the pull-offs (place,), nN, of each base by its key; NaN if they cannot be solved."""
     tasks: dict[tuple, Any] = {}
     different = {each.key: each for each in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
@@ -100,8 +100,8 @@ def _solved(bases: Sequence[Base], places: xr.Dataset) -> dict[tuple, np.ndarray
     }
 
 
-def change_of(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change:
-    """Return the change of the mean over the places known in both, and its error by the scatter of their changes."""
+def mean_change(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change:
+    """Return the change of the mean over the places known in both, with its error by the scatter of their changes."""
     both = np.isfinite(force) & np.isfinite(base)
     n, force, base = int(both.sum()), force[both], base[both]
     part = weight[both] / max(weight[both].sum(), 1e-300)
@@ -116,7 +116,7 @@ def change_of(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change
 def _changed_and_reference(
     base: Base, factor: str, value: Any, pull: float, meshes: np.ndarray
 ) -> tuple[str, tuple[Base, Base]]:
-    """Return a setting in words, and the case that it makes with the one to which it is compared, or raise."""
+    """Return a setting in words, the changed case and its reference; raise if the setting is impossible."""
     if factor == "mesh":
         if (meshes * value > MOST_REFINED).all():
             raise ValueError(f"it needs more than {MOST_REFINED} cells to a pixel, found {value * meshes.min():g}")
@@ -124,7 +124,7 @@ def _changed_and_reference(
         return str(value), (reference._replace(cells=value * meshes, step=base.step / value), reference)
     if factor == "preload":
         if not np.isfinite(pull):
-            raise ValueError("no place pulls in the base case")
+            raise ValueError("no place adheres in the base case")
         return f"+ {value * pull:.3g} nN", (base._replace(preload=base.preload + value * pull), base)
     if factor == "interpolation":
         reference = base._replace(cells=np.maximum(base.cells, 2))
@@ -134,13 +134,13 @@ def _changed_and_reference(
     change = FACTORS[factor].change
     assert change is not None
     words, ds = change(base.ds, value)
-    finer = 1 if base.law in EDGED else cells_for(ds, base.preload, base.law, _SLACK)
+    finer = 1 if base.law in EDGED else needed_cells(ds, base.preload, base.law, _SLACK)
     reference = base._replace(cells=np.maximum(base.cells, finer))
     return words, (reference._replace(ds=ds), reference)
 
 
-def cells_for(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:
-    """Return how many cells to a pixel a law needs between the bodies, but for a slack."""
+def needed_cells(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:
+    """Return the number of cells along a pixel that a law needs, if they may be larger by a factor ``slack``."""
     problem, adhesion = preload_problem(ds, preload=preload, law=law, mesh=Mesh(MOST_REFINED, None))
     n, cell = 1, slack * resolving_cell(adhesion, problem.contact_modulus)
     while problem.pixel / n > cell and n < MOST_REFINED:

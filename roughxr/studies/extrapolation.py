@@ -1,13 +1,13 @@
-"""`extrapolated`: the pull-off with roughness finer than the scan, added until still finer roughness changes nothing.
+"""`extrapolated`: the pull-off with roughness finer than the scan, added until finer roughness has no effect.
 
-From the shortest wavelength that the scan shows correctly, one part of an octave is added after the other, at a few
-places, until the mean pull-off settles. All places are then solved with all wavelengths, and the few places once more
-with every assumption changed, for the interval of the mean.
+Below the shortest wavelength that the scan shows correctly, parts of an octave are added one after the other, at a few
+places, until the mean pull-off converges. All places are then solved with all wavelengths, and the few places again
+with each assumption changed, for the interval of the mean.
 
-Few real surfaces are Gaussian and self-affine, and on pixels as large as a grain none shows its slope. Where a scan
-shows no power law over two octaves, or what no self-affine surface has, the truth lies between two sides: the surface
-as scanned, without its noise, and the same with Gaussian roughness of the usual slope added, which has too much of it
-on the summits. With L = ln(scanned / added), the estimate is their geometric mean, or, where the scan is not Gaussian,
+Few real surfaces are Gaussian and self-affine, and pixels as large as a grain do not show the spectrum's slope. If a
+scan shows no power law over two octaves, or a feature that no self-affine surface has, the truth lies between two
+sides: the surface as scanned, without its noise, and this surface with Gaussian roughness of the usual slope added,
+too much on the summits. With L = ln(scanned / added), the estimate is their geometric mean, or, if not Gaussian,
 F = scanned · exp(−½ (1 − exp(−L))), at most e^½ below the scan: on real surfaces the pull-off stops falling, since
 their fine roughness lies between the grains (``tests/benchmarks/real_below_the_pixel.py``).
 """
@@ -36,9 +36,9 @@ from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 
-#: Parts of an octave that are added one after the other: to a power law, which the estimate follows to its end, and
-#: to a real surface, where the estimate lies between both sides. Shortest wavelength, nm: no continuum lies below.
-_PARTS_OF_POWER_LAW, _PARTS_OF_REAL, _SHORTEST_WAVE = 2, 1, 0.5
+#: Number of parts in which an octave is added: to a power law, and to a real surface, whose estimate lies between both
+#: sides. Shortest wavelength, nm, of continuum theory.
+_PARTS_OF_POWER_LAW, _PARTS_OF_REAL, _SHORTEST_WAVELENGTH = 2, 1, 0.5
 
 #: Rms of roughness without effect, over the range of adhesion or of a meniscus.
 _NEGLIGIBLE_RMS = 0.1
@@ -81,7 +81,7 @@ _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
 
 class Question(NamedTuple):
-    """A way to solve a place."""
+    """The problem, law and added roughness of the solution at a place."""
 
     problem: Problem
     adhesion: Adhesion
@@ -156,7 +156,7 @@ def extrapolated(
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
     if spectrum is None or "psd" in spectrum:
-        own = known_spectrum(shown_truly(ds))
+        own = known_spectrum(resolved_spectrum(ds))
         model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
     else:
         model = known_spectrum(spectrum)
@@ -183,7 +183,7 @@ def extrapolated(
         added = _mean(forces, centres)
         noisy = added * np.exp(effect)
         sides = _two_sides(_mean(scanned, centres), added, noisy, unlike, entries.pop("spectrum", 0.0))
-        forces = sides.between(scanned, forces)
+        forces = sides.estimate(scanned, forces)
     entries |= _scatter(forces, centres)
     given = preload, subregions, count, end
     return _result(ds, forces, entries, pilot, model, centres, hardness, sides, given)
@@ -198,16 +198,16 @@ def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
     return schema.label(out.assign_attrs(known=known, assumed=""))
 
 
-def shown_truly(ds: xr.Dataset) -> xr.Dataset:
+def resolved_spectrum(ds: xr.Dataset) -> xr.Dataset:
     """Return the spectrum of the wavelengths that a scan shows correctly, from four pixels unless it ends before."""
     fitted = self_affine_fit(ds)
     shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
-    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _ends_before(ds, fitted):
+    if not np.isfinite(shown) or shown >= _TRUE_PIXELS * pixel or _lacks_short_wavelengths(ds, fitted):
         return fitted
     return self_affine_fit(ds, shown=_TRUE_PIXELS * pixel)
 
 
-def _ends_before(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
+def _lacks_short_wavelengths(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
     """Return whether a scan has far less power below its shortest wavelength than its extrapolated spectrum."""
     shown, pixel = float(fitted["shortest_wavelength"]), max(schema.pixel(ds))
     if shown < 2.2 * pixel:
@@ -225,7 +225,7 @@ def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
         return ds, _NO_HARDNESS
     estimate = float(ds["hardness_estimate"])
     if estimate <= preload_problem(ds)[1].largest_tension:
-        words = "the pull of liquid and solids" if schema.is_wet(ds) else "the pull w/ρ"
+        words = "the tension of liquid and solids" if schema.is_wet(ds) else "the adhesive tension w/ρ"
         return ds, f"the bodies stay elastic, since {words} exceeds the estimated hardness of {estimate:.3g} GPa"
     return ds.assign_coords(hardness=estimate), f"hardness {estimate:.3g} GPa, an estimate"
 
@@ -240,7 +240,7 @@ class _Sides(NamedTuple):
     margin: float  # of ln(truth) below the added roughness
     reason: str
 
-    def between(self, scanned: np.ndarray, added: np.ndarray) -> np.ndarray:
+    def estimate(self, scanned: np.ndarray, added: np.ndarray) -> np.ndarray:
         """Return the estimate of each surface (place, seed) from its pull-offs."""
         share = min(self.fall / max(np.log(self.scanned / self.added), 1e-9), 1.0)
         return scanned ** (1 - share) * added**share
@@ -363,7 +363,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
     model, length = below.spectrum, question.adhesion.main_range
     wavelengths, forces, converged = [below.longest], [], False
     guesses: list[tuple[float, float] | None] = [None]
-    smallest = _SHORTEST_WAVE if end is None else min(end, below.longest)
+    smallest = _SHORTEST_WAVELENGTH if end is None else min(end, below.longest)
     while True:
         shorter = question._replace(below=below._replace(shortest=wavelengths[-1]))
         pulls = surface.solve(shorter, places, seeds, guesses[-1])
@@ -475,12 +475,12 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness, sides:
     if failed := int(np.isnan(forces).sum()):
         known += f" {failed} of {forces.size} solves failed, also from another guess, and are not in the mean."
     goes_on = f"its spectrum is assumed to continue (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
-    assumed = f"Below, {goes_on}down to {pilot.wavelengths[-1]:.2g} nm{_why(pilot, end)}; {hardness}."
+    assumed = f"Below, {goes_on}down to {pilot.wavelengths[-1]:.2g} nm{_stop_reason(pilot, end)}; {hardness}."
     if sides is not None:
         last = pilot.wavelengths[-1]
         assumed = (
             f"Below, roughness with the slope of real surfaces (Hurst exponent {model.hurst:.2g}) was added down to "
-            f"{last:.2g} nm{_why(pilot, end)}: {sides.added:.3g} nN, and {sides.scanned:.3g} nN without. "
+            f"{last:.2g} nm{_stop_reason(pilot, end)}: {sides.added:.3g} nN, and {sides.scanned:.3g} nN without. "
             f"The estimate lies between both, {sides.reason}; {hardness}."
         )
     out.attrs = {"known": known, "assumed": assumed, "longest_added": model.shown}
@@ -501,7 +501,7 @@ def _spreads(entries: dict[str, float], pilot: _Pilot, sides: _Sides | None) -> 
     return below, float(np.hypot.reduce(list(spread.values())))
 
 
-def _why(pilot: _Pilot, end: float | None) -> str:
+def _stop_reason(pilot: _Pilot, end: float | None) -> str:
     """Return why no shorter wavelengths were added."""
     if end is not None:
         return ", as requested"

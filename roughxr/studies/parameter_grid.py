@@ -1,4 +1,4 @@
-"""Runs over parameters: radii, moduli, works of adhesion and rough indenters as further dimensions of one result."""
+"""`vary`: radii, moduli, works of adhesion and rough indenters as further dimensions of one result."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..bodies import pair as materials
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities
 
-#: How results are joined along what was varied.
+#: Options of xarray to join results along the varied parameters.
 _TOGETHER: dict[str, Any] = {"join": "exact", "combine_attrs": "drop_conflicts", "data_vars": "all"}
 _TOGETHER |= {"coords": "minimal", "compat": "override"}
 
@@ -34,14 +34,15 @@ def vary(
     Parameters
     ----------
     ds : Dataset
-        A scan, or an asperity catalogue where ``solve`` takes one, with an assigned pair.
+        A scan, or an asperity catalogue if ``solve`` takes one, with an assigned pair.
     solve : callable
         `direct`, `superpose`, `pull_off_map`, `adhesive`, `rigid` or `rolling`; or your own function of a Dataset and
         options.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
-        Values in nm, GPa and J/m², ascending; a parameter that is not given stays as assigned, without a dimension.
+        Values in nm, GPa and J/m², ascending; a parameter that is not given keeps its assigned value, without a
+        dimension.
     humidity : array_like, optional
-        Relative humidities between 0 and 0.99, ascending, for a humid pair: its liquid stays.
+        Relative humidities between 0 and 0.99, ascending, for a humid pair.
     indenter : Dataset, optional
         Result of `placements`, in place of the assigned sphere.
     **options
@@ -95,7 +96,7 @@ def vary(
 
 
 def _solved(ds: xr.Dataset, solve: Callable[..., xr.Dataset], pair: dict[str, float], options: dict[str, Any]):
-    """Return the solution for one combination of parameters, which become its dimensions."""
+    """Return the solution for one combination of parameters, with these as dimensions."""
     derived = liquid.at_humidity(ds, pair["humidity"]) if "humidity" in pair else {}
     derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
     bodies = ds.assign_coords(pair | derived)
@@ -113,7 +114,7 @@ def _placed(ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]) -
         yield None, ds
         return
     if "sphere_radius" in axes:
-        raise ValueError("sphere_radius: expected none with an indenter, which has its own; make `placements` of it")
+        raise ValueError("sphere_radius: expected none with an indenter, found some; take `placements` of another one")
     if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
         raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
     bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")

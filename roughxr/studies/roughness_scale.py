@@ -1,4 +1,4 @@
-"""The pull-off as a function of the shortest wavelength: fine roughness added below the pixels, or cut off above."""
+"""`scale_dependence`: the pull-off over the shortest wavelength, with fine roughness added or filtered out."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def scale_dependence(
     preload: Quantity = 0.0,
     hurst: float | None = None,
 ) -> xr.Dataset:
-    """Return the simulated pull-off as a function of the shortest wavelength that the surface has.
+    """Return the simulated pull-off as a function of the shortest wavelength of the surface.
 
     Parameters
     ----------
@@ -36,10 +36,10 @@ def scale_dependence(
         A scan in memory with an assigned sphere and work of adhesion.
     shortest : array_like, optional
         Shortest wavelengths of the surface, nm, ascending; by default the shortest that the scan shows, half an octave
-        and an octave below, and 2 and 4 pixels where those are longer. Below the shortest shown, roughness that
-        continues the scan's spectrum is added; above, roughness is cut off (`smooth`).
+        and an octave below, and 2 and 4 pixels if those are longer. Below the shortest shown, roughness by the
+        extrapolated spectrum is added; above, roughness is filtered out (`smooth`).
     seeds : int
-        Number of random surfaces for each wavelength at which roughness is added.
+        Number of random surfaces for each wavelength with added roughness.
     subregions : (int, int), (array, array) or Dataset
         As in `direct`.
     preload : number or quantity
@@ -50,14 +50,14 @@ def scale_dependence(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); where roughness is cut off all seeds are equal.
-        The scatter over seeds is that between surfaces that all agree with the scan. Attributes hold the spectrum that
-        was extrapolated; a scan without one is refused.
+        ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); without added roughness all seeds are equal. The
+        scatter over seeds is that between surfaces that all agree with the scan. Attributes contain the extrapolated
+        spectrum; a scan without a spectrum is refused.
 
     Notes
     -----
-    From one wavelength to the next a seed's roughness stays and finer roughness is added, so that its curve is smooth.
-    It is added around each centre, as far as the sphere can reach; each surface is solved as in `extrapolated`.
+    From one wavelength to the next, finer roughness is added to a seed's surface, so that its curve is smooth. Added
+    roughness covers all contacts of the sphere around each centre; each surface is solved as in `extrapolated`.
 
     Examples
     --------
@@ -70,18 +70,18 @@ def scale_dependence(
     ds = schema.entered(ds)
     ds = need_sphere(ds).scan
     count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
-    waves = schema.ascending(_usual(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
+    wavelengths = schema.ascending(_usual_wavelengths(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
-    forces = _simulated(with_hardness(ds)[0], centres, waves, count, preload, known_spectrum(spectrum))
+    forces = _simulated(with_hardness(ds)[0], centres, wavelengths, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
-    along = {"shortest_kept": waves, "seed": np.arange(count)}
+    along = {"shortest_kept": wavelengths, "seed": np.arange(count)}
     out = out.assign_coords({**centres.coords, **along, **schema.travelling(ds)})
     out.attrs = {str(name): float(spectrum[name]) for name in spectrum.data_vars}
-    arguments = {"shortest": waves, "seeds": count, "subregions": subregions, "preload": preload, "hurst": hurst}
+    arguments = {"shortest": wavelengths, "seeds": count, "subregions": subregions, "preload": preload, "hurst": hurst}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments)
 
 
-def _usual(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
+def _usual_wavelengths(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
     """Return wavelengths (nm) below, at and above the shortest that a scan shows."""
     shown, pixel = float(spectrum["shortest_wavelength"]), schema.square_pixel(ds)
     if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
@@ -89,29 +89,30 @@ def _usual(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
     return [0.5 * shown, 0.5**0.5 * shown, shown, *(n * pixel for n in (2, 4) if n * pixel > 1.02 * shown)]
 
 
-def _simulated(ds, centres, waves, seeds, preload, model) -> np.ndarray:
-    """Return the simulated pull-off (place, wave, seed), smooth surfaces first: they tell how deep the next ones go."""
+def _simulated(ds, centres, wavelengths, seeds, preload, model) -> np.ndarray:
+    """Return the simulated pull-off (place, wavelength, seed), smooth surfaces first: their depths are guesses."""
     problem, adhesion = preload_problem(ds, preload=preload)
     out, guess, places = [], None, range(centres.sizes["subregion"])
-    for wave in waves[::-1]:
-        longest = max(wave, model.shown)
+    for shortest in wavelengths[::-1]:
+        longest = max(shortest, model.shown)
         surface = Surface(smooth(ds, shortest=longest), problem, centres)
-        count = seeds if wave < longest else 1  # without added waves all seeds are the same surface
-        pulls = surface.solve(Question(problem, adhesion, AddedRoughness(model, longest, wave)), places, count, guess)
+        count = seeds if shortest < longest else 1  # without added roughness all seeds are equal
+        added = AddedRoughness(model, longest, shortest)
+        pulls = surface.solve(Question(problem, adhesion, added), places, count, guess)
         guess = next_guess(pulls, guess)
         out.append(np.broadcast_to(pulls[..., 0], (len(places), seeds)))
     return np.stack(out[::-1], axis=1)
 
 
 def mean_over_wavelengths(ds: xr.Dataset) -> xr.DataArray:
-    """Return the mean pull-off (shortest_kept, seed) over the places known at every wavelength, or over all."""
+    """Return the mean pull-off (shortest_kept, seed) over the places known at every wavelength; if none, over all."""
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
     everywhere = force.notnull().all(["shortest_kept", "seed"]).values
     return (force.isel(subregion=everywhere) if everywhere.any() else force).mean("subregion")
 
 
 def quietly(solve: Callable, *arguments: Any, **options: Any) -> Any:
-    """Return the result of a solve on one of many surfaces without its warnings, since only the change matters."""
+    """Return the result of a solve without its warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         return solve(*arguments, **options)

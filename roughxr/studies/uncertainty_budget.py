@@ -1,13 +1,12 @@
 """An error budget of the simulated pull-off: the known uncertainties of its mean, and their sources.
 
-Each entry is one relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling
-is the standard error of the mean over places of this scan. Every other entry is the change of the mean, over a sample
-of places, when one assumption is changed by about its uncertainty. Where the change is a known bias, as from the mesh
-to one twice as fine, it is taken off the mean, and half of it stays as the entry. An entry that was not computed is NaN
-and says why.
+Each entry is a relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling is
+the standard error of the mean over places of this scan. Every other entry is the change of the mean, over a sample of
+places, when one assumption is changed by about its uncertainty. A known bias, as from the mesh to a mesh twice as fine,
+is subtracted from the mean, and half of it is its entry. An entry that was not computed is NaN and states the reason.
 
-Roughness finer than the scan shows is no such entry, since its heights are unknown rather than uncertain: see
-`extrapolated` and `scale_dependence`.
+Roughness finer than the scan is not an entry, since its heights are unknown rather than uncertain: see `extrapolated`
+and `scale_dependence`.
 """
 
 from __future__ import annotations
@@ -32,27 +31,26 @@ from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
-from .assumptions import FACTORS, HUMID, factors_of
-from .budget_changes import Base, Case, Change, cells_for, change_of, changes
+from .assumptions import FACTORS, HUMID, pair_factors
+from .budget_changes import Base, Case, Change, changes, mean_change, needed_cells
 from .roughness_scale import quietly
 
-#: The entry of the scan's own places, and that of the energy which the law of thin menisci leaves out.
+#: Names of the entries for the choice of places, and for the energy that the law of thin menisci neglects.
 SAMPLING, THIN = "sampling", "thin menisci"
 
-#: Entries whose change is a known bias, and the part of it that stays as uncertainty: about as much as still finer
-#: meshes add, whose order lies between the first and the second.
-_BIASES, _LEFT = ("mesh", THIN), 0.5
+#: Entries whose change is a known bias, and the part of it that is counted as uncertainty: about the change by still
+#: finer meshes, whose order of convergence lies between one and two.
+_BIASES, _BIAS_PART = ("mesh", THIN), 0.5
 
 #: Places at which the error of thin menisci is computed.
 _MENISCUS_PLACES = 4
 
-#: A tip whose effect is smaller than this part cannot be seen on the scan's pixels: between neighbours its flanks fall
-#: by more than the heights do.
+#: Least effect of a tip that the scan's pixels resolve: a sharper tip's flanks are steeper than all slopes.
 _LEAST_TIP_EFFECT = 1e-4
 
 
 class _Entry(NamedTuple):
-    """One entry: the change of the mean, how it was computed, or why it was not, and what it leaves uncertain."""
+    """One entry: the change of the mean, and how it was computed or why it was not."""
 
     change: Change
     how: str
@@ -61,13 +59,13 @@ class _Entry(NamedTuple):
 
     @property
     def value(self) -> float:
-        """The relative standard deviation; of a bias what is left of it, and how well it is known."""
+        """The relative standard deviation; of a bias, a part of it combined with its standard error."""
         if self.bias:
-            return float(np.hypot(_LEFT * self.change.value, np.nan_to_num(self.change.error)))
+            return float(np.hypot(_BIAS_PART * self.change.value, np.nan_to_num(self.change.error)))
         return abs(self.change.value)
 
 
-def _none(why: str) -> _Entry:
+def _not_computed(why: str) -> _Entry:
     return _Entry(Change(np.nan, np.nan, 0), f"not computed: {why}")
 
 
@@ -80,7 +78,7 @@ def error_budget(
     mesh: Mesh | int | str = "auto",
     settings: Mapping[str, Sequence] | None = None,
 ) -> xr.Dataset:
-    """Return the uncertainty of the mean simulated pull-off: one entry for each source.
+    """Return the uncertainty of the mean simulated pull-off, with an entry for each source.
 
     Parameters
     ----------
@@ -104,19 +102,18 @@ def error_budget(
     Returns
     -------
     Dataset
-        Along ``entry``, the factors, ``"sampling"``, and of a humid pair what the law of thin menisci leaves out:
+        Along ``entry``, the factors, ``"sampling"``, and for a humid pair the error of the law of thin menisci:
         ``relative_error``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``, with its
-        sign, of which those where ``known_bias`` is true are taken off; ``slope``, d ln F/d ln parameter where the
-        change multiplies a parameter; ``places`` at which it is known, and ``how``. ``total_error``, the root of the
-        sum of squares of all computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of
-        `adhesive`, and ``pull_off_corrected``, the same without known biases. The attribute ``decided`` says how well
-        the total is known.
+        sign; ``known_bias``, whether it is subtracted; ``slope``, d ln F/d ln parameter, if the change multiplies a
+        parameter; ``places`` at which it is known, and ``how``. ``total_error``, the root of the sum of squares of all
+        computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and
+        ``pull_off_corrected``, without known biases. The attribute ``decided`` states the accuracy of the total.
 
     Notes
     -----
-    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent and
-    as one standard deviation each; the entry of sampling is s/√n, n the number of independent places. Half of a known
-    bias, and its standard error, stay as its entry.
+    For a factor that is changed both up and down, the larger change is used. The changes are taken as independent, each
+    as one standard deviation; the entry of sampling is s/√n, n the number of independent places. The entry of a known
+    bias is half of it, combined with its standard error.
 
     References
     ----------
@@ -154,7 +151,7 @@ def budget_of(
 
     ``finer``, if given, is the simulation at some of the places with cells and steps halved, for the entry of the mesh.
     """
-    own = factors_of(ds)
+    own = pair_factors(ds)
     settings = {name: FACTORS[name].settings for name in own} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
     entries: dict[str, _Entry] = {}
@@ -166,7 +163,7 @@ def budget_of(
     bare, law = ds.assign_coords(adhesion_range=range_of(ds)), solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
     if law not in EDGED:
-        cells = min(cells_for(bare, preload, law), int(solved["refinement"].max()))
+        cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
     count = some.sizes["subregion"]
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
     cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
@@ -221,7 +218,7 @@ def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> Case:
     """Return the change of the pull-off at the places of a simulation with cells and steps halved."""
     at = [list(zip(ds["subregion_x"].values, ds["subregion_y"].values)) for ds in (solved, finer)]
     base = solved.isel(subregion=[at[0].index(place) for place in at[1]])
-    change = change_of(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
+    change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
     return Case("mesh", 2, "2", change)
 
 
@@ -229,21 +226,21 @@ def _sampling(force: xr.DataArray) -> _Entry:
     """Return the uncertainty from the choice of places on this surface."""
     count = int(force.notnull().sum())
     if count < 2:
-        return _none(f"needs at least two places that pull, found {count}")
+        return _not_computed(f"needs at least two places that adhere, found {count}")
     intervals = bootstrap(force.to_dataset(name="pull_off_force"), "pull_off_force", statistics=["mean", "std"])
     independent = float(intervals["independent_places"])
     mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
     value = deviation / np.sqrt(independent) / mean
     words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
-    error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation by so many
+    error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation
     return _Entry(Change(value, float(error), count), words)
 
 
 def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
-    """Return the largest change among a factor's settings, of ``count`` places that were tried."""
+    """Return the largest change among a factor's settings, solved at ``count`` places."""
     known = [case for case in cases if case.change.places]
     if not known:
-        return _none(cases[0].reason if cases else "left out of the settings")
+        return _not_computed(cases[0].reason if cases else "left out of the settings")
     change = max((case.change for case in known), key=lambda change: abs(change.value))
     how = FACTORS[factor].words.format(" and ".join(case.words for case in known))
     if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
@@ -266,20 +263,20 @@ def _count(places: int, tried: int) -> str:
 
 
 def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
-    """Return by how much the law of thin menisci is too high, between rigid bodies at a few of the places."""
+    """Return the excess by the law of thin menisci, between rigid bodies at a few places."""
     some = regions.sample(regions.centres(ds, solved), _MENISCUS_PLACES)
     errors = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
     errors = errors[np.isfinite(errors)]
     if errors.size == 0:
-        return _none("the error of thin menisci is known at no place")
+        return _not_computed("the error of thin menisci is known at no place")
     error = float(errors.std(ddof=1) / np.sqrt(errors.size)) if errors.size > 1 else np.nan
-    words = "the energy of menisci's edges, which their law leaves out, between rigid bodies; subtracted from the mean"
+    words = "the energy of menisci's edges, which their law neglects, between rigid bodies; subtracted from the mean"
     change = Change(-float(errors.mean()), error, errors.size)
     return _Entry(change, f"{words}; {_count(errors.size, some.sizes['subregion'])}", bias=True)
 
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
-    """Raise where bodies do not adhere, or a factor does not exist, or not for a dry pair."""
+    """Raise if bodies do not adhere, or a factor does not exist for this pair."""
     if work_of(ds) <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
     for factor in settings or ():
