@@ -163,7 +163,7 @@ def test_the_extrapolated_spectrum_is_that_of_the_surface_that_a_microscope_draw
         model = known_spectrum(resolved_spectrum(picture(truth, 6, averaged)))
         q = 2 * np.pi / 16
         power = 1.5**2 / band_rms(lambda q, H=hurst: k_correlation(q, 1.0, 150, H), 960, 6) ** 2
-        off.append(np.log(model.at(q) / (power * k_correlation(q, 1.0, 150, hurst))))
+        off.append(np.log(model.density(q) / (power * k_correlation(q, 1.0, 150, hurst))))
         assert abs(off[-1]) < 2 * (model.error + 2 * model.hurst_error * np.log(2))
     assert abs(np.mean(off)) < 0.3
 
@@ -174,7 +174,7 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
     ground = roughxr.assign_pair(ground, sphere_radius=5000, contact_modulus=4e2, work_of_adhesion=0.06)
     ground, waves = ground.assign_coords(adhesion_range=3.0), [8, 14, 20]
     model = known_spectrum(roughxr.scans.self_affine_fit(ground))
-    sigma = [np.hypot(0.9, band_rms(model.at, model.shown, wave)) for wave in waves]
+    sigma = [np.hypot(0.9, band_rms(model.density, model.shown, wave)) for wave in waves]
     left = [reference.gaussian_work(rms=one, length=3.0) for one in sigma]
     how = {"law": "lennard_jones", "subregions": ([640.0], [640.0])}
     pull = [np.mean([rigid_pull(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]

@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 from roughxr.asperity import expectation
-from roughxr.measured.likelihood import Predicted, matching
+from roughxr.measured.likelihood import Predicted, fit_mean
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.sampling import Samples
 
@@ -104,7 +104,7 @@ def power_law(x, scatter, slope=1.2, seed=0, n=9):
 
 def fitted(measured, predict, start=1.0, **options):
     options = {"confidence": 0.95, "error": 0.0} | options
-    return matching(Samples(measured, None, None, 0), predict, start, **options)
+    return fit_mean(Samples(measured, None, None, 0), predict, start, **options)
 
 
 def test_the_interval_is_students_and_covers_as_often_as_it_says():

@@ -182,7 +182,7 @@ def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
         pressure = np.full((n, 1), -pull)
         found = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(2)
         radius = cell / np.sqrt(np.pi)
-        moments._of_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, found)
+        moments._include_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, found)
         along = quad(lambda u: u, 0.0, n * cell)[0] * pull / cell  # squares end to end, about the end of the line
         expected = [along + n * pull * (radius - cell / 2), n * pull * radius]
         np.testing.assert_allclose(found[0], expected, rtol=1e-12)
@@ -194,7 +194,7 @@ def test_directions_that_tie_are_told_whatever_the_rounding():
     three = at_origin(ground([600.0, -300.0, -200.0], [0.0, 500.0, -450.0]), directions=[0.0, 1.0, 2.5])
     assert not three.weakest_ties and not three.stiffest_ties
     rounded = np.array([2.0, 1.0, 3.0, 1.0]) * (1 + 1e-12 * np.random.default_rng(0).normal(size=(20, 4)))
-    assert (moments.least(rounded)[0] == 1).all() and moments.least(rounded)[1].all()
+    assert (moments.weakest(rounded)[0] == 1).all() and moments.weakest(rounded)[1].all()
 
 
 def test_the_state_at_rest_is_the_first_of_the_retraction_and_not_a_last_thread():

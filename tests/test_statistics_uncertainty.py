@@ -7,7 +7,7 @@ import xarray as xr
 from roughxr.statistics import bootstrap, pull_off, reduction
 from roughxr.statistics.places import blocks, correlogram, independent_places
 from roughxr.statistics.sampling import Samples
-from roughxr.statistics.uncertainty import _ends_of_few, density_intervals
+from roughxr.statistics.uncertainty import _small_sample_ends, density_intervals
 
 from .fields import field, on_grid
 
@@ -286,6 +286,6 @@ def test_intervals_of_a_large_map_are_those_of_a_part_and_say_so():
 def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count):
     rng = np.random.default_rng(1)
     each = (Samples(draw(rng, count), None, None, 0) for _ in range(1000))
-    ends = [_ends_of_few("mean", found, count, 0.95) for found in each]
+    ends = [_small_sample_ends("mean", found, count, 0.95) for found in each]
     assert np.mean([low <= mean <= high for low, high in ends]) > 0.9
     assert np.median([high / low for low, high in ends]) > 1.2

@@ -95,7 +95,7 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
     distance = estimate / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.main_range)
 
     def separations(boxes, shortest):
-        bands = roughness_bands(added.spectrum.of, added.longest, shortest, seed)
+        bands = roughness_bands(added.spectrum.directional_density, added.longest, shortest, seed)
         offsets = [(x - window.centre[0], y - window.centre[1]) for x, y in boxes]
         heights = [scanned(*box) + summed_modes(bands, *box) for box in boxes]
         return [problem.indenter.separation(height, 0.0, *offset) for height, offset in zip(heights, offsets)]
@@ -106,7 +106,7 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
     boxes = [tuple(_cell_centres(axis[0] - half, axis[-1] + half, cell) for axis in pixels)]
     wavelength, finest = added.longest, False
     while not finest:
-        rise = _RISE_DEVIATIONS * band_rms(added.spectrum.at, wavelength, added.shortest)
+        rise = _RISE_DEVIATIONS * band_rms(added.spectrum.density, wavelength, added.shortest)
         near = _cells_within(separations(boxes, wavelength), within + rise)
         finest, wavelength = wavelength <= _WAVELENGTH_FACTOR * added.shortest, wavelength / _WAVELENGTH_FACTOR
         finer = last if finest else min(cell, wavelength / _COARSE_CELLS_PER_WAVELENGTH)

@@ -1,11 +1,11 @@
-"""Measured beside predicted: pull-off forces from the instrument, compared with those that a scan predicts.
+"""Measured pull-off forces: reading, comparison with predictions, and fits of the work of adhesion.
 
-opening                            any file of measured forces, one or many
-tables, vendor_scales, forces      tables; images of adhesion and their scales; units and signs of forces
-curves, curve_files, curve_reader  force-distance curves as they were recorded
-force_curves, baselines            pull-off forces from curves
-comparison, registration           measured beside predicted, place by place where they can be aligned
-fitting, likelihood                work of adhesion, fitted to measured pull-offs
+opening                              any file of measured forces, one or many
+force_tables, vendor_scales, forces  tables; images of adhesion and their scales; units and signs of forces
+curves, curve_files, curve_reader    recorded force-distance curves
+force_curves, baselines              pull-off forces from curves
+comparison, registration             measured and predicted forces, place by place if they can be aligned
+fitting, likelihood                  work of adhesion, fitted to measured pull-offs
 """
 
 from .comparison import compare

@@ -1,6 +1,6 @@
 """The baseline of a force-distance curve: offset, tilt and drift far from the surface.
 
-The baseline is the longest stretch, from the far end, that a straight line fits within the noise. Fits use the means of
+The baseline is the longest stretch from the far end that a straight line fits within the noise. Fits use the means of
 about 100 bins.
 """
 
@@ -16,11 +16,11 @@ _BINS, _LEAST_BINS = 100, 8
 #: Largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations.
 _THRESHOLD = 4.5
 
-#: Used part of the longest stretch, whose end may contain an undetected weak tension; parts whose lines show the effect
-#: of the choice of the stretch; for stretches shorter than the first of these numbers of bins, also these numbers.
+#: Used part of the longest stretch, whose end may contain an undetected weak tension; other parts, whose lines give the
+#: error by the choice of the stretch; and numbers of bins that are also tried for stretches shorter than the first.
 _USED, _PARTS, _BEYOND = 0.8, (0.4, 0.6, 1.0), (20, 30)
 
-#: Factor on the largest of these changes, since they are few.
+#: Factor on the largest of the changes by other stretches, since there are few.
 _FEW = 1.5
 
 
@@ -39,7 +39,7 @@ class Baseline(NamedTuple):
         x = np.asarray(z, dtype=float)[..., None] - self.centre
         return np.concatenate((np.ones_like(x), x), axis=-1)
 
-    def at(self, z: Any) -> Any:
+    def force(self, z: Any) -> Any:
         """Return the force of the baseline, nN."""
         return self.columns(z) @ self.coefficients
 
@@ -48,10 +48,10 @@ class Baseline(NamedTuple):
         row = self.columns(z)
         return float(np.sqrt(row @ self.covariance @ row))
 
-    def choice(self, z: float) -> float:
+    def choice_error(self, z: float) -> float:
         """Return the change of the baseline by other stretches beyond their noise, nN."""
         own = self.error(z) ** 2
-        excess = [(self.at(z) - other.at(z)) ** 2 - max(other.error(z) ** 2 - own, 0.0) for other in self.others]
+        excess = [(self.force(z) - other.force(z)) ** 2 - max(other.error(z) ** 2 - own, 0.0) for other in self.others]
         return _FEW * float(np.sqrt(max(0.0, *excess)))
 
     def work_error(self, z: np.ndarray) -> float:
@@ -60,7 +60,7 @@ class Baseline(NamedTuple):
         return float(np.sqrt(row @ self.covariance @ row + self.noise**2 * (np.diff(z) ** 2).sum()))
 
 
-def baseline_of(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baseline:
+def fitted_baseline(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baseline:
     """Return the baseline of a curve, within a share of its travel."""
     order = np.argsort(z, kind="stable")
     z, force = z[order], force[order]
@@ -73,13 +73,13 @@ def baseline_of(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baselin
     parts = [int(part * count) for part in (_USED, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
     line, *others = (_fitted_line(mean_z, mean_force, variance, min(max(part, 4), bins)) for part in parts)
     far = z <= line.end
-    off = force[far] - line.at(z[far])
+    off = force[far] - line.force(z[far])
     noise = float(np.sqrt((off**2).sum() / max(off.size - 2, 1)))
     return line._replace(noise=noise, others=tuple(others))
 
 
 def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> float:
-    """Return the variance of bin means, from second differences, which a slow bend does not raise."""
+    """Return the variance of bin means from second differences, which a slow bend does not affect."""
     bend = np.abs(np.diff(means[: 3 * _LEAST_BINS], 2))
     samples = np.abs(np.diff(force[: 3 * _LEAST_BINS * width], 2))
     robust = [np.median(each) / 0.6745 / np.sqrt(6) for each in (bend, samples)]
@@ -88,7 +88,7 @@ def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> floa
 
 
 def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
-    """Return the number of bins, from the far end, that a straight line fits without a bend and to their end."""
+    """Return the number of bins from the far end that a straight line fits, without a bend."""
     if z.size < _LEAST_BINS:
         return z.size
     counts = np.arange(_LEAST_BINS, z.size + 1)

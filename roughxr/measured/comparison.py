@@ -1,4 +1,4 @@
-"""Predicted beside measured pull-off forces: by quantiles, as whole distributions, and place by place where known."""
+"""`compare`: predicted and measured pull-off forces by quantiles, distributions, and place by place."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from ..statistics import bootstrap
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, samples, without_weights
 from ..vocabulary import schema
-from .registration import matched
+from .registration import best_match
 
 _NAME = "pull_off_force"
 
 #: Probabilities of the quantiles that are compared.
 _LEVELS = np.linspace(0.01, 0.99, 99)
 
-#: A shift is rejected if its correlation has a larger p-value than this.
+#: Largest p-value of the correlation of an accepted shift.
 _BY_CHANCE = 0.01
 
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
@@ -32,7 +32,7 @@ def compare(
     statistics: Sequence[str] = STATISTICS,
     resamples: int = 999,
 ) -> xr.Dataset:
-    """Compare predicted pull-off forces with measured ones.
+    """Compare predicted and measured pull-off forces.
 
     Parameters
     ----------
@@ -49,14 +49,13 @@ def compare(
     -------
     Dataset
         Along ``statistic``: ``predicted`` and ``measured`` with ``…_low`` and ``…_high``, and ``ratio``, measured over
-        predicted, with its interval; NaN where one of them is not positive. Along ``probability``:
-        ``predicted_quantile`` and ``measured_quantile``. ``distribution_distance``, Kolmogorov's, and its
-        ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
-        ``measured_places``. Where both places are known, and the prediction's lie on a grid or are the measured ones,
-        ``shift_x``, ``shift_y`` (nm), to be added to the measured places, sought within a quarter of the grid's extent;
-        ``place_correlation`` (of normal scores) and ``place_p_value``; where this is below 0.01, also
-        ``predicted_force`` and ``measured_force`` along the measured ``subregion``, else the shift is NaN. The
-        attribute ``places`` states which case applies.
+        predicted, with its interval; NaN if either is not positive. Along ``probability``: ``predicted_quantile`` and
+        ``measured_quantile``. ``distribution_distance``, Kolmogorov's, and its ``distribution_p_value``, for the
+        effective numbers of independent samples ``predicted_places`` and ``measured_places``. If both places are known,
+        and the predicted places are on a grid or equal the measured ones: ``shift_x``, ``shift_y`` (nm), to be added to
+        the measured places, at most a quarter of the grid's extent; ``place_correlation`` (of normal scores) and
+        ``place_p_value``; if this is below 0.01, also ``predicted_force`` and ``measured_force`` along the measured
+        ``subregion``, else the shift is NaN. The attribute ``places`` states which case applies.
 
     Notes
     -----
@@ -78,8 +77,8 @@ def compare(
     out = _statistics(both, list(statistics), resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
-    placed, how = _placed(*both)
-    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_tested(*both)).merge(placed))
+    placed, how = _compared_places(*both)
+    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)).merge(placed))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
@@ -98,18 +97,18 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if not (sample.values > 0).any():
         raise ValueError(
             f"{words}: expected at least one positive {_NAME}, found none of {sample.values.size}; "
-            "if the file counts pulls as negative, state pulls='negative' where it is opened"
+            "if the file counts adhesion as negative, open it with pulls='negative'"
         )
     return sample
 
 
 def _statistics(both: list[Samples], statistics: list[str], resamples: int) -> xr.Dataset:
-    """Return the statistics of both with their intervals, and their ratios with theirs."""
-    of = [_intervals(forces, statistics, resamples, k) for k, forces in enumerate(both)]
+    """Return the statistics of both and their ratios, with intervals."""
+    intervals = [_intervals(forces, statistics, resamples, k) for k, forces in enumerate(both)]
     out = xr.Dataset(coords={"statistic": statistics})
-    for name, forces in zip(("predicted", "measured"), of):
-        out = out.assign({name: forces[0], f"{name}_low": forces[1], f"{name}_high": forces[2]})
-    return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*of))))
+    for name, ends in zip(("predicted", "measured"), intervals):
+        out = out.assign({name: ends[0], f"{name}_low": ends[1], f"{name}_high": ends[2]})
+    return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*intervals))))
 
 
 def _intervals(forces: Samples, statistics: list[str], resamples: int, seed: int) -> list:
@@ -133,7 +132,7 @@ def _ratio(predicted: list, measured: list) -> list:
     return [("statistic", np.exp(ends)) for ends in (m - p, low, high)]
 
 
-def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
+def _distribution_test(predicted: Samples, measured: Samples) -> dict[str, Any]:
     """Return the distance of two distributions, and its p-value for their effective numbers of independent places."""
     from scipy.stats import ks_2samp, kstwobign
 
@@ -148,12 +147,12 @@ def _tested(predicted: Samples, measured: Samples) -> dict[str, Any]:
     }
 
 
-def _placed(predicted: Samples, measured: Samples) -> tuple[xr.Dataset, str]:
-    """Return the comparison place by place, empty where places cannot be compared, and how it was made."""
+def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset, str]:
+    """Return the comparison place by place (empty if places cannot be compared), and a sentence on it."""
     unknown = [words for words, forces in (("predicted", predicted), ("measured", measured)) if forces.places is None]
     if predicted.places is None or measured.places is None:
         return xr.Dataset(), f"not compared: {' and '.join(unknown)} of unknown place"
-    match = matched(predicted, measured)
+    match = best_match(predicted, measured)
     if match is None:
         return xr.Dataset(), "not compared: no common grid"
     by_chance = match.p_value >= _BY_CHANCE

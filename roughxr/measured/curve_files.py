@@ -25,9 +25,9 @@ class CurveFile(NamedTuple):
 
     path: Path
     kind: str
-    known: dict[str, float]  # what the caller states, m/V or m/A and N/m
+    known: dict[str, float]  # calibration stated by the caller, m/V or m/A and N/m
     format: str
-    curves: list[dict[str, float]]  # what the file states of each curve
+    curves: list[dict[str, float]]  # values stated by the file for each curve
 
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
@@ -55,7 +55,7 @@ def _nt_mdt(head: bytes, given: Calibration) -> str | None:
 
 
 def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
-    """Return a file of curves without reading its samples; raise unless file or caller states its calibration."""
+    """Return a file of curves without reading its samples; raise if the calibration is unknown."""
     stated = _stated(path, kind, given)
     answer = _ask_reader(path, kind, {})
     used = {name: stated[name] for name in _needed(path, kind, answer, stated)}
@@ -98,7 +98,7 @@ def _per_volt(kind: str) -> str:
 
 
 def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, float]) -> list[str]:
-    """Return the names of the calibration values that only the caller states; raise where one is missing."""
+    """Return the names of the calibration values that the file does not state; raise if the caller does not either."""
     needed = answer.get("missing", [])
     lacking = [name.replace(" ", "_") for name in needed if name not in stated]
     if lacking:
@@ -114,7 +114,7 @@ def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) ->
     return read_in_process(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
 
 
-def curves_of(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
+def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
     """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
     branches = _ask_reader(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]

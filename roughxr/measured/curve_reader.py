@@ -1,7 +1,7 @@
 """Read force-distance curves through afmformats in `scans.reader_process`; imports nothing of roughxr.
 
-The content of a file decides its format, whatever its name. The piezo's travel separates approach and retraction, since
-not every format marks them.
+The content of a file decides its format, not its name. The piezo's travel separates approach and retraction, since not
+every format marks them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-#: afmformats' readers by the kind of file that the caller found; the first that accepts the file is used.
+#: afmformats' readers by the kind of file; the first that accepts the file is used.
 _MODULES = {
     "zip": ("fmt_jpk", "fmt_workshop.ws_map"),
     "hdf5": ("fmt_hdf5",),
@@ -25,7 +25,7 @@ _MODULES = {
     "nt-mdt": ("fmt_ntmdt_txt",),
 }
 
-#: Columns of the travel, best first: that of a sensor, where there is one. In Chiaro's files it is an indentation.
+#: Columns of the travel, the sensor's first. In Chiaro's files "height (measured)" is an indentation.
 _TRAVELS = {"chiaro": ("height (piezo)",)}
 _TRAVEL = ("height (measured)", "height (piezo)")
 
@@ -51,7 +51,7 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
 
 @lru_cache(maxsize=1)
 def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list[dict[str, Any]]]:
-    """Return the name of a file's format and its curves, whose samples are not read yet where the format allows."""
+    """Return the name of a file's format and its curves, with samples not read yet if the format allows."""
     from afmformats.formats import formats_available
     from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
 
@@ -72,7 +72,7 @@ def _stated(metadata: Any) -> dict[str, float]:
 
 
 def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
-    """Return the last approach and the retraction after it, None where there is none."""
+    """Return the last approach and the retraction after it, or None for each."""
     names = list(data.keys())
     travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
     if travel is None or "force" not in names:
@@ -90,7 +90,7 @@ def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None
 
 
 def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:
-    """Return the file's segments of a curve; split a single one where the piezo turns back."""
+    """Return the file's segments of a curve; split a single segment where the piezo turns back."""
     if piezo.size == 0:
         return []
     cuts = np.flatnonzero(np.diff(number)) + 1

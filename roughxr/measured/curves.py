@@ -1,4 +1,4 @@
-"""Force-distance curves as they were recorded, from microscopes' files or from text tables with one row per sample."""
+"""`open_curves`: recorded force-distance curves, from microscopes' files or from text tables."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..scans import files
 from ..scans.channel import UnreadableScan
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity
-from .curve_files import curve_kind, curves_of, opened
+from .curve_files import curve_kind, opened, read_curves
 from .force_tables import lengths, read_table
 from .forces import Calibration, converts, forces
 
@@ -30,15 +30,15 @@ def open_curves(
     Parameters
     ----------
     path : str or path
-        A microscope's file of one curve or of a map of them, in a format that afmformats knows (extra ``curves``: JPK,
+        A microscope's file of a curve or of a map of curves, in a format that afmformats knows (extra ``curves``: JPK,
         Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension.
         Or a table of one retraction: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets,
-        one row for each sample, the most pressed one first; ``piezo`` grows towards the surface.
+        one row for each sample, from the largest contact force on; ``piezo`` grows towards the surface.
     units, piezo_units : str, optional
-        Units of a table's force or deflection and of its piezo, only where the table does not state them.
+        Units of a table's force or deflection and of its piezo, only if the table does not state them.
     sensitivity, spring_constant : quantity, optional
-        As for `open_pull_off`, only where the file does not state them. Three bare columns of numbers are taken as
-        NT-MDT's curves if the sensitivity is in nm/nA.
+        As for `open_pull_off`, only if the file does not state them. Three columns of numbers without names are taken
+        as NT-MDT's curves if the sensitivity is in nm/nA.
 
     Returns
     -------
@@ -49,7 +49,7 @@ def open_curves(
     Raises
     ------
     UnreadableScan
-        If columns, units or calibration are missing. See `open_scan` for the others.
+        If columns, units or calibration are missing. See `open_scan` for other reasons.
 
     Examples
     --------
@@ -64,18 +64,18 @@ def open_curves(
     given = Calibration(units, sensitivity, spring_constant)
     kind = files.guarded(path, curve_kind, path, family, given)
     if kind is None:
-        ds = _of_table(path, piezo_units, given)
+        ds = _read_curve_table(path, piezo_units, given)
     elif piezo_units is not None:
         raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
     else:
-        ds = curves_of(opened(path, kind, given))
+        ds = read_curves(opened(path, kind, given))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
     options: dict[str, Any] = {"units": units, "piezo_units": piezo_units}
     options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}
     return schema.record(schema.label(ds), "open_curves", file=path.name, **options)
 
 
-def _of_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_curve_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the curve in a table."""
     columns = {column.name.lower(): column for column in files.guarded(path, read_table, path)}
     signal = [name for name in ("force", "deflection") if name in columns]

@@ -1,4 +1,4 @@
-"""Fit of the work of adhesion, so that predicted pull-offs agree with the measured ones."""
+"""`fit_pair`: the work of adhesion at which predicted and measured pull-offs agree."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from ..contact.adhesion import adhesive
 from ..statistics.sampling import by_share, samples
 from ..vocabulary import schema
 from ..vocabulary.units import Places, fraction
-from .likelihood import CHANGE, Fitted, Predicted, matching
+from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
-#: Methods that predict pull-offs, and at how many places where none are given.
+#: Methods that predict pull-offs, and their default numbers of places.
 METHODS: dict[str, tuple[Callable[..., xr.Dataset], tuple[int, int]]] = {
     "adhesive": (adhesive, (4, 4)),
     "superposed": (pull_off_map, (8, 8)),
 }
 
-#: A fit that follows the contact modulus with a smaller exponent than this hardly depends on it.
+#: Largest exponent of the contact modulus for a fit that hardly depends on it.
 _WEAK_EXPONENT = 0.1
 
 #: Range of measured over predicted spread that the surface explains.
@@ -52,18 +52,18 @@ def fit_pair(
     measured : Dataset
         With ``pull_off_force``, from `open_pull_off`; all positive.
     method : {"adhesive", "superposed"}
-        How pull-offs are predicted: by the direct simulation, in some seconds for each place and each of about six
-        values; or by `pull_off_map`, in seconds.
+        Method of prediction: the direct simulation, which takes some seconds for each place and each of about six
+        values; or `pull_off_map`, in seconds.
     subregions : (int, int), (array, array) or Dataset, optional
-        Where the prediction's sphere lands, see `regions.centres`; by default on 4 × 4 places, 8 × 8 if superposed.
-        Places need not be the measured ones.
+        Contact centres of the prediction, see `regions.centres`; by default 4 × 4 places, 8 × 8 if superposed. They
+        need not be the measured places.
     confidence : float
         Of the interval, between 0 and 1.
     force_error : float
         Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
     extrapolation : Dataset, optional
-        Result of `extrapolated` at the same places, with the assigned pair. Predicted forces are multiplied so that
-        their mean at the assigned work of adhesion is the extrapolated one, and the interval contains its uncertainty.
+        Result of `extrapolated` at these places, with the assigned pair. Predicted forces are multiplied so that their
+        mean at the assigned work of adhesion is the extrapolated mean, and the interval contains its uncertainty.
         Without it the fit is for the surface as scanned.
     **options
         Passed to the method, such as the ``preload`` of the measurement.
@@ -72,10 +72,10 @@ def fit_pair(
     -------
     Dataset
         ``fitted_work_of_adhesion`` (J/m²) with the ends of its interval, ``fitted_work_low`` and ``fitted_work_high``;
-        NaN beyond the values that could be solved, which lie along ``trial_work_of_adhesion`` with
-        ``quantile_distance``, 0 where all quantiles from 5 to 95 % agree. ``spread_ratio``, 1 where the surface
-        explains the measured spread; ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d ln w / d ln of the
-        contact modulus. The attribute ``not_identifiable`` states in words what the fit leaves open.
+        NaN beyond the values that could be solved. These lie along ``trial_work_of_adhesion`` with
+        ``quantile_distance``, 0 if all quantiles from 5 to 95 % agree. ``spread_ratio``, 1 if the surface explains the
+        measured spread; ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d ln w / d ln of the contact
+        modulus. The attribute ``not_identifiable`` states in words the limits of the fit.
 
     Raises
     ------
@@ -85,13 +85,13 @@ def fit_pair(
     Notes
     -----
     At the fit, predicted and measured forces have the same mean logarithm. The interval is the likelihood's, with
-    Student's t: it contains the scatter of the places on both sides, of each as many as are independent,
-    ``force_error`` and the mean ``pull_off_error`` of the simulation, where it states one. Superposed forces are
-    divided by 0.8, their median ratio to the simulation, which lies between 0.3 and 1.4 on nine surfaces of ten.
+    Student's t: it contains the scatter of predicted and measured independent places, ``force_error``, and the mean
+    ``pull_off_error`` of the simulation if there is one. Superposed forces are divided by 0.8, their median ratio to
+    the simulation, which lies between 0.3 and 1.4 on nine surfaces of ten.
 
     In trials with 200 synthetic sets of measurements on 20 surfaces, which were resolved twice as finely as the scans
     but had no finer roughness, intervals of 95 % contained the true work of adhesion in 90 ± 5 % (error by surfaces),
-    with a mean of ln(fit/truth) of −0.06 ± 0.04; in 82 % where a scan is two roll-off wavelengths wide, and in 92 ± 5 %
+    with a mean of ln(fit/truth) of −0.06 ± 0.04; in 82 % if a scan is two roll-off wavelengths wide, and in 92 ± 5 %
     on a scan of another surface of the same kind. With roughness down to a pixel of the scan, and without
     ``extrapolation``, it was 92 % and −0.10 ± 0.05 (``tests/benchmarks/fitted_work.py``, with "hidden").
 
@@ -120,7 +120,7 @@ def fit_pair(
     options = {"subregions": METHODS[method][1] if subregions is None else subregions, **options}
     predict = _Prediction(ds, method, options, extrapolation)
     start = float(ds["work_of_adhesion"])
-    fitted = matching(forces, predict, start if start > 0 else 0.1, confidence=confidence, error=force_error)
+    fitted = fit_mean(forces, predict, start if start > 0 else 0.1, confidence=confidence, error=force_error)
     ends = {"fitted_work_low": fitted.low, "fitted_work_high": fitted.high}
     out = xr.Dataset({"fitted_work_of_adhesion": fitted.value, **ends}, {"trial_work_of_adhesion": fitted.values})
     out["quantile_distance"] = ("trial_work_of_adhesion", fitted.distance)
@@ -130,20 +130,20 @@ def fit_pair(
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
     out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
-    out.attrs["not_identifiable"] = _left_open(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
+    out.attrs["not_identifiable"] = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, method=method, **given, **options)
 
 
 def _method_error(pull: xr.Dataset, method: str) -> float:
-    """Return the relative standard error that a method's forces share; 0 where it states none."""
+    """Return the relative standard error common to a method's forces; 0 if it is unknown."""
     if method == "superposed":
         return _SUPERPOSITION_ERROR
     return float(np.nan_to_num(pull["pull_off_error"].mean())) if "pull_off_error" in pull else 0.0
 
 
 def _fine_roughness(pull: xr.Dataset, extrapolation: xr.Dataset | None) -> tuple[float, float]:
-    """Return the factor on predicted forces by roughness that the scan does not show, and its relative error."""
+    """Return the factor on predicted forces by roughness finer than the scan, and its relative error."""
     if extrapolation is None:
         return 1.0, 0.0
     mean, upper = (
@@ -159,14 +159,14 @@ def _fine_roughness(pull: xr.Dataset, extrapolation: xr.Dataset | None) -> tuple
 
 
 class _Prediction:
-    """The forces as a function of the work of adhesion; a law that is chosen is chosen once, at the first value."""
+    """The forces as a function of the work of adhesion; the law is chosen once, at the first value."""
 
     def __init__(self, ds: xr.Dataset, method: str, options: dict[str, Any], extrapolation: xr.Dataset | None):
         self.ds, self.method, self.options, self.extrapolation = ds, method, dict(options), extrapolation
         self.fine: tuple[float, float] | None = None
 
     def __call__(self, work: float, stiffer: float = 1.0) -> Predicted:
-        """Return the forces at a work of adhesion, of bodies so many times stiffer."""
+        """Return the forces at a work of adhesion, with the modulus multiplied by ``stiffer``."""
         pair = {"contact_modulus": float(self.ds["contact_modulus"]) * stiffer, "work_of_adhesion": work}
         pull = METHODS[self.method][0](schema.label(self.ds.assign_coords(pair)), **self.options)
         if self.method == "adhesive":
@@ -190,8 +190,8 @@ def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
     return float(-moved / np.log(CHANGE) / fitted.exponent) if fitted.exponent else np.nan
 
 
-def _left_open(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) -> str:
-    """Return a sentence on what the fit cannot tell."""
+def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) -> str:
+    """Return sentences on the limits of the fit."""
     separable = "only weakly" if abs(power) < _WEAK_EXPONENT else "so that the fit cannot separate the two"
     modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
     notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]

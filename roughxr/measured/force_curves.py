@@ -10,13 +10,13 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
-from .baselines import Baseline, baseline_of
+from .baselines import Baseline, fitted_baseline
 
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 
 #: A pull-off is significant if the force is this many standard deviations of the noise below the baseline.
-_PULL_THRESHOLD = 5.0
+_SIGNIFICANCE = 5.0
 
 #: Largest effect of the choice of the baseline on the pull-off force, relative.
 _LARGEST_CHOICE = 0.3
@@ -40,7 +40,7 @@ class ImplausibleCurves(UserWarning):
     """Force-distance curves were read as their file states, but no surface could give such curves."""
 
 
-class _Pull(NamedTuple):
+class _Retraction(NamedTuple):
     """The results of one retraction, by their names in a Dataset."""
 
     pull_off_force: float = np.nan
@@ -62,25 +62,25 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     ----------
     ds : Dataset
         ``piezo`` (units of a length, growing towards the surface, from any zero) and either ``force`` or ``deflection``
-        (> 0 pushes). Along ``sample`` or (subregion, sample) they are retractions, the most pressed sample first; along
-        (subregion, branch, sample) the branch "retraction" is used. Coordinates of places are kept.
+        (> 0 for repulsion). Along ``sample`` or (subregion, sample) they are retractions, from the largest contact
+        force on; along (subregion, branch, sample) the branch "retraction" is used. Coordinates of places are kept.
     spring_constant : number or quantity, optional
-        N/m, where ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of
-        the cantilever from the distance.
+        N/m, if ``ds`` does not state it; needed for deflections. For forces it is used to subtract the bending of the
+        cantilever from the distance.
     baseline : float
-        The share of the travel, farthest from the surface, in which the baseline is sought: the longest stretch, from
-        the far end, that a line explains within the noise.
+        Share of the travel, farthest from the surface, that may contain the baseline: the longest stretch from the far
+        end that a line fits within the noise.
 
     Returns
     -------
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
         error due to noise, baseline and the choice of its stretch; ``pull_off_distance`` (nm), from zero force to the
-        largest pull, less the bending of the cantilever where its spring constant is known; ``work_of_separation``
-        (nN nm), done by the piezo against the pull; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's travel at
-        zero force; ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at the contact
-        point and ``baseline_tilt`` (nN/nm), of the line to subtract from the recorded force; ``reason``, why a curve
-        has no pull-off, which then is NaN.
+        largest tension, less the bending of the cantilever if its spring constant is known; ``work_of_separation``
+        (nN nm), done by the piezo against the adhesion force; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's
+        travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at
+        the contact point and ``baseline_tilt`` (nN/nm), of the line to subtract from the recorded force; ``reason``,
+        why a curve has no pull-off, which is then NaN.
 
     Warns
     -----
@@ -89,8 +89,8 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
 
     Notes
     -----
-    The uncertainty leaves out that of the parabola through the samples before the jump, about 0.1 % where a soft lever
-    detaches a sphere.
+    The uncertainty does not include that of the parabola through the samples before the jump, about 0.1 % for a sphere
+    on a soft lever.
 
     Examples
     --------
@@ -106,8 +106,10 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
     recorded, stiffness = _read(ds, spring_constant)
     retraction = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
-    pulls = [_pull(z, f, stiffness, baseline) for z, f in zip(retraction["piezo"].values, retraction["force"].values)]
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Pull._fields, zip(*pulls))})
+    pulls = [
+        _evaluated(z, f, stiffness, baseline) for z, f in zip(retraction["piezo"].values, retraction["force"].values)
+    ]
+    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Retraction._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
     _warn_of_slope(out["contact_slope"].values, stiffness)
@@ -117,7 +119,7 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
 
 
 def _warn_of_slope(slopes: np.ndarray, stiffness: float) -> None:
-    """Warn that curves rise faster in contact than their cantilever can bend."""
+    """Warn if forces rise faster in contact than the cantilever can bend."""
     times = float(np.median(slopes[np.isfinite(slopes)])) / stiffness if np.isfinite(slopes).any() else 0.0
     if times > _LARGEST_SLOPE:
         warn(
@@ -158,35 +160,35 @@ def _stiffness(ds: xr.Dataset, given: Any) -> float:
     return stiffness
 
 
-def _pull(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Pull:
+def _evaluated(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Retraction:
     """Return the results of one retraction."""
     known = np.isfinite(z) & np.isfinite(force)
     z, force = z[known], force[known]
     reason = _unusable(z, share)
     if reason:
-        return _Pull(reason=reason)
-    line = baseline_of(z, force, share)
-    flat, far = force - line.at(z), z <= line.end
+        return _Retraction(reason=reason)
+    line = fitted_baseline(z, force, share)
+    flat, far = force - line.force(z), z <= line.end
     at = int(np.argmin(flat))
-    pull = _Pull(force_noise=line.noise, baseline_tilt=float(line.coefficients[1]))
-    pulled = -flat[at] >= _PULL_THRESHOLD * np.hypot(line.noise, line.error(z[at]))
-    zero = _zero(flat, at if pulled else flat.size, line.noise)
+    pull = _Retraction(force_noise=line.noise, baseline_tilt=float(line.coefficients[1]))
+    pulled = -flat[at] >= _SIGNIFICANCE * np.hypot(line.noise, line.error(z[at]))
+    zero = _last_repulsive(flat, at if pulled else flat.size, line.noise)
     if zero is not None:
         pull = pull._replace(**_contact(z, flat, zero, line))
     if not pulled or zero is None:
         return pull._replace(reason="never pressed" if pulled else "no pull exceeds the noise")
     if pull.contact_slope <= 0:
         return pull._replace(reason="the force does not rise in contact")
-    if far[at] or line.choice(z[at]) > _LARGEST_CHOICE * -flat[at]:
+    if far[at] or line.choice_error(z[at]) > _LARGEST_CHOICE * -flat[at]:
         return pull._replace(reason="the pull reaches into the baseline")
     if _clipped(force, at, far):
         return pull._replace(reason="the detector's range ends before the largest pull")
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
-    if work < -_PULL_THRESHOLD * line.work_error(z[zero:]):
+    if work < -_SIGNIFICANCE * line.work_error(z[zero:]):
         return pull._replace(reason="the baseline is curved by more than the pull of the surface")
     lowest, own = _minimum(z, flat, at, line.noise)
-    uncertainty = float(np.linalg.norm([own, line.error(z[at]), line.choice(z[at])]))
+    uncertainty = float(np.linalg.norm([own, line.error(z[at]), line.choice_error(z[at])]))
     return pull._replace(
         pull_off_force=-lowest, pull_off_uncertainty=uncertainty, pull_off_distance=travel, work_of_separation=work
     )
@@ -202,9 +204,9 @@ def _unusable(z: np.ndarray, share: float) -> str:
     return f"fewer than {_LEAST_BASELINE} samples in the baseline" if in_baseline < _LEAST_BASELINE else ""
 
 
-def _zero(flat: np.ndarray, end: int, noise: float) -> int | None:
+def _last_repulsive(flat: np.ndarray, end: int, noise: float) -> int | None:
     """Return the last repulsive sample before the largest tension, None if none exceeds the noise."""
-    if flat[:end].max(initial=0.0) <= _PULL_THRESHOLD * noise:
+    if flat[:end].max(initial=0.0) <= _SIGNIFICANCE * noise:
         return None
     if end < flat.size:
         return int(np.flatnonzero(flat[:end] > 0)[-1])
@@ -218,7 +220,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
     enough = upper.size >= _LEAST_PRESSED and np.ptp(z[upper]) > 0
     slope = float(np.polyfit(z[upper] - z[upper[0]], flat[upper], 1)[0]) if enough else np.nan
-    return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.at(point))}
+    return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.force(point))}
 
 
 def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
@@ -246,9 +248,9 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
 
     Select samples by the parabola, not by their own noise: dropping those lifted by noise would bias the result.
     """
-    end = _torn_off(force, at, noise)
+    end = _detachment_sample(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
-    first, last = _near(force[:end], at, noise)
+    first, last = _samples_near(force[:end], at, noise)
     steep = end == force.size and last - first < _LEAST_LOW
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
@@ -256,19 +258,19 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
         if steep or last - first < _LEAST_LOW:
             step = abs(force[at] - force[at - 1])
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
-        low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, torn_off=ends[1] == end)
+        low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=ends[1] == end)
         first, last = low.reach
     return low.force, low.error
 
 
-def _near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
+def _samples_near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
     """Return the range of samples around the lowest that equal it within the noise."""
     away = np.abs(force - force[at]) > _SAMPLE_SPREAD * noise
     before, after = np.flatnonzero(away[:at]), np.flatnonzero(away[at:])
     return (int(before[-1]) + 1 if before.size else 0), (at + int(after[0]) if after.size else force.size)
 
 
-def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
+def _detachment_sample(force: np.ndarray, at: int, noise: float) -> int:
     """Return the first sample after the detachment, which is one much larger step."""
     gone = np.flatnonzero(force[at:] - force[at] > 2 * _SAMPLE_SPREAD * noise)
     if not gone.size:
@@ -279,7 +281,7 @@ def _torn_off(force: np.ndarray, at: int, noise: float) -> int:
 
 
 def _parabola(
-    z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, torn_off: bool
+    z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, detached: bool
 ) -> _Minimum:
     """Return the lowest point, between the ends, of a parabola through the used samples."""
     scale = float(np.abs(z[used] - z[used].mean()).max())
@@ -293,17 +295,17 @@ def _parabola(
         if coefficients[2] > 0
         else x[lowest]
     )
-    high = np.flatnonzero(design @ coefficients - _row(where) @ coefficients > _PARABOLA_SPREAD * noise)
+    high = np.flatnonzero(design @ coefficients - _parabola_terms(where) @ coefficients > _PARABOLA_SPREAD * noise)
     before, after = high[high < lowest], high[high > lowest]
     reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
-    row, unseen = _row(where), 0.0
-    if torn_off:
-        beyond = _row(2 * x[-1] - x[-2])
+    row, unseen = _parabola_terms(where), 0.0
+    if detached:
+        beyond = _parabola_terms(2 * x[-1] - x[-2])
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ np.linalg.inv(design[own].T @ design[own]) @ row)
-    rise = float(np.median((design[own] @ coefficients)[[0, -1]]) - _row(where) @ coefficients)
-    sharp = 0.0 if torn_off else _SHARP * max(rise, 0.0)
+    rise = float(np.median((design[own] @ coefficients)[[0, -1]]) - _parabola_terms(where) @ coefficients)
+    sharp = 0.0 if detached else _SHARP * max(rise, 0.0)
     return _Minimum(
         float(row @ coefficients) - sharp,
         float(np.linalg.norm([error, sharp, unseen / np.sqrt(12)])),
@@ -311,5 +313,5 @@ def _parabola(
     )
 
 
-def _row(x: float) -> np.ndarray:
+def _parabola_terms(x: float) -> np.ndarray:
     return np.array([1.0, x, x**2])

@@ -15,10 +15,10 @@ from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor
 from .forces import converts, measurable
 
-#: "force [nN]", "force (nN)", "force / nN", "force_nN"
+#: Names with units: "force [nN]", "force (nN)", "force / nN", "force_nN".
 _HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|_(nm|[uµμm]?m|[pnuµμm]?N))$")
 
-#: "x", "X Position", "subregion_x", "pos_x"; and names that only look like a place.
+#: Names of columns of places: "x", "X Position", "subregion_x", "pos_x"; and names that only resemble one.
 _PLACE = re.compile(
     r"(?:(?:subregion|pos(?:ition)?|coord(?:inate)?)[\s_]*)?([xy])(?:[\s_]*(?:pos(?:ition)?|coord(?:inate)?))?"
 )
@@ -50,7 +50,7 @@ _Rows = list[tuple[int, list[str]]]
 
 
 def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
-    """Return the columns of numbers of a table; of ``pull_offs`` raise for rows below an empty line."""
+    """Return the columns of numbers of a table; with ``pull_offs`` raise for rows below an empty line."""
     names, cells, comma, lines = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
     gaps = np.flatnonzero(np.diff(lines) > 1)
     if pull_offs and 0 < gaps.size < len(lines) - 1:  # a mean, or another table
@@ -82,7 +82,7 @@ def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
 
 
 def _in_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
-    """Return names and rows of a text, whether its numbers have a decimal comma, and the lines that are not empty."""
+    """Return names and rows of a text, whether numbers have a decimal comma, and the lines that are not empty."""
     lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
@@ -106,7 +106,7 @@ def _separators(line: str) -> tuple[str | None, bool]:
 
 
 def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
-    """Return the names in the last comment with one for each column; a single column needs no name."""
+    """Return the names in the last comment that names every column; a single column needs no name."""
     for line in reversed(comments):
         for names in (_split(line, delimiter), _split(line, None)):
             if len(names) == width:
@@ -121,7 +121,7 @@ def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int
 
 
 def _split(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line; units in brackets go with the name before them, quoted text is one cell."""
+    """Return the cells of a line; units in brackets belong to the name before them, quoted text is one cell."""
     if delimiter is None:
         return re.split(r"\s+(?![\[(])", line.strip())
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
@@ -180,14 +180,14 @@ def refuse_distribution(path: Path, columns: list[Column], force: Column) -> Non
 
 
 def _named(columns: list[Column], name: str) -> list[Column]:
-    """Return the columns of a name, without regard to capitals where none has it exactly."""
+    """Return the columns of a name; without an exact match, regardless of capitals."""
     return [column for column in columns if column.name == name] or [
         column for column in columns if column.name.lower() == name.lower()
     ]
 
 
 def _likely_forces(columns: list[Column]) -> list[Column]:
-    """Return candidate columns of forces: by units, else by names, else all but places and indices."""
+    """Return candidate columns of forces: by units, else by names, else all except places and indices."""
     others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
     forces = [column for column in others if converts(column.units, "nN")]
     if forces:
@@ -202,7 +202,7 @@ def _axis(column: Column) -> str:
 
 
 def place_columns(path: Path, columns: list[Column], force: Column) -> dict[str, Column]:
-    """Return the columns of places along x and y where there are any."""
+    """Return the columns of places along x and y, if there are any."""
     others = [column for column in columns if column is not force]
     places = {_axis(column): column for column in others if _axis(column)}
     like = [column.name for column in others if _axis(column) or _PLACE_LIKE.search(column.name)]
@@ -215,7 +215,7 @@ def place_columns(path: Path, columns: list[Column], force: Column) -> dict[str,
 
 
 def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
-    """Return a column of lengths in nm, in the units that the file or else the caller states."""
+    """Return a column of lengths in nm; units by the file, else by the caller."""
     if column.units and place_units:
         raise UnreadableScan(
             path, f"place_units: the file states {column.units!r}, found {place_units!r}; leave it out"

@@ -1,4 +1,4 @@
-"""Recorded values as forces: given in units of force, or converted with a stated sensitivity and spring constant."""
+"""Recorded values as forces: in units of force, or converted by sensitivity and spring constant."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..vocabulary.units import factor, positive
 
 PULLS = ("positive", "negative")
 
-#: What to state where recorded values are not in units of a force.
+#: Advice for recorded values that are not in units of a force.
 _ADVICE = "state sensitivity= in nN/V; or in nm/V, with spring_constant= in N/m"
 
 
 class Calibration(NamedTuple):
-    """What the caller states about the recorded values; None for what is not stated."""
+    """The caller's statements about the recorded values; None for missing ones."""
 
     units: str | None = None
     sensitivity: Any = None
@@ -35,7 +35,7 @@ def converts(units: str | None, target: str) -> bool:
 
 
 def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
-    """Return values in nN or nm; raise from 1 N, or 1 m, on, which no such instrument measures."""
+    """Return values in nN or nm; raise from 1 N or 1 m on, which no such instrument measures."""
     largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
     if largest >= 1e9:
         raise ValueError(
@@ -46,7 +46,7 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
 
 
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
-    """Return recorded values as forces in nN, and attributes that say how they were converted."""
+    """Return recorded values as forces in nN, and attributes that describe the conversion."""
     if units and given.units:
         raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
     units = units or given.units
@@ -103,7 +103,7 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
             below = int((values < 0).sum())
             raise ValueError(
                 f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
-                "if it is a force-distance curve, give its baseline (--baseline 1); else give the sign of a pull, "
+                "if it is a force-distance curve, give its baseline (--baseline 1); else give the sign of adhesion, "
                 "pulls='positive' or 'negative', and the values of the other sign are taken as noise"
             )
         pulls = "negative" if (values < 0).any() else "positive"

@@ -1,4 +1,4 @@
-"""Fit one quantity so that predicted and measured forces have the same mean logarithm.
+"""Fit one quantity so that predicted and measured forces have equal mean logarithms.
 
 Logarithms of forces are taken as normal. The likelihood's interval contains the values of the quantity for which the
 two means differ by no more than
@@ -21,24 +21,24 @@ import numpy as np
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, without_weights
 
-#: Quantiles whose distance and spread are reported: tails with few places are left out.
+#: Quantiles whose distance and spread are reported, without tails of few places.
 _LEVELS = np.linspace(0.05, 0.95, 19)
 
-#: Factor on a fixed quantity, to find how the fitted value depends on it.
+#: Factor on a fixed quantity, to determine its effect on the fitted value.
 CHANGE = 1.2
 
-#: Most values solved; longest step beyond them, and largest distance of a root from a solved value (both ln).
+#: Largest number of solved values; longest step beyond them, and largest distance of a root from a solved value (ln).
 _MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 14, np.log(4.0), 0.05
 
-#: The values that are tried, over the first one (ln).
+#: Range of the values that are tried, over the first value (ln).
 _FARTHEST = -np.log(1e3), np.log(1e3)
 
-#: Below this number all places count as independent.
+#: Least number of places whose correlation is estimated; fewer count as independent.
 _FEW_PLACES = 16
 
 
 class Predicted(NamedTuple):
-    """Forces at all places for one value of the quantity, and the relative error that all of them share."""
+    """Forces at all places for one value of the quantity, and their common relative error."""
 
     forces: Samples
     error: float = 0.0
@@ -58,10 +58,10 @@ class Fitted(NamedTuple):
     left_out: tuple[float, ...]  # values that could not be solved
 
 
-def matching(
+def fit_mean(
     forces: Samples, predict: Callable[[float], Predicted], start: float, *, confidence: float, error: float
 ) -> Fitted:
-    """Return the value whose predicted forces, roughly proportional to it, agree in the mean, and its interval."""
+    """Return the value whose predicted forces agree in the mean, with its interval."""
     search = _Search(
         np.log(without_weights(forces, "fit_pair").values), predict, _independent(forces), confidence, error
     )
@@ -74,7 +74,7 @@ def matching(
 
 
 class _Search:
-    """The values of the quantity that were solved, as logarithms, and the comparison of their forces."""
+    """The solved values of the quantity, as logarithms, and the comparison of their forces."""
 
     def __init__(self, ln_force: np.ndarray, predict, independent: float, confidence: float, error: float):
         self.ln_force, self.predict, self.independent = ln_force, predict, independent
@@ -106,8 +106,8 @@ class _Search:
         """Predicted less measured mean logarithm."""
         return self.predicted.mean(axis=-1) - self.ln_force.mean()
 
-    def allowed(self) -> np.ndarray:
-        """Return the largest difference that the interval allows, at each value."""
+    def half_width(self) -> np.ndarray:
+        """Return the half width of the interval of the difference, at each value."""
         from scipy.stats import t
 
         places = _independent(next(iter(self.known.values())).forces)
@@ -118,13 +118,13 @@ class _Search:
         return t.ppf(0.5 + self.confidence / 2, np.minimum(freedom, 1e6)) * np.sqrt(whole)
 
     def root(self, sign: float) -> float:
-        """Return the value at which the difference plus ``sign`` times the allowed one is 0; NaN if none is reached."""
+        """Return the value at which the difference plus ``sign`` times its half width is 0, NaN if unreached."""
         first = next(iter(self.known))
         while True:
-            x = self._guess(self.difference + sign * self.allowed())
+            x = self._guess(self.difference + sign * self.half_width())
             near = float(self.x[np.argmin(np.abs(self.x - x))])
             blocked = [value for value in self.failed if min(near, x) <= value <= max(near, x)]
-            if blocked:  # short of what could not be solved
+            if blocked:  # stay clear of values that could not be solved
                 x = 0.5 * (near + min(blocked, key=lambda value: abs(value - near)))
             if abs(x - near) <= _CLOSE_ENOUGH:
                 return np.nan if blocked else x
@@ -133,7 +133,7 @@ class _Search:
             self.solve(x)
 
     def _guess(self, y: np.ndarray) -> float:
-        """Return where a function of the solved values is 0, interpolated or extrapolated linearly."""
+        """Return the root of a function of the solved values, interpolated or extrapolated linearly."""
         x, k = self.x, int(np.argmin(np.abs(y)))
         crossings = np.flatnonzero(np.diff(np.sign(y)) != 0)
         if crossings.size:
@@ -143,7 +143,7 @@ class _Search:
         return float(x[k] - np.clip(y[k] / slope, -_LONGEST_STEP, _LONGEST_STEP))
 
     def fitted(self, best: float, low: float, high: float) -> Fitted:
-        """Return the fit with its interval, and how the distributions agree."""
+        """Return the fit with its interval, and the distance of the distributions."""
         k = int(np.argmin(np.abs(self.x - best))) if np.isfinite(best) else int(np.argmin(np.abs(self.difference)))
         measured, predicted = (_ln_quantiles(values) for values in (self.ln_force, self.predicted))
         slopes = np.gradient(self.difference, self.x) if len(self.known) > 1 else [np.nan]
@@ -166,7 +166,7 @@ def _ln_quantiles(ln_values: np.ndarray) -> np.ndarray:
 
 
 def _independent(forces: Samples) -> float:
-    """Return the number of independent places; few places show no correlation, and all count."""
+    """Return the number of independent places; few places all count."""
     if forces.places is None or forces.values.size < _FEW_PLACES or np.ptp(forces.values) == 0:
         return float(forces.values.size)
     return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))

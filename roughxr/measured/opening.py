@@ -1,4 +1,4 @@
-"""Open measured pull-off forces: tables of places, images of adhesion, force-distance curves."""
+"""`open_pull_off`: measured pull-off forces from tables, images of adhesion or force-distance curves."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import numpy as np
 import xarray as xr
 
 from ..scans import files
-from ..scans.channel import Channel, UnreadableScan, channels_named, first_bytes, listing, of_direction
+from ..scans.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
 from ..statistics.sampling import map_samples
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from .curve_files import calibration, curve_kind, curves_of, opened
+from .curve_files import calibration, curve_kind, opened, read_curves
 from .force_curves import curves_pull_off
 from .force_tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
 from .forces import Calibration, converts, forces, magnitudes
-from .vendor_scales import in_true_units
+from .vendor_scales import with_vendor_scale
 
 #: Number of curves in memory at a time.
 _CURVES_IN_MEMORY = 64
@@ -43,40 +43,40 @@ def open_pull_off(
     Parameters
     ----------
     path : str, path or sequence of them
-        A table (CSV and the like, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
-        file that `open_scan` reads and that holds an image of adhesion; or a file of curves, see `open_curves`. The
-        content decides, not the extension. Several files are read alike and concatenated.
+        A table (CSV and similar, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
+        file that `open_scan` reads with an image of adhesion; or a file of curves, see `open_curves`. The content
+        decides, not the extension. Several files are read with the same options and concatenated.
     channel : str or int, optional
-        Name of the column, or name or number of the image; needed where there is more than one candidate.
+        Name of the column, or name or number of the image; needed if there is more than one candidate.
     direction : {"trace", "retrace"}, optional
-        For an image; by default the forward one where there are both.
+        For an image; by default the forward image if there are both.
     size : length or pair of lengths, optional
         For an image whose file does not state it; with it, a text file of bare numbers is read as an image.
     units : str, optional
-        Units of the measured values, only where the file does not state them: those of a force, of a deflection, or V.
+        Units of the measured values, only if the file does not state them: those of a force, of a deflection, or V.
     place_units : str, optional
-        Units of the columns x and y, where the file does not state them.
+        Units of the columns x and y, if the file does not state them.
     sensitivity : quantity, optional
         For values in V: force per volt, "12 nN/V", or deflection per volt, "50 nm/V"; for curves the latter.
     spring_constant : number or quantity, optional
         For deflections, and with a sensitivity in nm/V: N/m.
     pulls : {"positive", "negative"}, optional
-        The sign of a pull in the file; needed where there are values of both signs.
+        The sign of adhesion in the file; needed if there are values of both signs.
 
     Returns
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
-        ``subregion_x``, ``subregion_y`` (nm) where places are known, for an image as in a scan of the same file, and
-        ``file`` where there are several. For curves also the other variables of `curves_pull_off`. Attributes:
+        ``subregion_x``, ``subregion_y`` (nm) if places are known, for an image as in a scan of that file, and
+        ``file`` if there are several. For curves also the other variables of `curves_pull_off`. Attributes:
         ``measured`` ("table", "adhesion image" or "force-distance curves"), file name, SHA-256, channel, and the
         conversion to forces.
 
     Raises
     ------
     UnreadableScan
-        If a file contains no pull-off forces, or does not state which image or column, units or calibration are meant.
-        See `open_scan` for the others.
+        If a file contains no pull-off forces, or if the image or column, units or calibration are ambiguous or missing.
+        See `open_scan` for other reasons.
 
     Examples
     --------
@@ -90,12 +90,12 @@ def open_pull_off(
     given = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = _together(paths, [_of_file(files.regular_file(file), image, place_units, given) for file in paths])
+    ds = _concatenated(paths, [_read_file(files.regular_file(file), image, place_units, given) for file in paths])
     options = {**image._asdict(), **given._asdict(), "place_units": place_units}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
 
 
-def _together(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
+def _concatenated(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Dataset:
     """Return the pull-offs of several files along one ``subregion``."""
     if len(datasets) == 1:
         return datasets[0]
@@ -127,48 +127,48 @@ class _Selection(NamedTuple):
     size: Any
 
 
-def _of_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
-        return _with_source(path, _of_table(path, image, place_units, given))
+        return _with_source(path, _read_force_table(path, image, place_units, given))
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
     if kind is not None:
         schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
-        ds = _of_curves(path, kind, given)
+        ds = _read_curve_file(path, kind, given)
     elif family == "text" and image.size is None and not _is_matrix(path):
-        ds = _of_table(path, image, place_units, given)
+        ds = _read_force_table(path, image, place_units, given)
     else:
         schema.refuse_unused("an adhesion image", place_units=place_units)
         channels = files.guarded(path, read, path)
-        chosen = in_true_units(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
-        ds = _of_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
+        chosen = with_vendor_scale(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
+        ds = _read_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
     return _with_source(path, ds)
 
 
 def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
-    """Add the file's name and checksum; raise where every value is missing."""
+    """Add the file's name and checksum; raise if every value is missing."""
     if ds["pull_off_force"].isnull().all():
-        raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_why(ds)}")
+        raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_unusable_reasons(ds)}")
     source = {"source_file": path.name, "source_sha256": files.file_hash(path)}
     return ds.assign_attrs(missing="NaN where nothing was measured", **source)
 
 
-def _of_curves(path: Path, kind: str, given: Calibration) -> xr.Dataset:
+def _read_curve_file(path: Path, kind: str, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, read in parts to save memory."""
     file = opened(path, kind, given)
     parts = []
     for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
-        parts.append(curves_pull_off(schema.label(curves_of(file, first, first + _CURVES_IN_MEMORY))))
+        parts.append(curves_pull_off(schema.label(read_curves(file, first, first + _CURVES_IN_MEMORY))))
     ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
     ds.attrs.pop("history")  # of one part
     return ds.assign_attrs(source_format=file.format, **calibration(file))
 
 
-def _why(ds: xr.Dataset) -> str:
-    """Return why no curve could be used."""
+def _unusable_reasons(ds: xr.Dataset) -> str:
+    """Return the reasons why no curve could be used, with their numbers."""
     if "reason" not in ds:
         return ""
     reasons, counts = np.unique(ds["reason"].values, return_counts=True)
@@ -176,17 +176,17 @@ def _why(ds: xr.Dataset) -> str:
 
 
 def _is_matrix(path: Path) -> bool:
-    """Return whether a text states the size of an image, as Gwyddion writes it above the numbers."""
+    """Return whether a text states the size of an image above the numbers, as Gwyddion's."""
     head = first_bytes(path, 2000).decode("utf-8", "replace")
     comments = [line for line in head.splitlines() if line.lstrip().startswith("#")]
     return any("Width:" in line for line in comments) and any("Height:" in line for line in comments)
 
 
-def _of_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_force_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
     schema.refuse_unused("a table", direction=image.direction, size=image.size)
     columns = files.guarded(path, read_table, path, pull_offs=True)
     column = force_column(path, columns, image.channel)
-    values, how = _as_pulls(path, column.values, column.units, given)
+    values, how = _pull_off_magnitudes(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
     for axis, place in place_columns(path, columns, column).items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
@@ -195,7 +195,7 @@ def _of_table(path: Path, image: _Selection, place_units: str | None, given: Cal
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 
 
-def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibration):
+def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, given: Calibration):
     if np.isinf(values).any():
         raise UnreadableScan(path, "expected finite values, found infinite ones: damaged")
     try:
@@ -207,7 +207,7 @@ def _as_pulls(path: Path, values: np.ndarray, units: str | None, given: Calibrat
 
 
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
-    """Return the requested image, by default the only one of adhesion."""
+    """Return the requested image, by default the only image of adhesion."""
     if direction is not None:
         schema.one_of(direction, ("trace", "retrace"), "direction")
     if channel is None:
@@ -216,7 +216,7 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
         fitting = fitting or [candidate for candidate in channels if len(channels) == 1 and candidate.units is None]
     else:
         fitting = channels_named(channels, channel)
-    fitting = of_direction(fitting, direction)
+    fitting = channels_in_direction(fitting, direction)
     if len(fitting) != 1:
         wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
         raise UnreadableScan(
@@ -226,14 +226,14 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     return fitting[0]
 
 
-def _of_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:
+def _read_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:
     """Return an image's pixels as places: the picture's top row at the largest y, as in a scan."""
     channel = files.sized(channel, size, path)
     assert channel.size is not None
     rows = np.asarray(files.guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
-    values, how = _as_pulls(path, rows[::-1].T, channel.units, given)
+    values, how = _pull_off_magnitudes(path, rows[::-1].T, channel.units, given)
     axes = {axis: (np.arange(n) + 0.5) * (length / n) for axis, n, length in zip("xy", values.shape, channel.size)}
     ds = map_samples(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
     ds = ds.assign_coords(subregion=np.arange(values.size))

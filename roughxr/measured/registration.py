@@ -1,7 +1,7 @@
 """Offset between measured and predicted places: the shift of best correlation.
 
-Zero-normalised cross-correlation of normal scores over the pixels that both have, at all shifts at once (Padfield, IEEE
-Trans. Image Process. 21 (2012) 2706). The p-value accounts for the number of independent shifts.
+Zero-normalised cross-correlation of normal scores over common pixels, at all shifts at once (Padfield, IEEE Trans.
+Image Process. 21 (2012) 2706). The p-value accounts for the number of independent shifts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..statistics.sampling import Samples
 #: Largest offset along each axis, as a share of the prediction's extent.
 _FARTHEST = 0.25
 
-#: Fewer places than this on both sides tell no correlation.
+#: Least number of common places for a correlation.
 _FEWEST = 9
 
 
@@ -37,10 +37,10 @@ class Match(NamedTuple):
     p_value: float  # of such a correlation arising by chance at any of the shifts
 
 
-def matched(predicted: Samples, measured: Samples) -> Match | None:
-    """Return the prediction at the measured places after the best shift; None where places have too little in common.
+def best_match(predicted: Samples, measured: Samples) -> Match | None:
+    """Return the prediction at the measured places after the best shift; None if places have too little in common.
 
-    A prediction that lies on no grid must be one at the measured places.
+    A prediction that is not on a grid must be at the measured places.
     """
     grid, shift, tried = _grid(predicted), (0.0, 0.0), 1.0
     if grid is None:
@@ -64,7 +64,7 @@ def matched(predicted: Samples, measured: Samples) -> Match | None:
 
 
 def _grid(predicted: Samples) -> Grid | None:
-    """Return samples on a uniform grid as a map, None where they do not lie on one."""
+    """Return samples on a uniform grid as a map, None for others."""
     axes = [np.unique(np.round(axis, 6)) for axis in predicted.places.T]
     if any(axis.size < 2 or not np.allclose(np.diff(axis), axis[1] - axis[0], rtol=1e-4) for axis in axes):
         return None
@@ -96,7 +96,7 @@ def _by_chance(correlation: float, independent: float, tried: float) -> float:
 
 
 def _interpolated(grid: Grid, places: np.ndarray) -> np.ndarray:
-    """Return the map interpolated at places, NaN beyond it and beside missing values."""
+    """Return the map interpolated at places, NaN outside it and next to missing values."""
     from scipy.ndimage import map_coordinates
 
     at = (places - grid.first) / grid.steps
@@ -129,7 +129,7 @@ def _best_shift(grid: Grid, measured: Samples) -> tuple[tuple[float, float], flo
 
 
 def _binned(measured: Samples, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean of the measured places' normal scores on a grid of the prediction's steps, and where it is."""
+    """Return the measured places' mean normal scores on a grid of the prediction's steps, and a mask of known ones."""
     cell = np.rint((measured.places - measured.places.min(axis=0)) / steps).astype(int)
     count = np.zeros(cell.max(axis=0) + 1)
     total = np.zeros(count.shape)

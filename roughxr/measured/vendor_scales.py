@@ -1,6 +1,6 @@
 """The scale of images other than heights in vendors' files: SurfaceTopography scales heights only.
 
-Of a Nanoscope image: value = count × hard scale / 2^(8 × bytes) × sensitivity, the hard scale in V, or in arbitrary
+NanoScope images: value = count × hard scale / 2^(8 × bytes) × sensitivity, with the hard scale in V, or in arbitrary
 units ("Arb") by instruments that map forces.
 """
 
@@ -20,7 +20,7 @@ _BYTES = re.compile(r"^\\Bytes/pixel: (\d)")
 _SENSITIVITY = re.compile(rf"^\\@(?P<quantity>Sens\.[^:]*): V {_NUMBER} ?(?P<units>[^\s/]*)(?:/(?P<per>\S*))?\s*$")
 
 
-def in_true_units(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
+def with_vendor_scale(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
     """Return an image with values in its stated units; raise if the scale is unknown."""
     stored = family != "vendor" or converts(chosen.units, "nm") or chosen.header.get("format") == "ibw"
     if stored:  # in the units, or scaled by the reader
@@ -61,7 +61,7 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
 
 
 def _block(header: list[str], index: int) -> list[str]:
-    """Return the lines of a header on the image of this number, none if it has no such image."""
+    """Return a header's lines on the image of this number, none if there is no such image."""
     starts = [k for k, line in enumerate(header) if _IMAGE.match(line)]
     return header[starts[index] : [*starts, len(header)][index + 1]] if index < len(starts) else []
 

@@ -1,4 +1,4 @@
-"""Scans: opened from any AFM file, levelled, measured, edited and written again."""
+"""Scans: reading AFM files, levelling, roughness and spectra, editing, export."""
 
 from . import regions, synthetic
 from .backend import RoughxrBackend, open_scan

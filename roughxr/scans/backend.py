@@ -1,4 +1,4 @@
-"""The xarray backend: ``xr.open_dataset(path, engine="roughxr")`` and its one-word form ``open_scan``."""
+"""`open_scan`, and the xarray backend ``xr.open_dataset(path, engine="roughxr")``."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ def open_scan(
         The content decides, not the extension.
     channel : str or int, optional
         Name (case and direction do not matter) or number of the image; by default the first image of heights, with a
-        warning that lists others that may be meant.
+        warning that lists other candidates.
     direction : {"trace", "retrace"}, optional
-        By default the forward image where there are both.
+        By default the forward image if there are both.
     size : length or pair of lengths, optional
         Along x and y, as nm or as text such as ``"5 um"``; for files that do not state it, and only those.
     height_units : str, optional
@@ -70,14 +70,14 @@ def open_scan(
     -------
     Dataset
         ``height`` (x, y) in nm, NaN where the file has no value; ``x``, ``y`` pixel centres in nm from the
-        lower left corner, x to the right and y upwards as in the picture that the vendor's program shows.
-        The attributes keep file name, SHA-256, channel, direction, all channels and the header as JSON.
+        lower left corner, x to the right and y upwards as in the vendor's program.
+        The attributes contain file name, SHA-256, channel, direction, all channels and the header as JSON.
 
     Raises
     ------
     UnreadableScan
-        If the file is no scan or damaged, does not state what the options give, or its vendor's reader takes longer
-        than a minute and a second per MB. It is a ValueError.
+        If the file is not a scan, is damaged or lacks statements that no option gives, or if its vendor's reader takes
+        longer than a minute and a second per MB. It is a ValueError.
     OSError
         If the file is absent, a directory, or may not be read.
     ImportError
@@ -86,7 +86,7 @@ def open_scan(
     Warns
     -----
     ImplausibleScan
-        If what the file states is improbable, judged by the heights.
+        If the file's statements are improbable, judged by the heights.
 
     Examples
     --------

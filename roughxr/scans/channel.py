@@ -1,4 +1,4 @@
-"""One image of a file, in the form that every reader returns, and the choice among several."""
+"""`Channel`, one image of a file as every reader returns it, and the choice among several."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 from . import reader_process
 
-#: Names of images in lengths that are no heights of the surface: of the lever, or derived from a force curve.
+#: Names of images in lengths that are not heights of the surface: of the lever, or derived from a force curve.
 _NO_HEIGHT = re.compile(
     "ampl|defl|error|phase|fric|lateral|deform|indent|background|contact|adhes|dissip|stiff|modul|snap|separation|"
     "slope|mask",
@@ -29,18 +29,18 @@ _HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz
 
 
 class UnreadableScan(ValueError):
-    """A file that is no scan, or a damaged one: the message names the file, the reason and what to do."""
+    """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy."""
 
     def __init__(self, path: Any, reason: str):
         super().__init__(printable(f"{path}: {reason}"))
 
 
 class Channel(NamedTuple):
-    """One image of a file, before any label: what the file states, and nothing else.
+    """One image of a file with the file's own statements, not yet labelled.
 
     ``read`` returns the values as (rows, columns) in ``units``, the top row of the picture first, NaN where
     the file has no value. ``size`` is the lateral size (along x, along y) in ``lateral_units``. Missing statements are
-    None. ``counted`` is False where the file does not state its number of pixels.
+    None. ``counted`` is False if the file does not state its number of pixels.
     """
 
     name: str
@@ -60,14 +60,14 @@ class Channel(NamedTuple):
 
     @property
     def is_topography(self) -> bool:
-        """Whether the values are lengths of the surface: an amplitude or a deformation in nm is no height."""
+        """Whether the values are heights of the surface: not an amplitude or a deformation in nm."""
         return self.is_length and not _NO_HEIGHT.search(self.name)
 
 
 def is_length(units: str | None) -> bool:
     """Return whether ``units`` convert to nm."""
     if not units or not str(units).isalpha():
-        return False  # a single word: "~m" or "10 nm" would convert to something, but not to what was meant
+        return False  # "~m" or "10 nm" would convert, but to something else
     try:
         return factor(str(units), "nm") > 0
     except ValueError:
@@ -75,16 +75,16 @@ def is_length(units: str | None) -> bool:
 
 
 def direction_in(name: str) -> str:
-    """Return "trace" or "retrace" where a channel's name states it, else ""."""
+    """Return "trace" or "retrace" if a channel's name states it, else ""."""
     if re.search("retrace|backward", name, re.IGNORECASE):
         return "retrace"
     return "trace" if re.search("trace|forward", name, re.IGNORECASE) else ""
 
 
 def optional(module: str) -> ModuleType:
-    """Return a module of the ``afm`` extra; raise with advice where it is not installed."""
+    """Return a module of the ``afm`` extra; raise with advice if it is not installed."""
     try:
-        with warnings.catch_warnings(action="ignore"):  # that it runs without MPI concerns no user
+        with warnings.catch_warnings(action="ignore"):  # a notice that MPI is missing
             return importlib.import_module(module)
     except ImportError as error:
         raise _not_installed(module.partition(".")[0], error) from error
@@ -100,7 +100,7 @@ def _not_installed(package: str, reason: Any, extra: str = "afm") -> ImportError
 def read_in_process(
     path: Path, reader: ModuleType, package: str, *, extra: str = "afm", **options: Any
 ) -> dict[str, Any]:
-    """Read a file with ``reader`` in a separate process; raise where its package is missing."""
+    """Read a file with ``reader`` in a separate process; raise if its package is missing."""
     if importlib.util.find_spec(package) is None:
         raise _not_installed(package, "none", extra)
     try:
@@ -127,15 +127,15 @@ def is_igor(head: bytes) -> bool:
     return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
-#: What to do where a file states no units.
-_STATE_UNITS = "if it holds heights, state their units with height_units="
+#: Advice for a file without units.
+_STATE_UNITS = "if it contains heights, state their units with height_units="
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
     """Return the channel with this name or number and direction; by default the first image of heights."""
     if direction not in (None, "trace", "retrace"):
         raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
-    fitting = of_direction(channels_named(channels, channel), direction)
+    fitting = channels_in_direction(channels_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         number = "several" if fitting else "none"
         advice = "choose one with channel=, by name or number" if any(c.units for c in channels) else _STATE_UNITS
@@ -152,12 +152,12 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     return first
 
 
-def equally_heights(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
-    """Return a warning that lists the other images of heights, empty without them.
+def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
+    """Return a warning that lists other images of heights; empty if there are none.
 
-    A sensor's image and the piezo voltage of the same movement do not compete: the sensor's is taken.
+    A sensor's image is preferred to the piezo voltage of the same movement, without a warning.
     """
-    fitting = of_direction(channels_named(channels, None), direction)
+    fitting = channels_in_direction(channels_named(channels, None), direction)
     tied = [image for image in fitting if _by_sensor(image) == _by_sensor(chosen)]
     if len(tied) < 2:
         return ""
@@ -180,15 +180,15 @@ def channels_named(channels: list[Channel], channel: str | int | None) -> list[C
     return [channels[channel]] if 0 <= int(channel) < len(channels) else []
 
 
-def of_direction(channels: list[Channel], direction: str | None) -> list[Channel]:
-    """Return the channels in this direction; by default the forward one of a pair with the same name."""
+def channels_in_direction(channels: list[Channel], direction: str | None) -> list[Channel]:
+    """Return the channels in this direction; by default all that are not retrace, or all."""
     if direction is None:
         return [image for image in channels if image.direction != "retrace"] or channels
     return [image for image in channels if image.direction == direction]
 
 
 def _stem(name: str) -> str:
-    """Return a channel's name without its direction and its capitals: HeightRetrace is Height too."""
+    """Return a channel's name without direction and capitals: "HeightRetrace" becomes "height"."""
     return re.sub("[ _-]*(retrace|trace|forward|backward)[ _-]*", "", name.lower())
 
 

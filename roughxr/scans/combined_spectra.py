@@ -1,8 +1,8 @@
-"""One power spectrum from maps and lines of several sizes of one surface, each used where size and pixels allow.
+"""One power spectrum from maps and lines of several sizes of one surface, each within its size and pixels.
 
-A line has the spectrum C¹(q) = (1/π) ∫ C(√(q² + k²)) dk of the isotropic surface that it is cut from. The ratio of the
-two is that of the K-correlation model: C/C¹ = 2√π Γ(1 + H)/Γ(½ + H)/√(q² + (2π/ℓ₀)²), with ℓ₀ and H of a fit to the
-line's own spectrum, which falls as the model does, but for half a power: [1 + (ℓ₀q/2π)²]^−(½ + H).
+A line through an isotropic surface of spectrum C has the spectrum C¹(q) = (1/π) ∫ C(√(q² + k²)) dk. Their ratio is that
+of the K-correlation model: C/C¹ = 2√π Γ(1 + H)/Γ(½ + H)/√(q² + (2π/ℓ₀)²), with ℓ₀ and H of a fit to the line's own
+spectrum, C¹ ~ [1 + (ℓ₀q/2π)²]^−(½ + H).
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ import xarray as xr
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
 from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantities, plain, positive, whole_number
-from .spectra import power_spectrum, window_of
+from .spectra import power_spectrum, unit_window
 
-#: A scan is used at wavelengths shorter than this part of its side, and longer than this many pixels.
+#: Longest wavelength used of a scan, as a part of its side, and shortest, in pixels.
 _SIDE_SHARE, _PIXELS_PER_WAVELENGTH = 0.5, 4.0
 
-#: Window by which heights are multiplied: without one the scans' edges look like steps.
+#: Window by which heights are multiplied: without a window the scans' edges act as steps.
 _WINDOW = "hann"
 
-#: The model is fitted to a line only with at least this many wavevectors.
+#: Least number of wavevectors for a fit of the model to a line.
 _FEWEST_FITTED = 4
 
 
@@ -39,11 +39,11 @@ def combined_spectrum(
     Parameters
     ----------
     scans : sequence of Dataset
-        Levelled, of one surface; of any sizes and pixels. Lines are ``height`` along ``x`` alone, at any steps, and are
-        taken to be cut from a surface that is the same in all directions.
+        Levelled, of one surface; of any sizes and pixels. Lines are ``height`` along ``x`` alone, at any steps, of an
+        isotropic surface.
     shortest : number or quantity, optional
         Shortest wavelength (nm) for which the scans are used, or one value for each scan. Use the wavelength below
-        which the tip rounds the image. At least four pixels of each scan, or four mean steps of a line, are used.
+        which the tip rounds the image. It is at least four pixels of each scan, or four mean steps of a line.
     per_decade : int
         Bins of wavevectors.
 
@@ -66,7 +66,9 @@ def combined_spectrum(
         raise ValueError("scans: expected at least one, found none")
     whole_number(per_decade, "per_decade", least=1)
     least = _least(shortest, len(scans))
-    parts = [(_usable if "y" in scan.dims else _of_line)(scan, wavelength) for scan, wavelength in zip(scans, least)]
+    parts = [
+        (_usable if "y" in scan.dims else _usable_line)(scan, wavelength) for scan, wavelength in zip(scans, least)
+    ]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
         raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
@@ -74,7 +76,7 @@ def combined_spectrum(
     sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
     modes, power, wavevector = np.moveaxis(sums, 1, 0)
     total = modes.sum(axis=0)
-    means = np.ma.divide(power, modes)  # masked where a scan has no mode
+    means = np.ma.divide(power, modes)  # masked without modes
     out = xr.Dataset(
         {
             "psd": ("wavevector", power.sum(axis=0) / total),
@@ -103,28 +105,28 @@ def _usable(scan: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.
     spectrum = power_spectrum(scan, window=_WINDOW)
     side = min(scan.sizes[axis] * step for axis, step in zip("xy", pixel(scan)))
     q, psd, modes = (spectrum[name].values.astype(float) for name in ("wavevector", "psd", "psd_modes"))
-    inside = _inside(q, side, max(pixel(scan)), least) & np.isfinite(psd)
+    inside = _resolved(q, side, max(pixel(scan)), least) & np.isfinite(psd)
     return q[inside], psd[inside], modes[inside]
 
 
-def _inside(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
+def _resolved(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
     """Return a mask of the wavevectors that a scan of this size and step resolves."""
     return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVELENGTH * step, least))
 
 
-def _of_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the wavevectors for which a line is used, the spectrum of its surface and the numbers of modes."""
     from scipy.interpolate import make_interp_spline
     from scipy.special import gamma
 
     x, heights = validate(line, "line")["x"].values, line["height"].values
     if not (np.isfinite(heights).all() and x.size >= 4 and (np.diff(x) > 0).all()):
-        raise ValueError("height: expected four heights of a line or more, none missing, along x that ascends")
+        raise ValueError("height: expected four heights of a line or more, none missing, along ascending x")
     even, step = np.linspace(x[0], x[-1], x.size, retstep=True)
-    weights = window_of(_WINDOW, (x.size,))
+    weights = unit_window(_WINDOW, (x.size,))
     psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2
     q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
-    inside = _inside(q, x.size * step, step, least)
+    inside = _resolved(q, x.size * step, step, least)
     inside &= inside.sum() >= _FEWEST_FITTED
     q, psd = q[inside], psd[inside]
     bounds = HURST[0] - 0.5, HURST[1] - 0.5

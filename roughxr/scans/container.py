@@ -1,7 +1,7 @@
-"""Containers of contact.engineering: the zip of a published surface, its maps and lines with their metadata.
+"""Containers of contact.engineering: the zip file of a published surface, with maps, lines and metadata.
 
 ``index.json`` or ``meta.yml`` lists the topographies of each surface, with the names of their files. A file
-``squeezed-netcdf`` holds the heights as contact.engineering shows them; without it the instrument's own file is read,
+``squeezed-netcdf`` contains the heights as contact.engineering shows them; otherwise the instrument's own file is read,
 and levelled as stated.
 """
 
@@ -27,10 +27,10 @@ from .force_curve_formats import METADATA
 from .levelling import level
 from .netcdf import is_netcdf, unread
 
-#: The largest size of a zip file's content: in bytes, over the size of the zip file, and the size allowed to any file.
+#: Largest size of a zip file's content: in bytes, and over the size of the zip file; and a size that is always allowed.
 _LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
 
-#: The largest metadata, bytes: YAML is read slowly.
+#: Largest size of the metadata, bytes: YAML is slow.
 _LARGEST_METADATA = 2**24
 
 #: Attributes of a topography, and their names in a container.
@@ -61,7 +61,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
 
     Notes
     -----
-    The container's factor on heights is applied to files of bare numbers alone: others state their own.
+    The container's factor on heights is applied to files of bare numbers only; other files state their own.
 
     References
     ----------
@@ -107,7 +107,7 @@ def _topographies(path: Path) -> list[xr.Dataset]:
 
 
 def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
-    """Return what a container states of its topographies: plain lists, mappings, text and numbers."""
+    """Return a container's metadata as plain lists, mappings, text and numbers."""
     name = next((name for name in METADATA if name in archive.namelist()), None)
     if name is None:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")

@@ -20,7 +20,7 @@ _COLUMNS = ("name", "direction", "units", "columns", "rows", "size_x", "size_y",
 
 
 def describe(path: str | os.PathLike) -> xr.Dataset:
-    """Return what a file holds: one entry per image along ``channel``.
+    """Return a list of the images in a file, along ``channel``.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
 
 
 def _described(channel: Channel, path: Path) -> dict[str, Any]:
-    """Return the properties of one image: of heights more than of other values."""
+    """Return the properties of one image, with range and roughness for heights."""
     values = channel.read()
     row: dict[str, Any] = {
         "name": channel.name,

@@ -1,4 +1,4 @@
-"""Change what a scan covers or how finely: fill, crop, resample. Labels follow."""
+"""Fill missing pixels of a scan, crop it, resample it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from ..vocabulary.units import Quantity, magnitude, plain, positive
 
 
 def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
-    """Return a scan whose missing pixels are filled from those around them.
+    """Return a scan with its missing pixels filled from their neighbours.
 
     Parameters
     ----------
     ds : Dataset
         A scan.
     method : {"linear", "nearest"} or length
-        Interpolate linearly across each hole (nearest pixel where it opens to the edge), take the nearest
-        pixel, or set all to one height in nm.
+        Interpolate linearly across each hole (nearest pixel at the scan's edge), take the nearest pixel, or set all to
+        one height in nm.
 
     Returns
     -------
@@ -51,7 +51,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
 
 
 def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[float, float]) -> np.ndarray:
-    """Return heights without NaN; only the rim of each hole is looked at."""
+    """Return heights without NaN, interpolated from the rim of each hole."""
     from scipy.interpolate import griddata
     from scipy.ndimage import binary_dilation
 
@@ -76,12 +76,12 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
     ds : Dataset
         A scan.
     x, y : pair of lengths, optional
-        Lowest and highest place, inclusive, as nm or text such as ``"2 um"``; by default all.
+        Lowest and highest coordinate, inclusive, as nm or text such as ``"2 um"``; by default all.
 
     Returns
     -------
     Dataset
-        With its old coordinates: places keep their names.
+        With unchanged coordinates.
 
     Examples
     --------
@@ -123,13 +123,12 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        From the first pixel centre on, as far as there are heights to interpolate between. A pixel without all
-        neighbours is missing.
+        From the first pixel centre to the last. A pixel with a missing neighbour is missing.
 
     Notes
     -----
-    Nothing is averaged: for pixels several times coarser, ``ds.coarsen(x=2, y=2).mean()`` keeps fine
-    roughness from being taken for coarse.
+    Heights are not averaged: for pixels several times coarser take ``ds.coarsen(x=2, y=2).mean()``, which avoids
+    aliasing.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Write a scan for other programs, and as roughxr's own NetCDF-4."""
+"""Write a scan as NetCDF-4, or for other programs."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from .channel import optional
 
-#: Chunks of a native file: a 512 x 512 block of heights is 2 MiB.
+#: Side of a chunk, pixels: a 512 x 512 block of heights is 2 MiB.
 _CHUNK = 512
 
-#: Factor and name of the SI unit of each unit that maps have here.
+#: Factor and name of the SI unit of each unit of a map.
 _SI = {"nm": (1e-9, "m"), "nN": (1e-9, "N"), "GPa": (1e9, "Pa"), "nm^2": (1e-18, "m^2"), "J/m^2": (1.0, "J/m^2")}
 _SI["1"] = (1.0, "")
 
 
 def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write a scan as roughxr's own NetCDF-4: everything it holds, in chunks, each with a checksum.
+    """Write a scan with all its variables and attributes as NetCDF-4, in chunks with checksums.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
 
 
 def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
-    """Write a map in SI units and 32-bit numbers, all that the format knows."""
+    """Write a map as a Gwyddion Simple Field, in SI units and 32-bit numbers."""
     units = str(ds[name].attrs.get("units", "1"))
     times, si = _SI.get(units, (1.0, units))
     rows = ds[name].transpose("y", "x").values[::-1]

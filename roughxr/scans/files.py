@@ -22,14 +22,14 @@ from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
 from . import gwyddion, plain, vendors
-from .channel import Channel, UnreadableScan, choose, equally_heights, first_bytes, is_length, listing
+from .channel import Channel, UnreadableScan, ambiguity_warning, choose, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
 from .netcdf import is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
 def regular_file(path: Any) -> Path:
-    """Return a path to an ordinary, readable file; raise for any other, without waiting for a pipe."""
+    """Return a path to an ordinary, readable file; raise for anything else, without waiting for a pipe."""
     try:
         path = Path(path)
     except TypeError:
@@ -72,7 +72,7 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
 
 
 def list_channels(path: Any) -> list[Channel]:
-    """Return the images that a file holds, their values not read yet where the format allows."""
+    """Return the images in a file, their values not read yet if the format allows."""
     path = regular_file(path)
     refuse_curves(path)
     _, read = reader_of(path)
@@ -108,7 +108,7 @@ def read_scan(
 ) -> xr.Dataset:
     """Return the scan in a file; see :func:`roughxr.scans.open_scan`."""
     path = regular_file(path)
-    if size is None:  # with a size a matrix of numbers is meant, whatever its first lines say
+    if size is None:  # with a size the file is a matrix of numbers
         refuse_curves(path)
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
@@ -119,7 +119,7 @@ def read_scan(
     chosen = sized(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, channels))
-    tie = equally_heights(channels, chosen, direction) if channel is None else ""
+    tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
         warn(f"{path.name}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=path.name, **given)
@@ -136,9 +136,7 @@ def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
         ds = _with_origin(validate(opened, "scan"), path, given)
     except BaseException as error:
         opened.close()
-        if isinstance(
-            error, ValueError
-        ):  # such as coordinates that are not uniform: clear, but without the file's name
+        if isinstance(error, ValueError):  # such as coordinates that are not uniform: add the file's name
             raise UnreadableScan(path, str(error)) from error
         raise
     ds.set_close(opened.close)
@@ -155,7 +153,7 @@ def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Datase
 
 
 def _completed(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
-    """Return the channels, with the given units where they state none."""
+    """Return the channels, with the given units if they state none."""
     if height_units is None:
         return channels
     if not is_length(height_units):

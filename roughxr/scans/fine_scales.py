@@ -1,6 +1,6 @@
-"""Scales that a scan does not show: its spectrum extrapolated below its pixels, or cut off above them.
+"""Wavelengths that a scan does not show: its spectrum extrapolated below its pixels, or cut off above them.
 
-The K-correlation model is fitted to the scan's longer wavelengths and assumed to hold below them. A seed draws one of
+The K-correlation model is fitted to the scan's longer wavelengths and assumed to hold below them. A seed selects one of
 the many random surfaces with this spectrum. The scatter of results over seeds is the uncertainty.
 """
 
@@ -52,7 +52,7 @@ class Spectrum(NamedTuple):
     measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used within their range
     lay: complex = 0.0  # see `lay_factor`
 
-    def at(self, q):
+    def density(self, q):
         """Return C(q), nm⁴."""
         density, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.shown)
         if self.measured is not None:
@@ -61,9 +61,9 @@ class Spectrum(NamedTuple):
         shorter = np.maximum(np.log(q) - known, 0.0)
         return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
-    def of(self, kx, ky):
+    def directional_density(self, kx, ky):
         """Return C(kx, ky), nm⁴, with the lay of the wavelengths that the scan shows."""
-        return self.at(np.hypot(kx, ky)) * lay_factor(kx, ky, self.lay)
+        return self.density(np.hypot(kx, ky)) * lay_factor(kx, ky, self.lay)
 
 
 def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quantity | None = None) -> xr.Dataset:
@@ -82,16 +82,16 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     Returns
     -------
     Dataset
-        ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and ``shortest_wavelength`` (nm), the
-        last as it was used; ``psd_error``, the standard error of ln C at the shortest wavelength, and ``hurst_error``,
-        the standard error of H below it. ``lay_strength``, 0 where no direction differs significantly, and
-        ``lay_direction`` (°), the direction of grooves. NaN where the scan is flat or every part has missing pixels.
+        ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and the ``shortest_wavelength`` (nm) of
+        the fit; ``psd_error``, the standard error of ln C at the shortest wavelength, and ``hurst_error``, the standard
+        error of H below it. ``lay_strength``, 0 if no direction differs significantly, and ``lay_direction`` (°), the
+        direction of grooves. NaN if the scan is flat or every part has missing pixels.
 
     Notes
     -----
     ln C(q) with C(q) = C₀ [1 + (ℓ₀q/2π)²]^−(1 + H) is fitted over wavelengths from the shortest to five times that.
-    The width over which each pixel averages is fitted too. The prior of H is 0.5 ± 0.5. On synthetic surfaces of 512²
-    pixels the error of H is 0.1. An H of 1 or 0 lies at its bound.
+    The width over which each pixel averages is fitted as well. The prior of H is 0.5 ± 0.5. On synthetic surfaces of
+    512² pixels the error of H is 0.1. An H of 1 or 0 is at its bound.
 
     References
     ----------
@@ -106,26 +106,26 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     """
     scan = validate(ds, "scan")
     hurst, shown = None if hurst is None else hurst_exponent(hurst), _shown(shown, scan)
-    model = _model_of(wavelength.parts_of(scan["height"].values), pixel(scan), hurst, shown)
+    model = _fitted_parts(wavelength.scan_parts(scan["height"].values), pixel(scan), hurst, shown)
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
     out = out.assign(lay_strength=abs(model.lay), lay_direction=(across + 90) % 180)
     return record(label(out), "self_affine_fit", scan, hurst=hurst, shown=shown)
 
 
-def _model_of(
+def _fitted_parts(
     parts: wavelength.Parts | None, steps: tuple[float, float], hurst: float | None, shown: float | None
 ) -> Spectrum:
     """Fit the model to the spectrum of a scan's parts; NaN where all parts are flat or incomplete."""
-    least = np.nan if parts is None else wavelength.measures_of(parts.squares, steps).shortest
+    least = np.nan if parts is None else wavelength.spectrum_measures(parts.squares, steps).shortest
     shown = max(least, 2.0 * max(steps)) if shown is None else shown
     if parts is None or not np.isfinite(shown):
         return Spectrum(np.nan, np.nan, np.nan, shown, np.nan, np.nan)
-    model = _fitted(*in_band(parts, steps, shown), shown, pixel=max(steps), hurst=hurst)
-    return model._replace(lay=_lay_of(parts, steps, shown))
+    model = _fitted(*fit_band_rings(parts, steps, shown), shown, pixel=max(steps), hurst=hurst)
+    return model._replace(lay=_lay(parts, steps, shown))
 
 
-def _lay_of(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> complex:
+def _lay(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> complex:
     """Return the power-weighted mean of exp(2iθ) over the fit band; 0 if it is not significant."""
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(parts.squares.shape, steps)]
     wavevector = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
@@ -138,15 +138,15 @@ def _lay_of(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -
     return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (wavevector.size * parts.number)) else 0.0
 
 
-def in_band(
+def fit_band_rings(
     parts: wavelength.Parts, steps: tuple[float, float], shown: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return `rings` of a scan's parts within the fit band."""
     q, psd, modes = rings(parts.squares, steps)
-    return _next_to(q, psd, modes * parts.number, shown)
+    return _fit_band_part(q, psd, modes * parts.number, shown)
 
 
-def _next_to(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _fit_band_part(q, psd, modes, shown: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the part of a spectrum within the fit band."""
     inside = (2 * np.pi / q >= shown) & (2 * np.pi / q <= _FIT_BAND * shown)
     return q[inside], psd[inside], modes[inside]
@@ -228,7 +228,7 @@ def add_fine_roughness(
         model = known_spectrum(spectrum, model.shown, model.lay)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    added = nested_roughness(axes["x"].values, axes["y"].values, model.of, model.shown, shortest, seed)
+    added = nested_roughness(axes["x"].values, axes["y"].values, model.directional_density, model.shown, shortest, seed)
     height = band_limited(height, n) + added
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     made = {f"fine_{name}": value for name, value in made.items()}
@@ -247,7 +247,7 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
     modes = fit["psd_modes"].values / _REPEATED if "psd_modes" in fit else np.ones(q.size)
     last = 2 * np.pi / q[-1] * (1 - 1e-9)
-    model = _fitted(*_next_to(q, psd, modes, last), last)
+    model = _fitted(*_fit_band_part(q, psd, modes, last), last)
     return model._replace(shown=shown, lay=lay, measured=(np.log(q), np.log(psd)))
 
 
@@ -328,7 +328,7 @@ def hurst_exponent(value: Any) -> float:
 
 
 def _shown(value: Any, scan: xr.Dataset) -> float | None:
-    """Return the given shortest wavelength (nm), None if it shall be estimated."""
+    """Return the given shortest wavelength (nm), None to estimate it."""
     if value is None:
         return None
     number, least = positive(value, "nm", "shown"), 2 * max(pixel(scan))

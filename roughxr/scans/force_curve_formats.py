@@ -1,4 +1,4 @@
-"""Recognize files of force curves or of several scans, and refuse them with advice on how to open them."""
+"""Recognize files of force curves or of several scans, and refuse them with advice."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from .channel import UnreadableScan, first_bytes, is_igor
 #: First bytes of NanoScope's force curves and force volumes; its images begin with "\*File list".
 NANOSCOPE = b"\\*Force file list"
 
-#: Words in the first lines of text files of curves, by the name of their format.
+#: Words in the first lines of text files of curves, by format.
 TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
 
 #: First bytes of a zip file.
 ZIP = b"PK\x03\x04"
 
-#: Names of the metadata of a container of contact.engineering, the first that is there.
+#: Names of the metadata in a container of contact.engineering, in the order of preference.
 METADATA = ("index.json", "meta.yml")
 
 
 def curves_in(path: Path) -> str:
-    """Return the format of the force curves that a file contains, empty where none are known; raise for NanoScope's."""
+    """Return the format of a file's force curves, empty if there are none; raise for NanoScope's."""
     head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
         raise UnreadableScan(
@@ -56,7 +56,7 @@ def refuse_curves(path: Path) -> None:
 
 
 def _zip_names(path: Path) -> list[str]:
-    """Return the names that a zip file lists, none of any other file."""
+    """Return the names of the files in a zip file; none for other files."""
     try:
         with zipfile.ZipFile(path) as archive:
             return archive.namelist()

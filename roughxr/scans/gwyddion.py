@@ -1,7 +1,7 @@
 """Gwyddion's own formats, both with rows from the top: ``.gsf`` through gsffile (extra ``afm``), and ``.gwy``.
 
-Format: http://gwyddion.net/documentation/user-guide-en/gwyfile-format.html. ``.gwy`` is read here, since
-SurfaceTopography lists images of heights alone, and gwyfile waits for ever at the end of a file cut short.
+Format: http://gwyddion.net/documentation/user-guide-en/gwyfile-format.html. ``.gwy`` has a reader of its own, since
+SurfaceTopography lists images of heights only, and gwyfile hangs on truncated files.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def gsf_channels(path: Path) -> list[Channel]:
             name=header.get("Title", "Topography"),
             units=header.get("ZUnits"),
             shape=values.shape,
-            # the format's default of 1 m is a size that nobody stated
+            # not the format's default of 1 m
             size=(header["XReal"], header["YReal"]) if {"XReal", "YReal"} <= set(header) else None,
             lateral_units=header.get("XYUnits"),
             read=partial(np.asarray, values, dtype=float),
@@ -81,7 +81,7 @@ def _gwy_rows(field: dict[str, Any], mask: dict[str, Any] | None) -> np.ndarray:
 
 
 def _object(data: bytes, start: int, stop: int) -> tuple[dict[str, Any], int]:
-    """Return the components of the object at ``start``, and where it ends."""
+    """Return the components of the object at ``start``, and its end."""
     _, at = _text(data, start, stop)
     end = at + 4 + struct.unpack_from("<I", data, at)[0]
     if end > stop:
@@ -94,7 +94,7 @@ def _object(data: bytes, start: int, stop: int) -> tuple[dict[str, Any], int]:
 
 
 def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
-    """Return the value of a component of a kind, and where it ends: capitals are arrays."""
+    """Return the value of a component of a kind (capitals are arrays), and its end."""
     count, start = 1, at
     if kind.isupper():
         count, start = struct.unpack_from("<I", data, at)[0], at + 4
@@ -113,7 +113,7 @@ def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
 
 
 def _text(data: bytes, start: int, stop: int) -> tuple[str, int]:
-    """Return the text that ends with a zero byte, in UTF-8 or as older programs write it, and where it ends."""
+    """Return the text up to a zero byte, in UTF-8 or Latin-1 (of older programs), and its end."""
     end = data.index(b"\0", start, stop)
     text = data[start:end]
     try:

@@ -64,7 +64,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
 
 
 def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
-    """Return where heights are excluded."""
+    """Return a mask of the excluded heights."""
     mask = entered(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
         raise ValueError(

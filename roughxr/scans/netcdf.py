@@ -26,7 +26,7 @@ HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 class _Image(BackendArray):
-    """Heights (x, y) in nm, read at the first look."""
+    """Heights (x, y) in nm, read on first use."""
 
     def __init__(self, read: Callable[[], np.ndarray], shape: tuple[int, ...]):
         self.read, self.shape, self.dtype = read, shape, np.dtype(float)
@@ -45,7 +45,7 @@ class _Image(BackendArray):
 
 
 def _heights(path: Path, stored: xr.Variable, mask: xr.Variable | None, ratio: float, width: float) -> np.ndarray:
-    """Return stored values as heights, so many nm for each unit, of a scan of a width (nm)."""
+    """Return stored values times ``ratio`` as heights (nm) of a scan of a width (nm)."""
     try:
         heights = stored.values.astype(float) * ratio
         if mask is not None:
@@ -57,7 +57,7 @@ def _heights(path: Path, stored: xr.Variable, mask: xr.Variable | None, ratio: f
 
 
 def is_netcdf(head: bytes) -> bool:
-    """Return whether a file begins as NetCDF 3 or 4 does."""
+    """Return whether a file begins as NetCDF 3 or 4."""
     return head.startswith((CLASSIC, HDF5))
 
 
@@ -73,7 +73,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 
 
 def unread(path: Path) -> xr.Dataset:
-    """Return a file's Dataset, unread; of an archive with groups, the group ``scan``."""
+    """Return a file's Dataset, unread; for an archive with groups, the group ``scan``."""
     engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     opened = partial(xr.open_dataset, path, engine=engine, cache=False, decode_times=False)
     ds = opened()
@@ -87,7 +87,7 @@ def unread(path: Path) -> xr.Dataset:
 
 
 def variable_names(path: Path) -> list[str]:
-    """Return the names of the variables that a scan can be read from."""
+    """Return the names of the variables with heights."""
     with unread(path) as ds:
         return _lengths(ds)
 
@@ -122,7 +122,7 @@ def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str
 
 
 def _is_surface_topography(ds: xr.Dataset, name: str) -> bool:
-    """Return whether a file has any mark of SurfaceTopography's convention; an incomplete one is refused later."""
+    """Return whether a file has any mark of SurfaceTopography's convention; incomplete files are refused later."""
     marks = any("length" in ds[axis].attrs for axis in ("x", "y") if axis in ds.variables)
     return name == "heights" and (marks or "unit" in ds[name].attrs)
 
@@ -146,7 +146,7 @@ def _surface_topography(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
 
 
 def _cf(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
-    """Return the scan of a labelled file, whichever way its axes run."""
+    """Return the scan of a labelled file, with ascending axes."""
     dims = {}
     for dim in map(str, ds[name].dims):
         if dim not in ds.coords:
@@ -163,7 +163,7 @@ def _cf(ds: xr.Dataset, name: str, path: Path) -> xr.Dataset:
 
 
 def _ratio(variable: xr.DataArray, path: Path, attribute: str = "units") -> float:
-    """Return nm per unit of a variable; SurfaceTopography's attribute is ``unit``, all others' ``units``."""
+    """Return nm per unit of a variable; the attribute is ``units``, in SurfaceTopography ``unit``."""
     units = variable.attrs.get(attribute)
     if not is_length(units):
         raise UnreadableScan(path, f"{variable.name}: expected {attribute!r} of a length, found {units!r}")
@@ -179,7 +179,7 @@ def _scan(
     ratio: float,
     path: Path,
 ) -> xr.Dataset:
-    """Return the labelled, unread scan, heights of ``turned`` along ``dims``; of roughxr's own files all else stays.
+    """Return the labelled, unread scan, heights of ``turned`` along ``dims``; roughxr's own files keep everything else.
 
     Drop the encoding: packing would quantise results.
     """

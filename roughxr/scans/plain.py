@@ -1,7 +1,7 @@
 """Plain numbers: text matrices and ``.npy`` arrays, first row at the top; the caller gives missing sizes and units.
 
-A text matrix does not say how many rows it has, so that a file cut short looks whole; where its header gives the size,
-the pixels must therefore come out square unless the caller gives the size too.
+A text matrix does not state its number of rows, so that a truncated file looks complete. If its header states the size,
+pixels must therefore be square, unless the caller gives the size as well.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def text_channels(path: Path) -> list[Channel]:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text of a file in UTF-8, in UTF-16 as spreadsheets write "Unicode text", or as older programs do."""
+    """Return the text of a file in UTF-8, UTF-16 (spreadsheets' "Unicode text") or Latin-1 (older programs)."""
     if data.startswith(_UTF16):
         return data.decode("utf-16")
     try:

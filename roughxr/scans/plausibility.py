@@ -1,4 +1,4 @@
-"""Warnings about a scan, with numbers: the usual signs of wrong units or of a default size."""
+"""Warnings about implausible scans: wrong units, a default size, recording faults."""
 
 from __future__ import annotations
 
@@ -11,43 +11,45 @@ import xarray as xr
 from ..vocabulary.schema import pixel
 from .channel import UnreadableScan
 
-#: Where neighbouring pixels correlate less than this, the data are garbled, or noise alone.
+#: Least correlation of neighbouring pixels; below, the data are garbled or pure noise.
 _LEAST_CORRELATION = 0.1
 
-#: With fewer lines than this, a correlation may be chance.
+#: Least number of lines for a correlation: with fewer it may be chance.
 _FEWEST_LINES = 16
 
-#: A scar: a line that differs from its neighbours this many times more than any line in the other direction.
+#: A scar is a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
 
-#: A fault: a jump between lines this many times the median jump, and `_SCAR_RATIO` times any in the other direction.
+#: A fault is a jump between lines of this many times the median jump, and `_SCAR_RATIO` times any in the other
+#: direction.
 _JUMP_RATIO = 10.0
 
-#: Wrapped around: neighbours differ by this share of the range, in at least this many pairs, and this share of the
-#: heights lies in the middle half of the range. A grating of two levels has hardly any heights there.
+#: Heights wrapped around if neighbours differ by this share of the range, in at least this many pairs, and this share
+#: of the heights lies in the middle half of the range, where a grating of two levels has hardly any.
 _WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
-#: Clipped: this share of the pixels has exactly the highest or lowest value, and this many times those at the next one.
+#: Heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
+#: next value.
 _CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
 
-#: Pixels wider than this, nm, show nothing of contacts of spheres of some micrometres.
+#: Largest pixel, nm, that resolves contacts of spheres of some micrometres.
 _WIDEST_PIXEL = 1000.0
 
-#: Heights ranging over more than this many scan sizes are no scan in any units: the file is damaged.
+#: Largest range of heights, in scan sizes; beyond, the file is damaged.
 ABSURD_RANGE = 1e3
 
-#: A value farther from all other heights than this many times their range marks missing pixels.
+#: Least distance of a mark of missing pixels from all heights, in ranges of these.
 _OFF_RATIO = 10.0
 
 
 class ImplausibleScan(UserWarning):
-    """A scan was read as its file states, but the statement is improbable."""
+    """A file's statement about a scan is improbable; the scan is read as stated."""
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
-    """Raise UnreadableScan if heights are infinite, range over a thousand widths, or hold a mark for missing pixels."""
+    """Raise UnreadableScan if heights are infinite, range over a thousand widths, or include a missing-pixel mark."""
     low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
-    marks = _standing_off(height, width) if high - low > width else []
+    marks = _missing_mark(height, width) if high - low > width else []
     if marks:
         raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
     if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
@@ -56,8 +58,8 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
         )
 
 
-def _standing_off(height: np.ndarray, least: float = 0.0) -> list[str]:
-    """Return a warning where one value is many times the others' range, and over ``least`` nm, away from them."""
+def _missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
+    """Return a warning if one value is many ranges of all others, and over ``least`` nm, away from them."""
     known = height[np.isfinite(height)]
     for value in (known.min(), known.max()):
         others = known[known != value]
@@ -72,12 +74,12 @@ def _standing_off(height: np.ndarray, least: float = 0.0) -> list[str]:
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about a scan, one sentence with numbers for each; empty if nothing is."""
+    """Return a sentence for each implausible property of a scan."""
     return [*size_doubts(ds), *_height_doubts(ds["height"].values, pixel(ds))]
 
 
 def size_doubts(ds: xr.Dataset) -> list[str]:
-    """Return what is implausible about the lateral size, without reading the heights."""
+    """Return a sentence for each implausible property of the lateral size, without reading the heights."""
     doubts, steps = [], pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
@@ -94,7 +96,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     relief = float(np.nanmax(height) - np.nanmin(height))
     if relief == 0:
         return ["all heights are equal"]
-    doubts = _standing_off(height)
+    doubts = _missing_mark(height)
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
         doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
@@ -106,7 +108,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
 
 
 def faults(height: np.ndarray) -> list[str]:
-    """Return the faults of recording that heights show: clipped, wrapped around, or lines out of place."""
+    """Return a sentence for each recording fault: clipped or wrapped heights, shifted lines."""
     if np.nanmin(height) == np.nanmax(height):
         return []
     lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
@@ -114,7 +116,7 @@ def faults(height: np.ndarray) -> list[str]:
 
 
 def _clipped(height: np.ndarray) -> list[str]:
-    """Return a warning where many pixels share the highest or lowest value, as at the end of a converter's range."""
+    """Return a warning if many pixels share the highest or lowest value, as at the end of a converter's range."""
     levels, counts = np.unique(height[np.isfinite(height)], return_counts=True)
     ends = (("highest", levels[-1], counts[-1], counts[-2]), ("lowest", levels[0], counts[0], counts[1]))
     return [
@@ -125,7 +127,7 @@ def _clipped(height: np.ndarray) -> list[str]:
 
 
 def _wrapped(height: np.ndarray) -> list[str]:
-    """Return a warning where neighbours lie at opposite ends of the range, most heights between: 16 bits overflow."""
+    """Return a warning if neighbours lie at opposite ends of the range and most heights between: an overflow."""
     low, high = float(np.nanmin(height)), float(np.nanmax(height))
     jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
     between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
@@ -138,7 +140,7 @@ def _wrapped(height: np.ndarray) -> list[str]:
 
 
 def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.ndarray]) -> tuple[float, int, str, float]:
-    """Return how many times the median one line deviates, its number and axis, and the same ratio across."""
+    """Return the most outlying line's deviation over the median, its number and axis, and the ratio across."""
     worst = []
     for axis, lines in zip("xy", (height, height.T)):
         far = deviations(lines)
@@ -147,7 +149,7 @@ def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.nda
 
 
 def _line_jump(height: np.ndarray) -> list[str]:
-    """Return a warning where the heights change by a step from one line to the next, as none do across."""
+    """Return a warning if heights jump between two lines, and not in the other direction."""
     ratio, line, axis, across = _outlying_line(height, lambda z: np.abs(np.nanmedian(np.diff(z, axis=0), axis=1)))
     if ratio < max(_JUMP_RATIO, _SCAR_RATIO * across):
         return []
@@ -155,7 +157,7 @@ def _line_jump(height: np.ndarray) -> list[str]:
 
 
 def _scar(height: np.ndarray) -> list[str]:
-    """Return a warning where one line stands off its neighbours as none does across: debris is as rough both ways."""
+    """Return a warning if one line differs from its neighbours, and none in the other direction (unlike debris)."""
     ratio, line, axis, across = _outlying_line(
         height, lambda z: np.sqrt(np.nanmean((z[1:-1] - 0.5 * (z[:-2] + z[2:])) ** 2, axis=1))
     )
@@ -166,9 +168,9 @@ def _scar(height: np.ndarray) -> list[str]:
 
 
 def _garbled(height: np.ndarray) -> list[str]:
-    """Return a doubt where neighbouring heights, or whole lines, are as if drawn at random.
+    """Return a warning if neighbouring heights, or whole lines, are uncorrelated.
 
-    Their correlations are those of ranks: a few spikes hide nothing.
+    Correlations are those of ranks, which a few spikes do not affect.
     """
     some = np.ascontiguousarray(height[: min(len(height), 512), :512])
     order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")

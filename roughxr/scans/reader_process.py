@@ -1,8 +1,8 @@
 """Read foreign files in a separate process, so that no file can hang or crash the caller.
 
-A process serves all files of a session that one reader reads, and ends with its caller. This file is both sides:
-imported, it is the client; run as a script, it is the server. A reader is a file that imports nothing of roughxr and
-has a function ``read(path, **options)`` whose result can be pickled.
+A process serves all files of one reader in a session, and ends with its caller. Imported, this file is the client; run
+as a script, it is the server. A reader is a file that imports nothing of roughxr and has a function ``read(path,
+**options)`` whose result can be pickled.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
             late = clock.finished.is_set()
             raise ReadingFailed(_reason(late, limit, _ended(process))) from None
         except BaseException:
-            _ended(process)  # interrupted: a late answer would be read as that to the next question
+            _ended(process)  # interrupted: a late answer would belong to the next question
             raise
         finally:
             clock.cancel()
@@ -57,7 +57,7 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
 
 
 def _process(reader: str) -> subprocess.Popen:
-    """Return this process's own reader; after a fork, the parent's reader is not used."""
+    """Return this process's reader; after a fork, not the parent's."""
     process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
         if process is not None:
@@ -84,7 +84,7 @@ def _ended(process: subprocess.Popen) -> int:
 def _reason(late: bool, limit: float, code: int) -> str:
     if late:
         return (
-            f"reading was stopped after {limit:.0f} s, longer than any intact file of its length needs: damaged, or on "
+            f"reading was stopped after {limit:.0f} s, longer than any intact file of its size needs: damaged, or on "
             "a slow disk; open it in the program that wrote it, and save or export it again"
         )
     return f"damaged: the process that read it was ended by {signal.Signals(-code).name if code < 0 else code}"

@@ -21,7 +21,7 @@ class Window(NamedTuple):
 
     rows: slice
     columns: slice
-    #: Pixels that the full window has before the scan begins, along x and y (> 0 at the scan's edge only).
+    #: Number of pixels of the full window before the scan begins, along x and y (> 0 at the scan's edge only).
     missing: tuple[int, int]
     #: Offsets from the contact centre, nm, of the first pixel in the full window.
     origin: tuple[float, float]
@@ -35,7 +35,7 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     ds : Dataset
         A scan, or any Dataset with ``subregion_x`` and ``subregion_y``.
     subregions : (int, int), (array, array) or Dataset, optional
-        Two whole numbers: the centres of a grid of so many tiles along x and y. Two arrays: x and y of the centres,
+        Two whole numbers: the centres of a grid of this many tiles along x and y. Two arrays: x and y of the centres,
         nm. A Dataset: its centres, from `resting` with their shares of particles. By default the centres on ``ds``,
         else one in its middle.
 
@@ -75,7 +75,7 @@ def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
     return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
 
 
-#: Scalar coordinates in which a catalogue keeps its scan's outer edges.
+#: Scalar coordinates of a catalogue: its scan's outer edges.
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
 

@@ -1,4 +1,4 @@
-"""Roughness numbers: the paper's two, and the height and hybrid parameters of ISO 25178-2.
+"""Roughness parameters: the paper's two, and the height and hybrid parameters of ISO 25178-2.
 
 The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean: R_a = mean |Z|,
 R_q = sqrt(mean Z²). (The values that it prints are sqrt(sum Z²) / MN instead, too small by 512 for its 512 x 512
@@ -22,14 +22,14 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan; missing pixels are left out.
+        A scan; missing pixels do not count.
 
     Returns
     -------
     Dataset
         Scalars ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z`` in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of
         unit 1 (about the least-squares plane), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0). Size and pixel
-        are coordinates, origin and levelling history attributes. Lazy where the scan is.
+        are coordinates, origin and levelling history attributes. Lazy if the scan is.
 
     Notes
     -----

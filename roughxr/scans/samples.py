@@ -1,4 +1,4 @@
-"""Samples that come with the library."""
+"""Scans shipped with the library."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import xarray as xr
 from ..archive import opened
 from ..vocabulary import schema
 
-#: Beside the modules in an installed package, beside the package in a checkout.
+#: Folder of the samples in an installed package, and in a checkout.
 _FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")
 
 
 def open_sample(name: str = "glass") -> xr.Dataset:
-    """Return a scan that comes with the library, in memory.
+    """Return a scan shipped with the library, in memory.
 
     Parameters
     ----------
     name : {"glass", "rough"}
         "glass" is a synthetic twin of the unpublished glass scan of Cheng, Dunn & Brach: made from a seed by
-        `synthetic` and fitted to the figures they print. It is no measurement. "rough" is one: a quarter of a
-        scan of a randomly rough surface, 5 µm wide; its attributes state its source and licence.
+        `synthetic` and fitted to their figures. It is not a measurement. "rough" is measured: a quarter of a scan of a
+        randomly rough surface, 5 µm wide; its attributes state its source and licence.
 
     Returns
     -------

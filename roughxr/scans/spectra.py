@@ -17,12 +17,12 @@ import xarray as xr
 from ..vocabulary.schema import label, pixel, validate
 from ..vocabulary.text import warn
 
-#: Share of missing pixels above which there is no spectrum.
+#: Largest share of missing pixels for a spectrum.
 MOST_MISSING = 0.01
 
 
 def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
-    """Return the power spectrum of a scan's heights, not levelled first, averaged over rings of wavevectors.
+    """Return the power spectrum of a scan's heights, averaged over rings of wavevectors, without levelling.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN with a warning and an attribute ``missing`` where more pixels are missing.
+        NaN with a warning and an attribute ``missing`` if more pixels are missing.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
     radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))
-    weights = 1.0 if window is None else window_of(window, shape)
+    weights = 1.0 if window is None else unit_window(window, shape)
     q, psd, modes = ring_means(_spectrum(scan["height"].values, weights, steps), radius, width)
     maps = {"psd": ("wavevector", psd), "psd_modes": ("wavevector", modes)}
     out = label(xr.Dataset(maps, {"wavevector": q}, scan.attrs))
@@ -78,7 +78,7 @@ def ring_means(values: np.ndarray, radius: np.ndarray, width: float) -> tuple[np
     return np.where(members > 0, centre, np.arange(members.size) * width), mean, members
 
 
-def window_of(name: str, shape: tuple[int, ...]) -> np.ndarray:
+def unit_window(name: str, shape: tuple[int, ...]) -> np.ndarray:
     """Return a separable window of mean square one."""
     from scipy.signal import get_window
 

@@ -1,4 +1,4 @@
-"""Synthetic surfaces from a seed: the same on any machine, with any version of the libraries."""
+"""Synthetic surfaces from a seed, equal on any machine and with any version of the libraries."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
 
-#: Separate PCG64 streams for heights and for particles on them, so that either may change alone.
+#: Separate PCG64 streams for heights and for particles on them, so that they are independent.
 HEIGHTS, OTHERS = 0, 1
 
 
@@ -29,7 +29,7 @@ def self_affine(
     """Return a Gaussian random surface with a power-law spectrum.
 
     White noise is filtered so that the spectral density at wavelength ℓ goes as [1 + (rolloff/ℓ)²]^−(1 + hurst):
-    flat at wavelengths above the roll-off, self-affine below. The surface continues periodically.
+    flat at wavelengths above the roll-off, self-affine below. The surface is periodic.
 
     Parameters
     ----------
@@ -42,14 +42,14 @@ def self_affine(
     rolloff : number or quantity
         Roll-off wavelength, nm.
     cutoff : number or quantity, optional
-        Shortest wavelength, nm; by default whatever the pixels resolve.
+        Shortest wavelength, nm; by default two pixels.
     seed : int
         The same seed gives the same surface.
 
     Returns
     -------
     Dataset
-        A scan: ``height`` (x, y), nm, and its making in the attributes.
+        A scan: ``height`` (x, y), nm, with its parameters in the attributes.
 
     References
     ----------
@@ -92,7 +92,7 @@ def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
 
 
 def labelled(height: np.ndarray, pixel: float, title: str, made: dict[str, Any]) -> xr.Dataset:
-    """Return heights as a scan that states in its attributes how it was made."""
+    """Return heights as a scan with the parameters of its making in the attributes."""
     axes = {axis: (axis, (np.arange(n) + 0.5) * pixel) for axis, n in zip("xy", height.shape)}
     attrs: dict[str, Any] = {"title": title, "synthetic": "yes", "source": "roughxr.scans.synthetic"}
     attrs |= {name: list(v) if isinstance(v, tuple) else v for name, v in made.items() if v is not None}

@@ -1,9 +1,9 @@
-"""The scanning tip: its distortion of a surface, the reconstruction, and the asperities that it hides.
+"""The scanning tip: its distortion of a surface, the reconstruction, and the asperities sharper than the tip.
 
 The image by a parabolic tip of apex radius R is the surface's grey-scale dilation by −r²/(2R). A summit of radius ρ has
-an image of radius ρ + R: where that hardly exceeds R, ρ is a small difference of large numbers and uncertain. Erosion
-removes the tip, exactly at places that it touched. References: Keller, Surf. Sci. 253 (1991) 353; Villarrubia, J. Res.
-NIST 102 (1997) 425.
+an image of radius ρ + R; if that hardly exceeds R, ρ is a small difference of large numbers and uncertain. Erosion
+removes the tip exactly where it touched the surface. References: Keller, Surf. Sci. 253 (1991) 353; Villarrubia, J.
+Res. NIST 102 (1997) 425.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ..vocabulary.units import Quantity, positive
 
 
 def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
-    """Return the image that a parabolic tip takes of a surface.
+    """Return the image of a surface by a parabolic tip.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
 
 
 def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
-    """Return the highest surface that has this image under a parabolic tip.
+    """Return the highest surface with this image by a parabolic tip.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The scan with the tip removed, nowhere higher than the image (nm). It is the surface itself wherever the
-        tip touched it; noise sharper than the tip becomes sharper still.
+        The scan with the tip's effect removed, nowhere higher than the image (nm). It equals the surface where the tip
+        touched it; noise sharper than the tip becomes even sharper.
     """
     return _swept(ds, tip_radius, "erode")
 
@@ -84,12 +84,12 @@ def _highest(height: np.ndarray, axis: int, step: float, radius: float) -> np.nd
 
 
 def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
-    """Flag the asperities of an image that are sharper than the tip that took it.
+    """Flag the asperities of an image that are sharper than its tip.
 
     Parameters
     ----------
     catalogue : Dataset
-        Asperities as found in the image.
+        Asperities of the image.
     tip_radius : number or quantity
         Of the tip's apex, nm.
 
@@ -97,9 +97,9 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     -------
     Dataset
         The catalogue with ``sharper_than_tip`` (the summit has a smaller radius than the tip: image radius below 2R),
-        ``beyond_tip`` (image radius below R, which no such tip can draw: noise, or a sharper tip), and
-        ``curvature_recovered`` (nm⁻¹): the summit's larger principal curvature, 1/(ρ − R) of the image's radius ρ; NaN
-        beyond the tip.
+        ``beyond_tip`` (image radius below R, impossible with this tip: noise, or a sharper tip), and
+        ``curvature_recovered`` (nm⁻¹): the summit's larger principal curvature, 1/(ρ − R) for an image of radius ρ; NaN
+        for ``beyond_tip``.
 
     Examples
     --------

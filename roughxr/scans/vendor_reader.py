@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-#: SurfaceTopography readers that are not used: formats read elsewhere in this package, and formats without
+#: SurfaceTopography readers that are not used: of formats with other readers in this package, and of formats without
 #: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
 UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
 

@@ -14,7 +14,7 @@ import numpy as np
 from . import vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, direction_in, first_bytes, is_igor, is_length, read_in_process
 
-#: First bytes that belong to one format only, whatever other readers make of the file.
+#: First bytes that belong to one format only, even if other readers accept the file.
 SIGNATURES = {
     "di": (b"\\*File list", b"\\*EC File list"),
     "ps": (b"II*\0", b"MM\0*"),
@@ -54,7 +54,7 @@ def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channe
     columns, rows = image["points"]
     raw = image["header"].get("raw_metadata")
     raw = raw if isinstance(raw, dict) else {}
-    # SurfaceTopography converts heights to the lateral unit; a channel of no length keeps its own
+    # SurfaceTopography converts heights to the lateral unit, but not other channels
     stated = image["data_unit"] or image["units"]
     units = image["units"] if stated is None or is_length(stated) else stated
     return Channel(

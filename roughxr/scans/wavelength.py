@@ -1,6 +1,6 @@
-"""The shortest wavelength of a scan: pixels, and patches fitted to summits, must resolve it.
+"""The shortest wavelength of a scan, which pixels and patches fitted to summits must resolve.
 
-Wavelengths above it contribute 95 % of the mean square curvature ∫ q⁴ C(q) d²q. For a spectrum with a cut-off it is the
+Longer wavelengths contribute 95 % of the mean square curvature ∫ q⁴ C(q) d²q. For a spectrum with a cut-off it is the
 cut-off, within 3 % for Hurst exponents from 0 to 0.9. For roughness or noise down to the pixels it is about two pixels:
 such a scan does not resolve its summits.
 """
@@ -19,7 +19,7 @@ _NEGLECTED_SHARE = 0.05
 #: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
 _SIDE, _PARTS = 256, 4
 
-#: Heights less their plane, over the largest height, that are rounding errors.
+#: Largest rounding error of heights less their plane, over the largest height.
 _ROUNDING = 1e-11
 
 
@@ -39,7 +39,7 @@ class Parts(NamedTuple):
 
 @cached
 def spectral_measures(heights: np.ndarray, steps: tuple[float, float]) -> SpectralMeasures:
-    """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN where there are none.
+    """Return shortest wavelength and slope of heights on pixels of these steps (nm); NaN if pixels are missing.
 
     Examples
     --------
@@ -48,12 +48,12 @@ def spectral_measures(heights: np.ndarray, steps: tuple[float, float]) -> Spectr
     >>> 58 < spectral_measures(scan.height.values, (10.0, 10.0)).shortest < 63
     True
     """
-    parts = parts_of(heights)
-    return SpectralMeasures(np.nan, np.nan) if parts is None else measures_of(parts.squares, steps)
+    parts = scan_parts(heights)
+    return SpectralMeasures(np.nan, np.nan) if parts is None else spectrum_measures(parts.squares, steps)
 
 
-def parts_of(heights: np.ndarray) -> Parts | None:
-    """Return the mean spectrum of the evenly spread parts without missing pixels, None if there are none."""
+def scan_parts(heights: np.ndarray) -> Parts | None:
+    """Return the mean spectrum of evenly spread parts without missing pixels; None if there are none."""
     sides = [min(_SIDE, n) for n in heights.shape]
     starts = [
         np.unique(np.linspace(0, n - side, min(_PARTS, -(-n // side))).astype(int)).tolist()
@@ -78,7 +78,7 @@ def _squares(height: np.ndarray) -> np.ndarray:
     return np.abs(np.fft.fft2(height * window / np.sqrt(np.mean(window**2)))) ** 2 / height.size**2
 
 
-def measures_of(squares: np.ndarray, steps: tuple[float, float]) -> SpectralMeasures:
+def spectrum_measures(squares: np.ndarray, steps: tuple[float, float]) -> SpectralMeasures:
     """Return shortest wavelength and slope from the mean spectrum of a scan's parts."""
     wavenumber = np.hypot.outer(*map(np.fft.fftfreq, squares.shape, steps))
     slope = 2 * np.pi * float(np.sqrt((wavenumber**2 * squares).sum()))

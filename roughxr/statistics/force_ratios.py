@@ -77,9 +77,7 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
-        raise ValueError(
-            f"expected equal contact centres in both, found {sizes[0]} and {sizes[1]} that differ; solve at equal ones"
-        )
+        raise ValueError(f"expected the same contact centres in both, found {sizes[0]} and {sizes[1]} that differ")
     datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
     if datums[0] != datums[1]:
         raise ValueError(f"datum: expected the same for both, found {datums[0]!r} and {datums[1]!r}; solve again")

@@ -29,7 +29,7 @@ from ..kernels.topography.random_surface import band_rms
 from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import Spectrum, known_spectrum, rings, without_noise
 from ..scans.self_affinity import unlike_self_affine
-from ..scans.wavelength import parts_of
+from ..scans.wavelength import scan_parts
 from ..specimen import Specimen
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
@@ -214,7 +214,7 @@ def _lacks_short_wavelengths(ds: xr.Dataset, fitted: xr.Dataset) -> bool:
         return False
     rest = ds["height"] - smooth(ds, shortest=shown)["height"]
     inner = rest.isel(x=slice(4, -4), y=slice(4, -4))
-    return float(inner.std()) < 0.3 * band_rms(known_spectrum(fitted).at, shown, 2 * pixel)
+    return float(inner.std()) < 0.3 * band_rms(known_spectrum(fitted).density, shown, 2 * pixel)
 
 
 def with_hardness(ds: xr.Dataset) -> tuple[xr.Dataset, str]:
@@ -281,7 +281,7 @@ def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
 def _real_surface_spectrum(ds: xr.Dataset) -> Spectrum:
     """Return a spectrum below two pixels with the energy of the scan's finest octave and the slope of real surfaces."""
     heights, steps = ds["height"].values, schema.pixel(ds)
-    parts = parts_of(heights)
+    parts = scan_parts(heights)
     assert parts is not None  # no pixel is missing
     q, psd, _ = rings(parts.squares, steps)
     wavelength, shown = 2 * np.pi / q, _FINEST_OCTAVE[0] * max(steps)
@@ -370,7 +370,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
         forces.append(pulls[..., 0])
         guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
-            low = band_rms(model.at, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
+            low = band_rms(model.density, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
             converged = low or _settled(_means(forces), parts, accuracy)
         if converged or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
@@ -445,7 +445,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness, sides:
     mean, (below, above) = _mean(forces, centres), _spreads(entries, pilot, sides)
     if sides is not None:
         entries = entries | {"spectrum": 0.5 * sum(sides.widths()) / 1.96}
-    added = band_rms(model.at, model.shown, pilot.wavelengths[-1])
+    added = band_rms(model.density, model.shown, pilot.wavelengths[-1])
     out = xr.Dataset(
         {
             "pull_off_force": (("subregion", "seed"), forces),

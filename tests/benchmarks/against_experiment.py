@@ -159,7 +159,7 @@ def on_diamond(seed, cells, *, hardness, ruby, spectrum, law):
     radius, cell = 250_000.0, 9400.0 / cells
     model = known_spectrum(film_spectrum(), 1e5)._replace(tilt=float(ndtri(spectrum)))
     at = (np.arange(cells) + 0.5) * cell
-    height = np.hypot(1, ruby) * nested_roughness(at, at, model.of, 1e5, 4 * cell, seed)
+    height = np.hypot(1, ruby) * nested_roughness(at, at, model.directional_density, 1e5, 4 * cell, seed)
     bodies = {"contact_modulus": 280.0, "work_of_adhesion": 0.0463, "adhesion_range": 5.6, "hardness": hardness}
     pair = roughxr.assign_pair(scan_of(height, cell), sphere_radius=radius, **bodies)
     force = pull(pair, law="lennard_jones") if law < 0.5 else flattened_pull(pair)

@@ -27,7 +27,7 @@ import roughxr
 from roughxr.contact.adhesive_options import preload_problem
 from roughxr.contact.subpixel import AddedRoughness
 from roughxr.scans.fine_scales import Spectrum, rings
-from roughxr.scans.wavelength import parts_of
+from roughxr.scans.wavelength import scan_parts
 from roughxr.studies.extrapolation import Question, Surface
 
 SCANS = Path(__file__).parents[3] / "shared" / "scans"
@@ -98,7 +98,7 @@ def spectra():
     falls = []
     for name in SURFACES:
         heights, pixel = (truth := surface(name)).height.values, float(truth.x[1] - truth.x[0])
-        q, psd, _ = rings(parts_of(heights).squares, (pixel, pixel))
+        q, psd, _ = rings(scan_parts(heights).squares, (pixel, pixel))
         octave, energy = np.floor(np.log2(2 * np.pi / q / pixel) + 1e-9), q * psd * np.gradient(q)
         logs = [np.log(energy[octave == k].sum()) for k in (4, 3, 2)]
         falls.append((logs[1] - logs[2], logs[0] - logs[2]))
