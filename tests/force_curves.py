@@ -100,6 +100,18 @@ def write_nt_mdt(path, both):
     path.write_text("\n".join("\t".join(f"{v:.10g}".replace(".", ",") for v in row) for row in rows) + "\n")
 
 
+def write_chiaro(path, both):
+    """Write a cycle as Optics11's Chiaro does: load in µN, indentation, bending and piezo in nm, with a head."""
+    piezo, force = (np.concatenate(parts) for parts in zip(*both))
+    head = ["Date\t01/08/2018", "Time\t13:06:09", "Device:\tChiaro", "Software version\t1.0", f"k (N/m)\t{STIFFNESS}"]
+    head += ["Max load (µN)\t0.1", "Piezo position (nm) (Measured)\t100", "Piezo speed  (µm/s)\t1", ""]
+    head += ["Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo (nm)\tAuxiliary"]
+    bent = force / STIFFNESS
+    rows = np.c_[np.arange(piezo.size) * 1e-3, force * 1e-3, piezo - bent, bent, piezo, 0 * piezo]
+    lines = ["\t".join(f"{value:.10g}" for value in row) for row in rows]
+    path.write_text("\n".join(head + lines), encoding="ISO-8859-1")
+
+
 def write_asylum(path, both):
     """Write a cycle as an Igor wave of version 5 of three columns: Raw, Defl, ZSnsr in m, nothing marks the turn."""
     piezo, force = (np.concatenate(parts) for parts in zip(*both))

@@ -1,6 +1,7 @@
 """Curves in microscopes' files are what was written, by the file's calibration or the caller's and by no other."""
 
 import importlib.util
+import zipfile
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import xarray as xr
 
 import roughxr
 from roughxr.cli import main
+from roughxr.measured import curve_reader
 from roughxr.scans import UnreadableScan
 
 from . import force_curves as made
@@ -231,3 +233,78 @@ def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, caps
     np.testing.assert_allclose(again.pull_off_force, roughxr.open_pull_off(volume[0]).pull_off_force)
     assert main(["measured", str(volume[0]), "--spring-constant", "3"]) == 1
     assert "spring_constant: the file states" in capsys.readouterr().err
+
+
+def test_one_curve_prints_its_force(tmp_path, capsys):
+    made.write_asylum(tmp_path / "one.ibw", made.cycle(np.random.default_rng(0)))
+    assert main(["measured", str(tmp_path / "one.ibw")]) == 0
+    out, err = capsys.readouterr()
+    (line,) = [line for line in out.splitlines() if line.startswith("pull-off force:")]
+    value, error = map(float, line.removeprefix("pull-off force:").removesuffix("nN").split("±"))
+    assert abs(value - made.PULL) < 3 * error < 10 and not err.strip("\r ").count("Mean of empty slice")
+
+
+def test_a_wave_needs_no_notes_but_its_stiffness(tmp_path, monkeypatch):
+    both = made.cycle(np.random.default_rng(0))
+    made.write_asylum(tmp_path / "whole.ibw", both)
+    monkeypatch.setattr(made, "_NOTE", {"SpringConstant": made.STIFFNESS})
+    made.write_asylum(tmp_path / "bare.ibw", both)
+    whole, bare = (roughxr.open_pull_off(tmp_path / f"{name}.ibw") for name in ("whole", "bare"))
+    np.testing.assert_array_equal(bare.pull_off_force, whole.pull_off_force)
+    monkeypatch.setattr(made, "_NOTE", {"InvOLS": 5e-8})
+    made.write_asylum(tmp_path / "unknown.ibw", both)
+    with pytest.raises(UnreadableScan, match=r"deflections without spring_constant; give spring_constant='0.2 N/m'"):
+        roughxr.open_pull_off(tmp_path / "unknown.ibw")
+    given = roughxr.open_pull_off(tmp_path / "unknown.ibw", spring_constant=made.STIFFNESS)
+    np.testing.assert_array_equal(given.pull_off_force, whole.pull_off_force)
+
+
+@pytest.mark.parametrize("write", [made.write_chiaro, made.write_workshop])
+def test_texts_in_an_archive_are_its_curves(tmp_path, write):
+    rng, given = np.random.default_rng(3), GIVEN if write is made.write_workshop else {}
+    with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
+        archive.writestr("notes/readme.txt", "no curve")
+        for k in (1, 2, 10):
+            write(tmp_path / f"curve {k}.txt", made.cycle(rng))
+            archive.write(tmp_path / f"curve {k}.txt", f"curve {k}.txt")
+    together = roughxr.open_pull_off(tmp_path / "all.zip", **given)
+    alone = [roughxr.open_pull_off(tmp_path / f"curve {k}.txt", **given).pull_off_force for k in (1, 2, 10)]
+    np.testing.assert_array_equal(together.pull_off_force, np.concatenate(alone))
+
+
+def test_the_names_of_an_archive_are_searched_once(tmp_path, monkeypatch):
+    """afmformats searches them for each curve: 128 × 128 curves would take an hour."""
+    both, searched = made.cycle(np.random.default_rng(0), n=60), []
+    namelist = zipfile.ZipFile.namelist
+    monkeypatch.setattr(zipfile.ZipFile, "namelist", lambda self: searched.append(1) or namelist(self))
+    counts = []
+    for number in (5, 40):
+        made.write_jpk(tmp_path / f"{number}.jpk-qi-data", [both] * number)
+        searched.clear()
+        read = curve_reader.read(str(tmp_path / f"{number}.jpk-qi-data"), "zip", {}, {}, 0, number)
+        assert len(read["branches"]) == number
+        counts.append(len(searched))
+    assert counts[0] == counts[1]
+
+
+def test_calibrations_that_a_jpk_map_shares_are_those_of_each_curve(tmp_path):
+    both = made.cycle(np.random.default_rng(0))
+    made.write_jpk(tmp_path / "own.jpk-force-map", [both] * 3)
+    with (
+        zipfile.ZipFile(tmp_path / "own.jpk-force-map") as own,
+        zipfile.ZipFile(tmp_path / "shared.jpk-force-map", "w") as shared,
+    ):
+        common = {}
+        for name in own.namelist():
+            text = own.read(name)
+            if name.endswith("segment-header.properties"):
+                lines = text.decode().splitlines()
+                for k, channel in enumerate(("measuredHeight", "vDeflection")):
+                    stem = f"channel.{channel}.conversion-set."
+                    common |= {f"lcd-info.{k}.{line.partition(f'{channel}.')[2]}": 0 for line in lines if stem in line}
+                    lines = [line for line in lines if stem not in line] + [f"channel.{channel}.lcd-info.*={k}"]
+                text = "\n".join(lines).encode()
+            shared.writestr(name, text)
+        shared.writestr("shared-data/header.properties", "\n".join(common))
+    one, other = (roughxr.open_pull_off(tmp_path / f"{name}.jpk-force-map") for name in ("own", "shared"))
+    np.testing.assert_array_equal(one.pull_off_force, other.pull_off_force)

@@ -37,9 +37,14 @@ def describe(options: Namespace) -> None:
     if "reason" in ds:
         left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
-    print("\npull-off force, nN:")
-    intervals = statistics.bootstrap(ds, "pull_off_force")
-    print(intervals[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
+    force = ds["pull_off_force"].dropna("subregion")
+    if force.size == 1:
+        error = f" ± {number(ds['pull_off_uncertainty'].max(), digits=2)}" if "pull_off_uncertainty" in ds else ""
+        print(f"\npull-off force: {number(force[0], digits=4)}{error} nN")
+    else:
+        print("\npull-off force, nN:")
+        intervals = statistics.bootstrap(ds, "pull_off_force")
+        print(intervals[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
 

@@ -182,6 +182,7 @@ def _measurements(commands: Any) -> None:
     command = _command(commands, "measured", "measurements:describe", does)
     _add_measurement(command)
     _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.parquet"))
+    _flag(command, "-q --quiet", _QUIET)
     does = "compare the pull-off forces of a run with measured ones"
     command = _command(commands, "compare", "measurements:compare_with_run", does)
     _add(command, _RUN)

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..archive import raw
 from ..scans.channel import UnreadableScan, first_bytes, read_in_process
-from ..scans.force_curve_formats import ZIP, curves_in
+from ..scans.force_curve_formats import TEXTS, ZIP, curves_in
 from ..scans.netcdf import HDF5
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
@@ -111,7 +111,9 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
 
 
 def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
-    return read_in_process(path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, **which)
+    return read_in_process(
+        path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, texts=TEXTS, **which
+    )
 
 
 def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:

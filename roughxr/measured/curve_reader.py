@@ -1,28 +1,31 @@
 """Read force-distance curves through afmformats in `scans.reader_process`; imports nothing of roughxr.
 
-The content of a file decides its format, not its name. The piezo's travel separates approach and retraction, since not
-every format marks them.
+The content of a file decides its format, not its name. The piezo's travel separates approach and retraction, since
+not every format marks them. Two formats are read here: JPK's archives, of which afmformats searches all names for each
+curve; and Asylum's waves, of which it requires notes that no curve needs.
 """
 
 from __future__ import annotations
 
 import os
-from functools import lru_cache
+import re
+import tempfile
+import zipfile
+from collections import defaultdict
+from functools import lru_cache, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-#: afmformats' readers by the kind of file; the first that accepts the file is used.
+#: afmformats' readers by the kind of file that the caller found.
 _MODULES = {
-    "zip": ("fmt_jpk", "fmt_workshop.ws_map"),
-    "hdf5": ("fmt_hdf5",),
-    "igor": ("fmt_igor",),
-    "afmformats": ("fmt_tab",),
-    "workshop": ("fmt_workshop.ws_single",),
-    "chiaro": ("fmt_chiaro_txt",),
-    "nt-mdt": ("fmt_ntmdt_txt",),
+    "hdf5": "fmt_hdf5",
+    "afmformats": "fmt_tab",
+    "workshop": "fmt_workshop.ws_single",
+    "chiaro": "fmt_chiaro_txt",
+    "nt-mdt": "fmt_ntmdt_txt",
 }
 
 #: Columns of the travel, the sensor's first. In Chiaro's files "height (measured)" is an indentation.
@@ -32,17 +35,32 @@ _TRAVEL = ("height (measured)", "height (piezo)")
 #: Values of each curve's header that are returned.
 _HEADER_VALUES = ("spring constant", "sensitivity", "position x", "position y")
 
+#: JPK's conversions of the deflection, V → m → N: the value of each, its name, the one before, and its unit.
+_JPK_SLOTS = {"spring constant": ("force", "distance", "N"), "sensitivity": ("distance", "volts", "m")}
+_JPK_DEFLECTION = "channel.vDeflection.conversion-set.conversion."
 
-def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
-    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
+#: Names of an Asylum wave's columns.
+_ASYLUM = {"height (measured)": ("ZSnsr", "ZSensor", "LVDT"), "height (piezo)": ("Raw", "Height")}
+
+#: Largest size of a text in an archive, bytes.
+_LARGEST_TEXT = 2**28
+
+
+def read(
+    path: str, kind: str, known: dict[str, float], texts: dict[str, bytes], first: int = 0, last: int | None = None
+) -> dict[str, Any]:
+    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``.
+
+    ``texts`` are the words that distinguish the texts in an archive, by their kind.
+    """
     from afmformats import errors
 
-    stat = os.stat(path)
+    stat, given = os.stat(path), (tuple(known.items()), tuple(texts.items()))
     try:
-        name, read_by = _opened(path, kind, tuple(sorted(known.items())), stat.st_mtime_ns, stat.st_size)
+        name, curves = _opened(path, kind, *given, stat.st_mtime_ns, stat.st_size)
         if last is None:
-            return {"format": name, "curves": [_stated(curve["metadata"]) for curve in read_by]}
-        return {"branches": [_branches(curve["data"], kind) for curve in read_by[first:last]]}
+            return {"format": name, "curves": [_stated(curve["metadata"]) for curve in curves]}
+        return {"branches": [_branches(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
@@ -50,29 +68,154 @@ def read(path: str, kind: str, known: dict[str, float], first: int = 0, last: in
 
 
 @lru_cache(maxsize=1)
-def _opened(path: str, kind: str, known: tuple, *_state: int) -> tuple[str, list[dict[str, Any]]]:
+def _opened(path: str, kind: str, known: tuple, texts: tuple, *_state: int) -> tuple[str, list[dict[str, Any]]]:
     """Return the name of a file's format and its curves, with samples not read yet if the format allows."""
-    from afmformats.formats import formats_available
-    from afmformats.formats.fmt_jpk.jpk_reader import ArchiveCache
+    if kind == "igor":
+        return "Asylum Research (binarywave)", [_asylum(path, dict(known))]
+    if kind != "zip":
+        return _by_afmformats(Path(path), kind, dict(known))
+    archive = zipfile.ZipFile(path)
+    if "header.properties" in archive.namelist():
+        return "JPK Instruments (binary data)", _Jpk(archive, dict(known)).curves()
+    return _texts_in(archive, dict(known), dict(texts))
 
-    ArchiveCache.open_archives.clear()  # afmformats caches by file name, also files that have changed since
-    for module in _MODULES[kind]:
-        recipe = next(
-            recipe_class
-            for recipe_class in formats_available
-            if recipe_class.loader.__module__ == f"afmformats.formats.{module}"
-        )
-        if recipe.recipe.get("detect", lambda _: True)(Path(path)):
-            return f"{recipe.maker} ({recipe.descr})", recipe.loader(Path(path), meta_override=dict(known))
+
+def _by_afmformats(path: Path, kind: str, known: dict[str, float]) -> tuple[str, list[dict[str, Any]]]:
+    from afmformats.formats import formats_available
+
+    module = f"afmformats.formats.{_MODULES[kind]}"
+    recipe = next(recipe for recipe in formats_available if recipe.loader.__module__ == module)
+    if recipe.recipe.get("detect", lambda _: True)(path):
+        return f"{recipe.maker} ({recipe.descr})", recipe.loader(path, meta_override=known)
     raise ValueError("expected force-distance curves, found none that afmformats can read")
+
+
+def _texts_in(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[str, bytes]) -> tuple[str, list]:
+    """Return the curves of all texts in an archive, in the order of their names."""
+    name, curves = "", []
+    with tempfile.TemporaryDirectory() as folder:
+        for member in sorted(archive.namelist(), key=_natural):
+            with archive.open(member) as packed:
+                head = packed.read(4096)
+                kind = next((kind for kind, words in texts.items() if words in head), None)
+                if kind is not None:
+                    file = Path(folder) / "text"
+                    file.write_bytes(head + packed.read(_LARGEST_TEXT))
+                    name, own = _by_afmformats(file, kind, known)
+                    curves += [{**curve, "kind": kind} for curve in own]
+    if not curves:
+        raise ValueError("expected force-distance curves, found an archive without any that afmformats can read")
+    return f"{name} in an archive", curves
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """Return a key that sorts the numbers in names by their values."""
+    return [(int(part) if part.isdigit() else -1, part) for part in re.split(r"(\d+)", name)]
+
+
+class _Jpk:
+    """A JPK archive, whose names are searched once."""
+
+    def __init__(self, archive: zipfile.ZipFile, known: dict[str, float]):
+        self.archive, self.known = archive, known
+        self.segments: dict[str, dict[int, list[str]]] = defaultdict(lambda: defaultdict(list))  # of each curve
+        for name in archive.namelist():
+            if match := re.match(r"((?:index/\d+/)?)segments/(\d+)/.", name):
+                self.segments[match[1]][int(match[2])].append(name)
+        self.common, self.shared = self.properties("header.properties"), defaultdict[str, dict[str, Any]](dict)
+        shared = "shared-data/header.properties"
+        for key, value in (self.properties(shared) if shared in archive.namelist() else {}).items():
+            kind, number, rest = [*key.split(".", 2), "", ""][:3]
+            self.shared[f"{kind}.{number}"][rest] = value
+
+    def properties(self, name: str) -> dict[str, Any]:
+        """Return the properties in a member, numbers as such."""
+        lines = (line.partition("=") for line in self.archive.read(name).decode("latin-1").splitlines())
+        return {key.strip(): _number(value.strip()) for key, equals, value in lines if equals}
+
+    def stated(self, folder: str, number: int) -> dict[str, Any]:
+        """Return the properties of a segment of a curve."""
+        stated = self.properties(f"{folder}header.properties") if folder else {}
+        stated |= self.properties(f"{folder}segments/{number}/segment-header.properties")
+        for key in [key for key in stated if key.endswith(".*")]:
+            parent, kind, _ = key.rsplit(".", 2)
+            stated |= {f"{parent}.{rest}": value for rest, value in self.shared[f"{kind}.{stated[key]:g}"].items()}
+        stated |= self.common
+        for name, value in self.known.items():
+            slot, base, unit = _JPK_SLOTS[name]
+            scaling = {"multiplier": value, "offset": 0.0, "unit": unit}
+            stated |= {f"{_JPK_DEFLECTION}{slot}.scaling.{part}": own for part, own in scaling.items()}
+            stated[f"{_JPK_DEFLECTION}{slot}.base-calibration-slot"] = base
+        return stated
+
+    def curves(self) -> list[dict[str, Any]]:
+        """Return all curves, of which only the headers are read yet."""
+        from afmformats import errors
+
+        curves = []
+        for folder in sorted(self.segments, key=_natural):
+            stated = self.stated(folder, min(self.segments[folder]))
+            header = {f"position {key[-1]}": v for key, v in stated.items() if key[:-1].endswith("header.position.")}
+            values = {name: f"{_JPK_DEFLECTION}{slot}.scaling.multiplier" for name, (slot, *_) in _JPK_SLOTS.items()}
+            if missing := [name for name, key in values.items() if key not in stated]:
+                raise errors.MissingMetaDataError(missing)
+            header |= {name: stated[key] for name, key in values.items()}
+            curves.append({"metadata": header, "data": partial(self.columns, folder)})
+        return curves
+
+    def columns(self, folder: str) -> dict[str, np.ndarray]:
+        """Return the columns of a curve, all segments in a row."""
+        from afmformats.formats.fmt_jpk import jpk_data
+
+        parts = defaultdict(list)
+        for number, names in sorted(self.segments[folder].items()):
+            stated = self.stated(folder, number)
+            channels = {Path(name).stem: name for name in names if name.endswith(".dat")}
+            for column, possible in jpk_data.JPK_COLUMNS.items():
+                name = next((name for name in possible if name in channels), None)
+                if name is not None:
+                    with self.archive.open(channels[name]) as file:
+                        values, unit, _ = jpk_data.load_dat_unit(file, name, stated, jpk_data.JPK_SLOTS[column])
+                    if unit != jpk_data.JPK_UNITS[column]:
+                        raise ValueError(f"expected {column} in {jpk_data.JPK_UNITS[column]}, found {unit}")
+                    parts[column].append(values)
+            parts["segment"].append(np.full(parts["force"][-1].size if parts["force"] else 0, number))
+        whole = (column for column, values in parts.items() if len(values) == len(self.segments[folder]))
+        return {column: np.concatenate(parts[column]) for column in whole}
+
+
+def _number(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _asylum(path: str, known: dict[str, float]) -> dict[str, Any]:
+    """Return the curve in an Igor wave of Asylum's."""
+    from afmformats import errors
+    from igor2 import binarywave
+
+    wave = binarywave.load(path)["wave"]
+    notes = dict(line.split(":", 1) for line in wave["note"].decode("latin-1").split("\r") if ":" in line)
+    keys = {"spring constant": "SpringConstant", "sensitivity": "InvOLS"}
+    header = {name: float(notes[key]) for name, key in keys.items() if notes.get(key, "").strip()} | known
+    if "spring constant" not in header:
+        raise errors.MissingMetaDataError(["spring constant"])
+    labels = [label.decode("latin-1") for label in wave["labels"][1]][1:]
+    values = dict(zip(labels, wave["wData"].T.astype(float)))
+    data = {column: -values[name] for column, names in _ASYLUM.items() for name in names if name in values}
+    bent = next((values[name] for name in ("Defl", "Deflection") if name in values), None)
+    return {"metadata": header, "data": data if bent is None else {**data, "force": bent * header["spring constant"]}}
 
 
 def _stated(metadata: Any) -> dict[str, float]:
     return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
-def _branches(data: Any, kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
+def _branches(curve: dict[str, Any], kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
     """Return the last approach and the retraction after it, or None for each."""
+    data = curve["data"]() if callable(curve["data"]) else curve["data"]
     names = list(data.keys())
     travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
     if travel is None or "force" not in names:

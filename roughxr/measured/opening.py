@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..jobs.progress import subregion_bar
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
 from ..statistics.sampling import map_samples
@@ -160,8 +161,10 @@ def _read_curve_file(path: Path, kind: str, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, read in parts to save memory."""
     file = opened(path, kind, given)
     parts = []
-    for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
-        parts.append(curves_pull_off(schema.label(read_curves(file, first, first + _CURVES_IN_MEMORY))))
+    with subregion_bar(len(file.curves), label=path.name) as bar:
+        for first in range(0, len(file.curves), _CURVES_IN_MEMORY):
+            parts.append(curves_pull_off(schema.label(read_curves(file, first, first + _CURVES_IN_MEMORY))))
+            bar.update(parts[-1].sizes["subregion"])
     ds = xr.concat(parts, "subregion", coords="minimal", compat="override", join="override", combine_attrs="override")
     ds.attrs.pop("history")  # of one part
     return ds.assign_attrs(source_format=file.format, **calibration(file))
