@@ -1,11 +1,11 @@
 """The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``detach``, ``info``, ``convert``, …
 
-options       each command with its options and their help: all that ``--help`` reads
-words         the words of an option as numbers, quantities or pairs; errors of other libraries in words
-running       `paper`, `run`, `report`, `explore`
-files         `info`, `convert`
-measurements  `measured`, `compare`
-detach        `detach`
+options        each command with its options and their help: all that ``--help`` reads
+words          the words of an option as numbers, quantities or pairs; errors of other libraries in words
+running        `paper`, `run`, `report`, `explore`
+file_commands  `info`, `convert`
+measurements   `measured`, `compare`
+detach         `detach`
 
 A command is imported when it is called, so that help needs no solver and no figures.
 """

@@ -167,11 +167,11 @@ def _pages(commands: Any) -> None:
 
 
 def _files(commands: Any) -> None:
-    command = _command(commands, "info", "files:info", "print the channels of a file, and the roughness of a scan")
+    command = _command(commands, "info", "file_commands:info", "print a file's channels, and a scan's roughness")
     command.add_argument("file", metavar="FILE")
     _add_reading(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
-    command = _command(commands, "convert", "files:convert", "write a scan in another format")
+    command = _command(commands, "convert", "file_commands:convert", "write a scan in another format")
     command.add_argument("file", metavar="FILE")
     _add(command, ("-o --output", "OUT", "OUT.nc or OUT.gsf"), required=True)
     _add_reading(command)
