@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.contact import adhesive_options
 from roughxr.jobs.progress import Stages
 from roughxr.runs import analysis
 from roughxr.scans.synthetic import self_affine
@@ -84,3 +85,17 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
     assert solved == [4, 4]
     with pytest.raises(ValueError, match=r"smooth sphere's contact, 2.44e\+03 nm wide, does not fit on a scan"):
         roughxr.run(soft.assign_coords(contact_modulus=1e-3), tmp_path / "run.nc", delta=[1.0], budget=0)
+
+
+def test_a_run_takes_the_finest_mesh_that_can_be_solved(monkeypatch):
+    scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=40, seed=3)
+    scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
+    plan, options = analysis.plan(specimen_of(scan), subregions=(2, 1)), {"subregions": (2, 1)}
+    with warnings.catch_warnings(), Stages({"adhesive": 1}, {}) as stage:
+        warnings.simplefilter("ignore", UserWarning)
+        free, _ = analysis._fine_enough_mesh(specimen_of(scan), plan, options, stage)
+        monkeypatch.setattr(adhesive_options, "MOST_CELLS", 6000)
+        mesh, finer = analysis._fine_enough_mesh(specimen_of(scan), plan, options, stage)
+    solved = scan.contact.adhesive(mesh=mesh, **options)
+    assert (finer.refinement == 2 * solved.refinement).all()
+    assert (finer.refinement < free.refine).all()

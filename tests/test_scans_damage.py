@@ -262,6 +262,7 @@ def overflowing(height):
     [
         (lambda height: np.minimum(height, 8.0), "have exactly the highest value"),
         (lambda height: np.maximum(height, -9.0), "have exactly the lowest value"),
+        (lambda height: np.round(np.maximum(height, -9.0), 1), "have exactly the lowest value"),
         (overflowing, "values wrapped around"),
         (lambda height: height + 5.0 * (np.arange(128) > 59)[:, None], "jump from line 59 to line 60 along x"),
     ],

@@ -19,7 +19,7 @@ from ..vocabulary import schema
 from ..vocabulary.units import whole_number
 from .cycle import MOST_CELLS, Adhesion, interaction_range, largest_cell, overlapping_cells
 from .estimates import automatic_law, median_tabor
-from .mesh import MOST_REFINED, Mesh
+from .mesh import MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, places, read_problem, surface_at
 
 #: Laws of adhesion; "auto" chooses between the first two.
@@ -246,7 +246,7 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
     if cells * adhesion.refine**2 > MOST_CELLS:
         finest = int(np.sqrt(MOST_CELLS / cells))
         advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
-        raise ValueError(
+        raise TooManyCells(
             f"mesh: expected at most {MOST_CELLS:g} cells within reach, found {cells * adhesion.refine**2:.3g} with "
             f"mesh={adhesion.refine}; {advice}"
         )

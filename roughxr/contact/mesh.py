@@ -11,6 +11,10 @@ from ..vocabulary.units import fraction, positive, whole_number
 MOST_REFINED = 16
 
 
+class TooManyCells(ValueError):
+    """The mesh has more cells within reach of the law than can be solved."""
+
+
 @dataclass(frozen=True)
 class Mesh:
     """Mesh and steps of the simulation with adhesion.

@@ -35,7 +35,7 @@ from ..bodies.pair import elastic
 from ..contact.adhesion import SMALL_CONTACTS, adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
 from ..contact.elastic import direct
-from ..contact.mesh import MOST_REFINED, Mesh, read_mesh
+from ..contact.mesh import MOST_REFINED, Mesh, TooManyCells, read_mesh
 from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
@@ -434,15 +434,19 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
     coarse = adhesive(specimen, mesh=mesh, **options)
     _expect_pulls(coarse)
     _show_answer(coarse, say)
-    n = int(coarse["refinement"].max())
+    n, checked_mesh = int(coarse["refinement"].max()), (mesh, None)
     while 2 * n <= MOST_REFINED:
-        finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
+        try:
+            finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
+        except TooManyCells:  # the largest error that was found is stated with the result
+            break
         checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
         _show_answer(checked, say)
         if not mesh_error(checked) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
+        checked_mesh = mesh, finer
         mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
-    return mesh, None
+    return checked_mesh
 
 
 def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:

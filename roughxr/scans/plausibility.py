@@ -30,7 +30,7 @@ _WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
 
 #: Heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
 #: next value.
-_CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 10.0
+_CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 3.0
 
 #: Largest pixel, nm, that resolves contacts of spheres of some micrometres.
 _WIDEST_PIXEL = 1000.0
