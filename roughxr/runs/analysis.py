@@ -434,7 +434,8 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
     coarse = adhesive(specimen, mesh=mesh, **options)
     _expect_pulls(coarse)
     _show_answer(coarse, say)
-    n, checked_mesh = int(coarse["refinement"].max()), (mesh, None)
+    n = int(coarse["refinement"].max())
+    checked_mesh: tuple[Mesh, Any] = mesh, None
     while 2 * n <= MOST_REFINED:
         try:
             finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
