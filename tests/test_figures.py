@@ -276,7 +276,7 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     budget = xr.Dataset(entries | {"total_error": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
     ax = figures.error_budget(budget)
     assert [bar.get_width() for bar in ax.patches] == pytest.approx([3.0, 3.0])
-    assert [text.get_text() for text in ax.texts] == ["−3 ± 1", "not computed", "3 ± 1"]
+    assert [text.get_text() for text in ax.texts] == ["−3.0 ± 1.0", "not computed", "3.0 ± 1.0"]
     moment = (("subregion", "direction"), [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
     rose = figures.moment_rose(xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]}))
     assert rose.get_xlabel() == "resisting moment [nN nm]\nmedian and middle half of 2 places"

@@ -1,6 +1,6 @@
 """The documentation's sources: nothing public is left out, and what they show of the command line is there.
 
-Building them is a command of its own (README), in which every warning is an error.
+Building them is a command of its own (.github/CONTRIBUTING.md), in which every warning is an error.
 """
 
 import re

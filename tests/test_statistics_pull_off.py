@@ -111,8 +111,8 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
     pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})
     found = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
     told = capsys.readouterr().out
-    assert told.startswith("Mean pull-off 1.2 µN (95 % interval ")
-    assert "3 places of 4" in told and "± 2 % by mesh and step" in told
+    assert told.startswith("Mean pull-off 1.20 µN (95 % interval ")
+    assert "3 places of 4" in told and "± 2 % numerical error" in told
     assert float(found.pull_off_force) == 1200 and int(found.places) == 3 and float(found.mesh_error) == 0.02
     assert float(found.low) < 900 and float(found.high) > 1500  # three places show no tail
     assert found.pull_off_force.units == found.low.units == "nN"
@@ -147,7 +147,7 @@ def test_the_cells_error_of_rigid_bodies_reaches_the_answer(capsys):
     found = solved.contact.answer()
     smooth = 2 * np.pi * 500 * float(pair.work_of_adhesion)
     assert float(found.pull_off_force) / (1 + float(found.mesh_error)) == pytest.approx(smooth, rel=0.02)
-    assert "could reach: take adhesive, or a finer mesh" in capsys.readouterr().out
+    assert "shaped to fit the sphere: use adhesive, or a finer mesh" in capsys.readouterr().out
 
 
 def test_what_has_several_answers_says_which_ways_there_are():

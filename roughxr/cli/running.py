@@ -17,6 +17,7 @@ from ..bodies.substances import MATERIALS
 from ..jobs.spread import on_scheduler
 from ..runs import analysis, several
 from ..statistics.headline import headline
+from ..vocabulary.text import sentences_on_lines
 from .file_commands import opened
 from .options import AIR, BODIES
 from .words import REFUSALS, in_words, numbers, tell
@@ -78,7 +79,7 @@ def _tell_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
     """Print where a run was written, and its answer on the last line."""
     print(f"written to {output}" + ": report.html, places.csv, table.txt, figures" * Path(output).is_dir())
     if answer := report.headline(groups):
-        print(answer)
+        print(sentences_on_lines(answer))
 
 
 def _both(counts: Sequence[int]) -> tuple[int, int]:

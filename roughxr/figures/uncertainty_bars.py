@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..studies.roughness_scale import mean_over_wavelengths
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import number, with_error
 from .style import (
     BLACK,
     BLUE,
@@ -62,9 +62,9 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     if not np.isfinite(value):
         return "not computed"
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
-    own = f" ± {number(round(error, 2), digits=2)}" if np.isfinite(error) else ""
+    words = " ± ".join(with_error(value, error)) if error > 0 else number(round(value, 2), digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
-    return f"{sign}{number(round(value, 2), digits=2)}{own}{bias}"
+    return f"{sign}{words}{bias}"
 
 
 @styled

@@ -69,12 +69,12 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
         rows[f"critical friction velocity, {words} [m/s]"] = float(speed.weighted(share).quantile(part))
     shown = {
-        "places that roll first [%]": critical["mode"] == "roll",
-        "places that lift first [%]": critical["mode"] == "lift",
-        "places where the flow's formulas hold (r⁺ ≤ 1) [%]": critical["in_range"],
+        "places where the sphere rolls first [%]": critical["mode"] == "roll",
+        "places where the sphere lifts first [%]": critical["mode"] == "lift",
+        "places in the range of the drag formulas (r⁺ ≤ 1) [%]": critical["in_range"],
         f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
     }
-    return rows | {words: 100 * float(flags.mean()) for words, flags in shown.items()}
+    return rows | {words: round(100 * float(flags.mean())) for words, flags in shown.items()}
 
 
 def _unstable(moments: xr.Dataset) -> xr.DataArray:

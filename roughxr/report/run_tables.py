@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,7 @@ from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
 from ..statistics.sampling import SHARE, at_first_preload, by_share
-from ..vocabulary.numbers import number, prefixed, sure
+from ..vocabulary.numbers import number, prefixed, sure, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
 
@@ -75,7 +74,7 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
         "pull-off, rough / smooth": mean / smooth if smooth > 0 else np.nan,
         f"displacement at pull-off {origin}, mean [nm]": float(by_share(delta).mean()),
         f"displacement at pull-off {origin}, std [nm]": _spread(delta),
-        "places that pull": float(force.notnull().sum()),
+        "places that adhere": float(force.notnull().sum()),
     }
 
 
@@ -112,13 +111,13 @@ def scan_table(run: Run) -> pd.DataFrame:
         "size along y [µm]": (y_max - y_min) * _MICRO,
         "height, least [nm]": float(height.min()),
         "height, greatest [nm]": float(height.max()),
-        "height, mean [nm]": float(height.mean()),
+        "height, mean [nm]": round(float(height.mean()), 6),
         "height, std [nm]": float(height.std()),
         "asperities": float(catalogue.sizes["asperity"]),
         "peak height, median [nm]": float(catalogue["height"].median()),
         "axis ratio b/a, mean": float(ratio.mean()),
         "axis ratio b/a, std": float(ratio.std()),
-        "peaks fitted by a saddle [%]": 100 * float(catalogue["saddle"].mean()),
+        "asperities with a saddle as their fit [%]": 100 * float(catalogue["saddle"].mean()),
     }
     return pd.DataFrame({"scan": rows}).rename_axis("quantity")
 
@@ -132,9 +131,9 @@ _FORMULAS = {
     "rabinovich": "Rabinovich, one scale",
     "rabinovich_two_scales": "Rabinovich, two scales",
     "gaussian_heights": "rigid bodies, Gaussian heights with the scan's rms",
-    "smooth": "smooth sphere, 4πRγ cos θ plus the dry van der Waals pull",
-    "summit": "the same on one hemisphere with the summits' median radius",
-    "plane_below": "Rabinovich 2002, over a plane 1.82 rms below (0: no liquid reaches it)",
+    "smooth": "smooth sphere, 4πRγ cos θ plus dry van der Waals force",
+    "summit": "smooth sphere on one hemisphere with the asperities' median radius",
+    "plane_below": "Rabinovich 2002, plane at a depth of 1.82 rms (0: no liquid reaches it)",
 }
 
 
@@ -182,24 +181,27 @@ def flagged(run: Run) -> xr.DataArray | None:
 
 
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget in per cent of the mean pull-off: each error, how well it is known, and its source.
+    """Return the error budget in per cent of the mean pull-off: errors, changes of the mean, and their sources.
 
-    The change of the total is what all known biases amount to.
+    The change of the total is the sum of all known biases.
     """
     budget = run[BUDGET]
-    values = (list(map(_percent, budget[name])) for name in ("relative_error", "standard_error", "pull_off_change"))
-    rows = {str(name): row for name, *row in zip(budget["entry"].values, *values, budget["how"].values)}
-    error, own = (_percent(budget[name]) for name in ("total_error", "total_standard_error"))
-    shift = _percent(budget["pull_off_corrected"] / budget["pull_off_mean"] - 1)
-    words = f"root of the sum of squares of what was computed. {budget.attrs.get('decided', '')}".strip()
-    rows["all of these"] = [error, own, shift, words]
-    columns = ["error [%]", "± [%]", "change [%]", "how it was computed"]
+    values = (budget[name].values for name in ("relative_error", "standard_error", "pull_off_change", "how"))
+    rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
+    shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
+    words = f"root of the sum of squares. {budget.attrs.get('decided', '')}".strip()
+    rows["all of these"] = _budget_row(
+        float(budget["total_error"]), float(budget["total_standard_error"]), shift, words
+    )
+    columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 
 
-def _percent(part: Any) -> float:
-    """Return a part in per cent, to two digits and no more than two decimals: it is known to no more."""
-    return float(f"{round(100 * float(part), 2):.2g}")
+def _budget_row(error: float, own: float, change: float, words: str) -> list[str]:
+    """Return an error with its standard error and the change of the mean, in per cent, as text."""
+    known = " ± ".join(with_error(100 * error, 100 * own)) if own > 0 else number(round(100 * error, 2), digits=2)
+    sign = "+" if change > 0 else ""
+    return [known, f"{sign}{number(round(100 * change, 2), digits=2)}", words]
 
 
 def prediction(run: Run) -> xr.Dataset:
@@ -208,9 +210,10 @@ def prediction(run: Run) -> xr.Dataset:
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, numbers to four digits at least, a dash for missing ones."""
+    """Return a table as lines of text, a dash for missing values."""
+    digits = 4 if "paper" in table else 3
     named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
     words = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
     left = {name: f"{{:<{width}}}".format for name, width in words.items()}  # text begins on the left
-    numbers = {"float_format": lambda v: number(round(v, 9), digits=4), "na_rep": "–", "justify": "right"}
+    numbers = {"float_format": lambda v: number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
     return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left, **numbers)}\n"

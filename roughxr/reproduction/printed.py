@@ -38,7 +38,7 @@ SCAN = {
     "original - reconstructed, rms [nm]": (0.0034 * 512, _INFERRED),
     "peak height, median [nm]": (15.0, _TARGET),
     "axis ratio b/a, mean": (0.6, _TARGET),
-    "isotropy of directions (1: all alike)": (1.0, _WORDS),
+    "isotropy of directions (1: isotropic)": (1.0, _WORDS),
 }
 CONTACT = {
     "pull-off, smooth sphere [µN]": (19.1, ""),
@@ -46,10 +46,10 @@ CONTACT = {
     "pull-off, std [µN]": (1.37, _TARGET),
     "displacement at pull-off from the highest point, mean [nm]": (9.7, _TARGET),
     "displacement at pull-off from the highest point, std [nm]": (2.52, _TARGET),
-    "places that pull": (64, ""),
+    "places that adhere": (64, ""),
     "pull-off, place of figure 15 [µN]": (8.6, ""),
-    "that place pulls from [nm]": (9.8, ""),
-    "that place pulls to [nm]": (12.4, ""),
+    "that place, first displacement with adhesion [nm]": (9.8, ""),
+    "that place, last displacement with adhesion [nm]": (12.4, ""),
     "force at 5.08 nm, mean [µN]": (0.4, _TARGET),
     "force at 5.08 nm, std [µN]": (3.0, _TARGET),
     "force at 5.08 nm, second group [µN]": (20.0, _TARGET),
@@ -61,13 +61,12 @@ CONTACT = {
     "superposed / direct at 9 nm, no debris": (1.0, _WORDS),
     "superposed / direct at 10 nm, no debris": (1.0, _WORDS),
     "superposed / direct at 12 nm, no debris": (1.0, _WORDS),
-    "places without debris that agree to 10 % somewhere": (58, _WORDS),
+    "places without debris where both forces agree within 10 %": (58, _WORDS),
 }
 
 #: Notes below the paper's tables.
 TWIN = (
-    "The scan is a synthetic twin: its spectrum, its debris and its seed were fitted to the rows marked 'target', the "
-    "pull-off's through the published formulas, so that their agreement confirms nothing. 'inferred': not printed, "
-    "but follows from what is; 'in words': said without a number. The rest is printed and was not fitted; where it "
-    "differs, it is not reproduced."
+    "The scan is a synthetic twin. Its spectrum, debris and seed were fitted to the rows marked 'target', so the "
+    "agreement of these rows confirms nothing. 'inferred': not printed, but follows from printed values. 'in words': "
+    "stated without a number. All other values are printed and were not fitted."
 )

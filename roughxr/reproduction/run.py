@@ -98,7 +98,7 @@ def scan_table(run: Run) -> pd.DataFrame:
         rows[f"{name}, reconstructed above original [%]"] = 100 * (envelope / own - 1)
     angles = run["asperities"]["orientation"].values
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
-    rows["isotropy of directions (1: all alike)"] = float(counts.min() / max(counts.max(), 1))
+    rows["isotropy of directions (1: isotropic)"] = float(counts.min() / max(counts.max(), 1))
     whole = pd.concat([table, pd.DataFrame({"scan": rows})])
     order = [*SCAN, *(name for name in table.index if name not in SCAN)]
     return _with_printed(whole.loc[order].rename_axis("quantity"), SCAN)
@@ -128,8 +128,8 @@ def _strongest_rows(run: Run, method: str) -> dict[str, float]:
     force = solution["force"].isel(place)
     pulling = force["delta"].values[force.values < 0]
     return rows | {
-        "that place pulls from [nm]": float(pulling.min(initial=np.inf)),
-        "that place pulls to [nm]": float(pulling.max(initial=-np.inf)),
+        "that place, first displacement with adhesion [nm]": float(pulling.min(initial=np.inf)),
+        "that place, last displacement with adhesion [nm]": float(pulling.max(initial=-np.inf)),
     }
 
 
@@ -151,7 +151,7 @@ def _direct_rows(run: Run) -> dict[str, float]:
         for delta, value in zip(_AGREEMENT_DELTAS, difference)
     }
     agree = (abs(ratio["force_difference"]) <= 0.1).any("delta")
-    return rows | {"places without debris that agree to 10 % somewhere": float(agree.sum())}
+    return rows | {"places without debris where both forces agree within 10 %": float(agree.sum())}
 
 
 def second_group(values: np.ndarray) -> float:

@@ -397,7 +397,7 @@ def _show_answer(solved: xr.Dataset, say: Stages) -> None:
     """Show the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
     if not bool((solved["pull_off_force"] > 0).any()):
         return
-    first = "" if np.isfinite(mesh_error(solved)) else "First estimate, its mesh not checked yet: "
+    first = "" if np.isfinite(mesh_error(solved)) else "First estimate, mesh not checked yet: "
     say.answer(first + headline(mean_pull_off(solved).drop_vars("smooth_share")))
 
 

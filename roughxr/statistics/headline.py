@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import is_too_wide, number, percent, quantity, sure
+from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
 
@@ -21,7 +22,7 @@ _REMEDIES = {
     "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
     "modulus": "measure the modulus of the softer body",
     "sphere radius": "measure the radius of the sphere",
-    "range of adhesion": "state the range of adhesion of this pair (adhesion_range)",
+    "range of adhesion": "state the adhesion range of this pair",
 }
 
 #: Units and meaning of the scalars of an answer, and of a run's summary.
@@ -29,19 +30,19 @@ SCALARS = {
     "pull_off_force": ("nN", "mean pull-off force of the surface as scanned"),
     "low": ("nN", "lower end of its 95 % interval over places"),
     "high": ("nN", "upper end of its 95 % interval over places"),
-    "places": ("1", "number of places that pull"),
+    "places": ("1", "number of places that adhere"),
     "solved_places": ("1", "number of places that were solved"),
-    "mesh_error": ("1", "relative error of the mean by mesh and step"),
+    "mesh_error": ("1", "relative numerical error of the mean, due to mesh and step"),
     "smooth_share": ("1", "mean pull-off force over that from a smooth flat"),
     "total_error": ("1", "relative error by all known sources"),
     "largest_error": ("1", "relative error by its largest source"),
     "best_estimate": ("nN", "mean pull-off force with the roughness below the scan extrapolated"),
     "best_low": ("nN", "lower end of its interval"),
     "best_high": ("nN", "upper end of its interval"),
-    "critical_friction_velocity": ("m/s", "friction velocity of air that moves the sphere, median place"),
+    "critical_friction_velocity": ("m/s", "friction velocity of air that detaches the sphere, median place"),
     "critical_friction_velocity_low": ("m/s", "lower end of its 95 % interval"),
     "critical_friction_velocity_high": ("m/s", "upper end of its 95 % interval"),
-    "wall_shear_stress": ("Pa", "wall shear stress of air that moves the sphere, median place"),
+    "wall_shear_stress": ("Pa", "wall shear stress of air that detaches the sphere, median place"),
     "wall_shear_stress_low": ("Pa", "lower end of its 95 % interval"),
     "wall_shear_stress_high": ("Pa", "upper end of its 95 % interval"),
     "supports": ("1", "contacts that support the sphere, median place"),
@@ -76,7 +77,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> mean = answer(schema.label(pull))
-    Mean pull-off 593 nN (95 % interval 230 … 1607 nN, 3 places) for the surface as scanned.
+    Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
     """
     ds = schema.entered(ds)
     if "pull_off_mean" in ds:  # of `extrapolated`
@@ -85,12 +86,12 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         mean.attrs["assumed"] = ds.attrs["assumed"]
     else:
         mean = mean_pull_off(ds)
-    print(headline(mean))
+    print(sentences_on_lines(headline(mean)))
     return mean
 
 
 def mesh_error(pull: xr.Dataset) -> float:
-    """Return the relative error of the mean pull-off by mesh and step, if errors of places add; NaN if unknown.
+    """Return the relative numerical error of the mean pull-off, if errors of places add; NaN if unknown.
 
     Errors are weighted by the force of each place, as in the mean.
     """
@@ -115,7 +116,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         )
     known = int(force.notnull().sum())
     if not (force > 0).any():
-        raise ValueError(f"pull_off_force: expected at least one place that pulls, found none of {force.size}")
+        raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
     low, high = (np.nan if ends is None else float(ends[end].item()) for end in ("low", "high"))
     mean = float(by_share(force).mean())
@@ -188,14 +189,14 @@ def headline(summary: xr.Dataset) -> str:
     elif np.isfinite(error := value["mesh_error"]):
         rigid = "rigid" in summary.attrs
         cells = f"overestimated by about {percent(error)} due to the size of cells"
-        spread += f"; {cells}" if rigid else f"; ± {percent(error)} by mesh and step"
+        spread += f"; {cells}" if rigid else f"; ± {percent(error)} numerical error"
     air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
     sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}."]
     if value["smooth_share"] > 1:
-        limit = "a limit for soft bodies that stiff bodies can exceed"
+        limit = "possible for stiff bodies, but not for soft ones"
         if "rigid" in summary.attrs:
-            limit = "which only a surface shaped to fit the sphere could reach: take adhesive, or a finer mesh"
-        sentences.append(f"This is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
+            limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
+        sentences.append(f"It is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
     if np.isfinite(best := value["best_estimate"]):
         effect = "lowers it" if best < mean else "hardly changes it"
         longest = summary.attrs.get("longest_added")

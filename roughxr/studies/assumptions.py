@@ -58,13 +58,13 @@ class Factor(NamedTuple):
 #: finer cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of
 #: the time without a change of the result.
 FACTORS: dict[str, Factor] = {
-    "mesh": Factor((2,), "cells {} times as fine, and steps shorter by the same factor"),
+    "mesh": Factor((2,), "cells and steps smaller by a factor of {}"),
     "preload": Factor((0.1,), "preload {}"),
     "levelling": Factor(("quadratic",), "another levelling: {}", lambda ds, method: (method, level(ds, method=method))),
-    "interpolation": Factor(("splines",), "heights between the pixels by {}"),
+    "interpolation": Factor(("splines",), "heights between pixels interpolated by {}"),
     "tip radius": Factor(
         (TIP_RADIUS,),
-        "the distortion by a tip of {} removed from the scan",
+        "effect of a tip of {} radius removed from the scan",
         lambda ds, radius: (f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)),
     ),
     "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scaled("adhesion_range"), True),

@@ -81,7 +81,7 @@ def changes(
     solved, weight = _solved([each for pair in pairs.values() for each in pair], places), shares(places).values
     for k, (changed, reference) in pairs.items():
         change = mean_change(solved[changed.key], solved[reference.key], weight)
-        reason = "" if change.places else "no place could be followed in both cases"
+        reason = "" if change.places else "no place was solved in both cases"
         cases[k] = cases[k]._replace(change=change, reason=reason)
     return cases
 
@@ -119,12 +119,12 @@ def _changed_and_reference(
     """Return a setting in words, the changed case and its reference; raise if the setting is impossible."""
     if factor == "mesh":
         if (meshes * value > MOST_REFINED).all():
-            raise ValueError(f"it needs more than {MOST_REFINED} cells to a pixel, found {value * meshes.min():g}")
+            raise ValueError(f"it needs more than {MOST_REFINED} cells per pixel, found {value * meshes.min():g}")
         reference = base._replace(cells=meshes)
         return str(value), (reference._replace(cells=value * meshes, step=base.step / value), reference)
     if factor == "preload":
         if not np.isfinite(pull):
-            raise ValueError("no place adheres in the base case")
+            raise ValueError("the sphere adheres at no place")
         return f"+ {value * pull:.3g} nN", (base._replace(preload=base.preload + value * pull), base)
     if factor == "interpolation":
         reference = base._replace(cells=np.maximum(base.cells, 2))

@@ -195,8 +195,8 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
-    known = f"is known to ± {percent(own / total)}" if own >= 0 else "has no error of its own, by too few places"
-    decided = f"The total {known}: each change is solved at {count} of {solved.sizes['subregion']} places."
+    known = f"is known to ± {percent(own / total)}" if own >= 0 else "has no error of its own, since places are too few"
+    decided = f"The total {known}. Each change is solved at {count} of {solved.sizes['subregion']} places."
     out.attrs = {"law": solved.attrs["law"], "decided": decided}
     return schema.label(out)
 
@@ -231,7 +231,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
     independent = float(intervals["independent_places"])
     mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
     value = deviation / np.sqrt(independent) / mean
-    words = f"standard error of the {count} places, equivalent to {independent:.3g} independent ones"
+    words = f"standard error of the mean over {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation
     return _Entry(Change(value, float(error), count), words)
 
@@ -244,9 +244,9 @@ def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
     change = max((case.change for case in known), key=lambda change: abs(change.value))
     how = FACTORS[factor].words.format(" and ".join(case.words for case in known))
     if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
-        how += ", which is too sharp for the pixels to show"
+        how += " (the pixels are too coarse to show it)"
     if factor in _BIASES:
-        how += ": subtracted from the mean, and half of it counted as error"
+        how += "; this known bias is subtracted from the mean, and half of it counts as error"
     return _Entry(change, f"{how}; {_count(change.places, count)}", factor in _BIASES, _slope(factor, known))
 
 

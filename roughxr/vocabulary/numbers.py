@@ -60,13 +60,41 @@ def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
     return number(value / size, unit, digits)
 
 
+def with_error(value: float, error: float, *others: float, unit: str = "") -> tuple[str, ...]:
+    """Return a value, its error and other values of the same kind to the second digit of the error.
+
+    None has more than three digits, and each has at least one.
+    """
+    numbers = (value, error, *others)
+    known = max(abs(value), abs(error))
+    if not (math.isfinite(known) and error > 0):
+        return tuple(number(part, unit) for part in numbers)
+    place = max(_power(error, 2) - 1, _power(known, 3) - 2)
+    return tuple(_to_place(part, place, unit) for part in numbers)
+
+
+def _power(value: float, digits: int) -> int:
+    """Return the power of ten of the first digit, after rounding."""
+    return int(f"{abs(value):.{digits - 1}e}".partition("e")[2])
+
+
+def _to_place(value: float, place: int, unit: str) -> str:
+    """Return a number rounded to a power of ten, or to its first digit where it is smaller."""
+    if value and math.isfinite(value) and _PLAIN_RANGE[0] <= abs(value) < _PLAIN_RANGE[1]:
+        place = min(place, _power(value, 1))
+        text = f"{round(value, -place):.{max(-place, 0)}f}".replace("-", "−")
+        return f"{text} {unit}".strip()
+    return number(value, unit)
+
+
 def sure(value: float, low: float, high: float, units: str = "nN") -> str:
     """Return a value with its 95 % interval, both in the prefix that suits the value."""
-    if is_too_wide(low, high):
-        return f"{quantity(value, units)} (95 % interval {_TOO_WIDE})"
     unit, size = prefixed(value, units)
-    ends = f"{number(low / size)} … {number(high / size, unit)}"
-    return f"{number(value / size, unit)} (95 % interval {ends})"
+    error = (high - low) / 2
+    if is_too_wide(low, high):
+        return f"{number(value / size, unit, 2)} (95 % interval {_TOO_WIDE})"
+    rounded, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
+    return f"{rounded} (95 % interval {lower.removesuffix(unit).rstrip()} … {upper})"
 
 
 def is_too_wide(low: float, high: float) -> bool:
@@ -74,11 +102,12 @@ def is_too_wide(low: float, high: float) -> bool:
     return low > 0 and high > _WIDEST * low
 
 
-def interval(low: float, high: float, units: str = "", digits: int = 3) -> str:
+def interval(low: float, high: float, units: str = "") -> str:
     """Return the ends of an interval with one unit, the prefix by the upper end."""
     if math.isnan(low) or math.isnan(high):
         return "–"
     if is_too_wide(low, high):
         return _TOO_WIDE
     unit, size = prefixed(max(abs(low), abs(high)), units)
-    return f"{number(low / size, digits=digits)} … {number(high / size, unit, digits)}"
+    _, _, lower, upper = with_error(high / size, (high - low) / 2 / size, low / size, high / size)
+    return f"{lower} … {upper} {unit}".strip()
