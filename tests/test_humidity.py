@@ -64,7 +64,7 @@ def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
         ({"contact_angle": -5}, "from 0 to 90"),
         ({"contact_angle": (1, 2, 3)}, "a pair"),
         ({"film": -0.1}, "at least 0 nm"),
-        ({"humidity": 0.95, "sphere_radius": 60.0}, "small beside the sphere's radius"),
+        ({"humidity": 0.95, "sphere_radius": 60.0}, "small compared with the sphere's radius"),
         ({"liquid": "oil"}, "'water', 'ethanol'"),
         ({"liquid": 3}, "molar volume"),
         ({"work_of_adhesion": (0.1, 0.05, 0.01)}, "a pair"),

@@ -194,7 +194,7 @@ def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
 
 def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
     path = write_bruker(tmp_path, picture(), size_of(picture()))
-    with pytest.raises(UnreadableScan, match=r"expected an image of adhesion, found 0 among 0: 'Height'"):
+    with pytest.raises(UnreadableScan, match=r"expected an image of adhesion, found none among 0: 'Height'"):
         roughxr.open_pull_off(path)
 
 

@@ -146,8 +146,8 @@ def test_cautions_say_what_is_wrong(run):
     found = "\n".join(report.cautions(spoiled))
     assert "Simulation without adhesion: conditions of the contact are violated: unconverged: 0.0" in found
     assert re.search(r"Simulation without adhesion: at \d of 9 places the contact reaches the scan's edge", found)
-    assert "Superposed asperities: at 1 of 9 places the sweep is too short" in found
-    assert "Superposed asperities: at 1 of 9 places nothing pulls" in found
+    assert "Superposed asperities: at 1 of 9 places the sweep ends before" in found
+    assert "Superposed asperities: at 1 of 9 places the sphere does not adhere" in found
 
 
 def test_a_clean_run_has_no_cautions(run):

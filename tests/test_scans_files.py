@@ -159,7 +159,7 @@ def test_units_come_from_the_file_or_from_the_caller_and_never_from_nowhere(tmp_
     rows = picture()
     path = write_npy(tmp_path, rows, size_of(rows))
     with pytest.raises(
-        UnreadableScan, match=r"expected a topography, found none among 0: 'scan' \[\?\]; .*height_units="
+        UnreadableScan, match=r"expected an image of heights, found none among 0: 'scan' \[\?\]; .*height_units="
     ):
         open_scan(path, size=size_of(rows))
     with pytest.raises(UnreadableScan, match=r"lateral size, found none.*size="):

@@ -28,13 +28,13 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
     """Return in words the expected pull-off from these asperities over that of `adhesive`, or why it is unknown."""
     unknown = ""
     if law not in ("energy", "self_similar"):
-        unknown = f"it was measured for the corrected formulas, not for {law!r}"
+        unknown = f"the ratio was measured for the corrected formulas, not for {law!r}"
     elif "shortest_wavelength" not in catalogue.coords:
-        unknown = "the patch was chosen without regard to the shortest wavelength; take asperities(patch='auto')"
+        unknown = "the patch does not follow the shortest wavelength; use asperities(patch='auto')"
     elif not (pixels := float(catalogue["shortest_wavelength"] / catalogue["pixel"])) >= RESOLVED:
         unknown = f"the shortest wavelength of the scan spans {pixels:.2g} pixels, too few to resolve its summits"
     if unknown:
-        return f"its ratio to the simulation with adhesion is not known: {unknown}"
+        return f"the ratio to the simulation with adhesion is not known: {unknown}"
     times = f"{RATIO:.2g} times the pull-off of the simulation with adhesion"
     return f"{times}, {LOW:g} … {HIGH:g} in 19 of 20 cases tested"
 
@@ -50,7 +50,7 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
             2 * float(catalogue["patch_radius"]),
             float(catalogue.coords.get("shortest_wavelength", np.nan)),
         )
-        cause = "contacts overlap, and each is counted in full; take `adhesive`"
+        cause = "contacts overlap, and each is counted in full; use `adhesive`"
         if not width <= WIDEST * shortest:
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(

@@ -235,8 +235,8 @@ def _pressure(given: Any) -> float:
         )
     if number >= _SATURATION:
         raise ValueError(
-            f"humidity: expected less than {_SATURATION}, found {given!r}: near saturation the gap fills with as "
-            "much water as there is, and this law does not know how much; give a lower humidity"
+            f"humidity: expected less than {_SATURATION}, found {given!r}: near saturation the amount of water "
+            "is not determined by the humidity; give a lower one"
         )
     return number
 
@@ -286,6 +286,6 @@ def _refuse_thick(pair: Any, radius: float, pressure: float) -> None:
     sphere = float(pair.get("sphere_radius", math.inf))
     if radius > _THIN_SHARE * sphere:
         raise ValueError(
-            f"humidity: expected menisci that are small beside the sphere's radius ({sphere:.3g} nm), found a Kelvin "
-            f"radius of {radius:.3g} nm at {pressure:.3g}; give a lower humidity"
+            f"humidity: expected menisci that are small compared with the sphere's radius ({sphere:.3g} nm), found a "
+            f"Kelvin radius of {radius:.3g} nm at {pressure:.3g}; give a lower humidity"
         )

@@ -22,7 +22,7 @@ from contextlib import nullcontext, redirect_stdout
 
 from ..jobs.progress import progress
 from .options import command_line
-from .words import Printable, in_words, is_refusal, tell
+from .words import Printable, in_shell, in_words, is_refusal, tell
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
             printed: set[str] = set()
-            warnings.showwarning = lambda message, *_, **__: tell(message, printed)
+            warnings.showwarning = lambda message, *_, **__: tell(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 module, _, name = options.command.partition(":")
                 getattr(importlib.import_module(f".{module}", __package__), name)(options)
@@ -59,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except Exception as error:
         if options.debug or not is_refusal(error):
             raise
-        tell(in_words(error))
+        tell(in_shell(in_words(error), options))
         return 1
     return 0
 

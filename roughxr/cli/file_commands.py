@@ -33,13 +33,14 @@ def info(options: Namespace) -> None:
     tell_attributes(channels)
     if options.file.endswith(".nc") and (missing := archive.root_of(options.file).get(archive.UNFINISHED)):
         print(f"run: not finished, {missing}")
-    print("sizes and heights in nm, s_q about the mean plane:")
-    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=6)))
+    print("images, with sizes and heights in nm, and the rms height s_q about the mean plane:")
+    print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=4)))
     scan = opened(options.file, options).load()
-    print(f"\nroughness of {scan.attrs.get('channel', 'height')}, about its mean plane unless stated otherwise:")
+    print(f"\nroughness of {scan.attrs.get('channel', 'height')}, about its mean plane:")
     for variable, value in scans.roughness(scan).data_vars.items():
         if value.ndim == 0:
-            print(f"  {variable!s:10s} {float(value):12.6g} {value.attrs['units']:5s} {value.attrs['long_name']}")
+            units = value.attrs["units"].removesuffix("1")
+            print(f"  {variable!s:10s} {number(value, digits=4):>10s} {units:5s} {value.attrs['long_name']}")
     if options.picture:
         from matplotlib.figure import Figure
 

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, open_curves, open_pull_off
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import number, sure, with_error
 from ..vocabulary.schema import one_of
 from . import words
 from .file_commands import drawn, image, tell_attributes
@@ -39,12 +41,12 @@ def describe(options: Namespace) -> None:
         print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
     force = ds["pull_off_force"].dropna("subregion")
     if force.size == 1:
-        error = f" ± {number(ds['pull_off_uncertainty'].max(), digits=2)}" if "pull_off_uncertainty" in ds else ""
-        print(f"\npull-off force: {number(force[0], digits=4)}{error} nN")
+        error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
+        words = with_error(float(force[0]), error)[: 2 if error > 0 else 1]
+        print(f"\npull-off force: {' ± '.join(words)} nN")
     else:
-        print("\npull-off force, nN:")
-        intervals = statistics.bootstrap(ds, "pull_off_force")
-        print(intervals[["estimate", "low", "high"]].to_dataframe().to_string(float_format=number))
+        print("\npull-off force, nN, with its 95 % interval:")
+        print(_with_intervals(statistics.bootstrap(ds, "pull_off_force"), {"estimate": ""}))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
 
@@ -53,24 +55,46 @@ def compare_with_run(options: Namespace) -> None:
     """Print measured over predicted pull-off forces, and whether both could be of one distribution."""
     groups = archive.load(archive.of_run(Path(options.run)))
     methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
-    predicted = groups[f"statistics/{one_of(options.method, methods, 'method')}"].load()
+    if not methods:
+        raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
+    predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
     own = measurement(options.file, options)
     compared = compare(predicted, own)
-    print(f"measured over predicted ({options.method}) pull-off forces, nN:")
-    columns = [f"{name}{end}" for name in ("predicted", "measured", "ratio") for end in ("", "_low", "_high")]
-    print(compared[columns].to_dataframe().to_string(float_format=number))
+    print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
+    columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
+    print(_with_intervals(compared, columns))
     distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
     print(
-        f"\nlargest difference of the cumulative distributions: {number(distance)}; samples of one distribution differ "
-        f"so much, or more, with probability {number(p_value, digits=2)}"
+        f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; two samples of one "
+        f"distribution differ at least as much with probability {number(p_value, digits=2)}"
     )
     predicted_places, measured_places = float(compared.predicted_places), float(compared.measured_places)
-    print(f"equivalent to {predicted_places:.0f} independent predicted places, {measured_places:.0f} measured ones")
+    print(f"independent places: {predicted_places:.0f} predicted, {measured_places:.0f} measured")
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
         figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
         drawn(axes[0].figure, options.picture)
+
+
+#: Statistics in words.
+_STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q50": "median"}
+_STATISTICS |= {"q95": "95 % quantile"}
+
+
+def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
+    """Return estimates with their 95 % intervals as a table of text."""
+    rows = {}
+    for name in ds["statistic"].values.tolist():
+        known = [_ends(ds.sel(statistic=name), column) for column in columns]
+        rows[_STATISTICS.get(name, name)] = [sure(*ends, units="").replace("95 % interval ", "") for ends in known]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
+    return table.to_string(header=any(columns.values()), justify="left")
+
+
+def _ends(row: xr.Dataset, name: str) -> list[float]:
+    low, high = ("low", "high") if name == "estimate" else (f"{name}_low", f"{name}_high")
+    return [float(row[column]) for column in (name, low, high)]
 
 
 def _pulls(ds: xr.Dataset) -> bool:
@@ -80,5 +104,6 @@ def _pulls(ds: xr.Dataset) -> bool:
 def _shift(compared: xr.Dataset) -> str:
     if "measured_force" not in compared:
         return ""
-    words = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
-    return f", {words}; correlation {number(compared.place_correlation)}, p = {number(compared.place_p_value)}"
+    words = f"shifted by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
+    correlation, p_value = (number(compared[f"place_{name}"], digits=2) for name in ("correlation", "p_value"))
+    return f", {words}; correlation {correlation}, p = {p_value}"

@@ -7,11 +7,13 @@ function that does it, ``module:function`` of this package.
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 from typing import Any
 
 from .._version import __version__
 from ..bodies.substances import MATERIALS
+from ..vocabulary.text import did_you_mean
 from .words import number
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -67,7 +69,22 @@ BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] 
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser of options that may also stand in files, ``@FILE``."""
+    """A parser of options that may also stand in files, ``@FILE``; it names the option nearest to a misspelt one."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse as argparse does, after a search for misspelt options of a command."""
+        known = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
+        for word in args or ():
+            option = word.partition("=")[0]
+            if not option.startswith("-") and "COMMAND" in self.format_usage():
+                break  # the options after the command are its own
+            if option.startswith("--") and not any(name.startswith(option) for name in known):
+                self.error(f"unknown option {option}{did_you_mean(option, known)}")
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> Any:
+        """Print one line, and end."""
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
     def convert_arg_line_to_args(self, line: str) -> list[str]:
         """Return the words of a line of a file of options; a comment begins with #."""

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import linecache
+import re
 import sys
 import traceback
+from argparse import Namespace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -49,6 +51,27 @@ def in_words(error: BaseException) -> str:
     if not isinstance(error, OSError) or error.errno is None or name is None:
         return str(error)
     return f"{name}: {str(error.strerror).lower()}"
+
+
+#: Attributes of the parsed command line that are no options.
+_NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
+
+
+def in_shell(text: str, options: Namespace) -> str:
+    """Return an error's or a warning's text with arguments of functions written as the options of a command."""
+    flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}
+    if "fill" in flags:
+        flags.setdefault("method", "--fill")
+    any_name = "|".join(sorted(flags, key=len, reverse=True))
+
+    def written(match: re.Match[str]) -> str:
+        values = re.sub(r"['\"]([^'\" ]+)['\"]", r"\1", (match[2] or "").strip("()…")).replace(",", "")
+        return f"{flags[match[1]]} {values}".strip()
+
+    text = re.sub(rf"\b({any_name})=(\([^()]*\)|'[^']*'|[^\s,;():]*)", written, text)
+    text = re.sub(rf"(^|: )({any_name}): ", lambda match: f"{match[1]}{flags[match[2]]}: ", text)
+    longer = "|".join(name for name in flags if "_" in name)
+    return re.sub(rf"(?<![-\w./])({longer})\b", lambda match: flags[match[1]], text) if longer else text
 
 
 def tell(message: object, printed: set[str] | None = None) -> None:

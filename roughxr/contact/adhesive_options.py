@@ -247,8 +247,8 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
         finest = int(np.sqrt(MOST_CELLS / cells))
         advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
         raise TooManyCells(
-            f"mesh: expected at most {MOST_CELLS:g} cells within reach, found {cells * adhesion.refine**2:.3g} with "
-            f"mesh={adhesion.refine}; {advice}"
+            f"mesh: expected at most {MOST_CELLS:g} cells within the interaction range, found "
+            f"{cells * adhesion.refine**2:.3g} with mesh={adhesion.refine}; {advice}"
         )
 
 

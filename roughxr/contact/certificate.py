@@ -58,13 +58,13 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     residual: ... of at most 1e-06, met
     load: ... of at most 1e-06, met
     truncated: 0 of at most 0, met
-    sums only: elasticity and traction are not recomputed without fields; solve with fields=True
-    'all 4 conditions are met, of sums only'
+    Only sums were checked; solve with fields=True to check elasticity and traction, too.
+    'all 4 conditions are met (only sums were checked)'
     """
     out = check_conditions(ds)
     print("\n".join(out["words"].values))
     if not out.attrs["fields"]:
-        print("sums only: elasticity and traction are not recomputed without fields; solve with fields=True")
+        print("Only sums were checked; solve with fields=True to check elasticity and traction, too.")
     return out
 
 
@@ -86,7 +86,11 @@ def check_conditions(ds: xr.Dataset) -> xr.Dataset:
     out = xr.Dataset({name: ("check", values) for name, values in rows.items()}, {"check": list(names)})
     broken = ", ".join(out["check"].values[~met])
     verdict = f"not met: {broken}" if broken else f"all {met.size} conditions are met"
-    out.attrs = {"method": method, "fields": int(fields), "verdict": verdict + ("" if fields else ", of sums only")}
+    out.attrs = {
+        "method": method,
+        "fields": int(fields),
+        "verdict": verdict + ("" if fields else " (only sums were checked)"),
+    }
     return schema.record(schema.label(out), "certificate", ds)
 
 

@@ -178,7 +178,7 @@ class Checkpoint:
         try:
             known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
         except ValueError:
-            say(f"{self.path}: its identity is damaged: all is computed anew")
+            say(f"{self.path}: its settings are damaged: everything is computed again")
             for batch in self.path.glob("*.npz"):
                 batch.unlink()
         if known is None:
@@ -333,11 +333,13 @@ def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Pa
     """Raise if the run on disk is another one, and say how they differ."""
     different = [key for key in {**wanted, **stored} if stored.get(key) != wanted.get(key)]
     if different:
+        shown = [key for key in different if not {type(run.get(key)) for run in (wanted, stored)} & {list, dict}]
+        shown = (shown or different)[:4]
         expected, existing = (
-            ", ".join(textwrap.shorten(f"{key}={run.get(key)!r}", 120, placeholder="…") for key in different)
+            ", ".join(textwrap.shorten(f"{key} {run.get(key)}", 80, placeholder="…") for key in shown)
             for run in (wanted, stored)
         )
         raise ValueError(
-            f"{path} holds another run: expected {expected}; found {existing}; "
-            "give the output another name, or remove the file"
+            f"{path}: expected no file or the same run, found a run with other settings: {existing}, instead of "
+            f"{expected}; choose another output, or remove the file"
         )

@@ -164,7 +164,8 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
     if len(fitting) != 1:
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
         listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
-        raise UnreadableScan(path, f"expected {wanted}, found {len(fitting)} among {listed}; name it, channel='…'")
+        number = len(fitting) or "none"
+        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel=")
     return fitting[0]
 
 

@@ -103,8 +103,8 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
             below = int((values < 0).sum())
             raise ValueError(
                 f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
-                "if it is a force-distance curve, give its baseline (--baseline 1); else give the sign of adhesion, "
-                "pulls='positive' or 'negative', and the values of the other sign are taken as noise"
+                "state the sign of a pull-off, pulls='positive' or pulls='negative', or for a force-distance curve its "
+                "part that is the baseline, baseline=1"
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")

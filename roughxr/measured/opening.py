@@ -221,10 +221,10 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
         fitting = channels_named(channels, channel)
     fitting = channels_in_direction(fitting, direction)
     if len(fitting) != 1:
-        wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
+        wanted, number = "an image of adhesion" if channel is None else f"channel {channel!r}", len(fitting) or "none"
         raise UnreadableScan(
             path,
-            f"expected {wanted}, found {len(fitting)} among {listing(channels)}; give its name or number as channel=",
+            f"expected {wanted}, found {number} among {listing(channels)}; give its name or number, channel=",
         )
     return fitting[0]
 

@@ -43,7 +43,7 @@ def superposed(run: Run) -> list[str]:
         return []
     words = f"Superposed asperities: {ds.attrs['expectation']}."
     if "pull_off_force" in ds and (above := int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())):
-        words += f" At {above} of {ds.sizes['subregion']} places the sum exceeds the pull-off from a smooth flat."
+        words += f" At {above} of {ds.sizes['subregion']} places their sum exceeds the pull-off from a smooth flat."
     return [words]
 
 
@@ -65,9 +65,9 @@ def _elastic(run: Run) -> Iterator[str]:
         return
     direct = run["solutions/direct"]
     if direct.sizes["subregion"] == 1:
-        yield "Only one place was computed: nothing is known of how places differ."
+        yield "Only one place was computed: the scatter between places is not known."
     if not bool((direct["force"] > 0).any()):
-        yield "Nothing touches at any displacement of the direct simulation: go deeper."
+        yield "Nothing touches at any displacement of the direct simulation: use larger displacements."
     if "scan" in run and "contact_area" in direct:
         area, cell = direct["contact_area"].values, float(np.prod(schema.pixel(run["scan"])))
         share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
@@ -93,12 +93,12 @@ def _solved(run: Run) -> Iterator[str]:
         if kind == "statistics" and "bracketed" in ds:
             pulls = ds["pull_off_force"].notnull()
             if bad := int((pulls & ~ds["bracketed"].astype(bool)).sum()):
-                yield f"{words}: at {bad} of {pulls.size} places the sweep is too short: it ends at the largest pull."
+                yield f"{words}: at {bad} of {pulls.size} places the sweep ends before the largest adhesion force."
             if none := int((~pulls).sum()):
-                yield f"{words}: at {none} of {pulls.size} places nothing pulls; they are left out of the statistics."
+                yield f"{words}: at {none} of {pulls.size} places the sphere does not adhere; the statistics omit them."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
     if error > _LARGEST_ERROR:
-        yield f"Mesh and step leave the mean pull-off uncertain by {percent(error)}: take a finer mesh."
+        yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."
 
 
 def _yielding(run: Run) -> Iterator[str]:
@@ -120,15 +120,13 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
     if not force > _YIELDED_SHARE:
         return
-    shares = f"{where} {percent(area)} of the contact area with {percent(force)} of the force lies"
+    shares = f"{where}, {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:
         yield f"The softer body yields: {shares} at its hardness, {number(ds[name], 'GPa')}."
         return
-    known = "the hardness" if name == "hardness" else "the hardness estimated for these materials"
-    yield (
-        f"The contact may not stay elastic: {shares} above {known}, {number(ds[name], 'GPa')}. Such summits "
-        "yield; give the hardness to include this."
-    )
+    known = "hardness" if name == "hardness" else "estimated hardness"
+    limit = number(ds[name], "GPa")
+    yield f"Summits may yield: {shares} above the {known} of {limit}. State a hardness to include this."
 
 
 def _resolution(run: Run) -> Iterator[str]:
@@ -146,8 +144,8 @@ def _resolution(run: Run) -> Iterator[str]:
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
     if sharp >= _SOME:
         yield (
-            f"{percent(sharp)} of the asperities are too sharp for a tip of {TIP_RADIUS:g} nm radius to image them "
-            "truly. If the tip of the scan was as blunt, the surface is rougher than the scan and adheres less."
+            f"{percent(sharp)} of the asperities are sharper than a tip of {TIP_RADIUS:g} nm radius can "
+            "image. If the tip of the scan was as blunt, the surface is rougher than the scan, and adheres less."
         )
 
 

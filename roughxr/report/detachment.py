@@ -91,20 +91,20 @@ def detachment_notes(run: Run) -> list[str]:
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
     levers = "rigid bodies' contacts" if schema.is_wet(moments) else "the simulation's contacts"
     notes = [
-        f"A steady flow of air along x acts on the sphere where it {'came to rest' if at_rest else 'was placed'}; its "
-        "weight is neglected. The sphere can roll or lift off, but not slide, since no friction was given. The wall "
+        f"A steady flow of air along x acts on the sphere {'at its resting position' if at_rest else 'at each place'}. "
+        "Its weight is neglected. The sphere can roll or lift off, but not slide, since no friction is given. The wall "
         f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
         f"pull-off force times the lever arm of {levers}."
     ]
     if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
         notes.append(
-            f"At {out} of {speed.size} places the critical flow is beyond the range of the formulas for drag and "
-            "torque (r u*/ν above 1): there it is an extrapolation."
+            f"At {out} of {speed.size} places the critical flow is outside the range of the formulas for drag and "
+            "torque (r u*/ν above 1), and thus an extrapolation."
         )
     if at_rest:
         stable = percent((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
         notes.append(
-            f"Particles rolled from where they landed to where they rest: {stable} of them on three or more contacts."
+            f"Particles rolled from the grid to resting positions; {stable} of them rest on three or more contacts."
         )
     elif few := int(_unstable(moments).sum()):
         notes.append(

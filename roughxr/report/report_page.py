@@ -152,7 +152,7 @@ _FIRST = (
         [BUDGET],
         lambda run: figures.error_budget(run[BUDGET]),
         "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of "
-        "the change. Known biases are subtracted, and half of each stays as its error.",
+        "the change. Known biases are subtracted from the mean, and half of each counts as error.",
     ),
 )
 
@@ -163,14 +163,14 @@ _FIGURES = (
         ["statistics/scale_dependence"],
         lambda run: figures.cut_off(run["statistics/scale_dependence"]),
         "Simulated pull-off at a sample of places over the shortest wavelength of the surface: right of the dashed "
-        "line the scan without its shortest wavelengths, left of it with random roughness added that continues its "
-        "spectrum; error bars are the scatter between random seeds.",
+        "line the scan without its shortest wavelengths, left of it with random roughness added that extrapolates its "
+        "spectrum. Error bars are the scatter between random seeds.",
     ),
     _Figure(
         "Pull-off force by place",
         ["statistics/adhesive"],
         lambda run: figures.subregion_map(prediction(run)),
-        "Pull-off force at every place; grey where nothing pulls.",
+        "Pull-off force at every place; grey where the sphere does not adhere.",
     ),
     _Figure(
         "The scan and the places",
@@ -203,8 +203,8 @@ _FIGURES = (
         "Critical flow by place",
         DETACHMENT,
         lambda run: critical_map(run["statistics/detachment"]),
-        "Critical friction velocity of air along x at each place; or, where places differ in it, whether the sphere "
-        "rolls, slides or lifts.",
+        "Critical friction velocity of air along x at each place; or, if places differ in this, whether the sphere "
+        "rolls, slides or lifts first.",
     ),
     _Figure(
         "Fraction remaining",

@@ -156,7 +156,7 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
-    words = "one force of at least 0 nN (run each preload by itself, or pass several to adhesive)"
+    words = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
     adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
@@ -339,7 +339,7 @@ def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
     """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
     specimen, plan = task.specimen, task.plan
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
-        why = "no hardness is known, and ever sharper summits would yield; give a hardness, or named materials"
+        why = "no hardness is known, and fine summits yield; state a hardness, or name the materials"
         return {"statistics/extrapolated": not_extrapolated(specimen.bodies, why)}
     some = regions.sample(specimen.centres(plan.subregions), plan.extrapolated)
     try:

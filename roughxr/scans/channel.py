@@ -128,7 +128,7 @@ def is_igor(head: bytes) -> bool:
 
 
 #: Advice for a file without units.
-_STATE_UNITS = "if it contains heights, state their units with height_units="
+_STATE_UNITS = "if these are heights, state their units, height_units="
 
 
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
@@ -138,13 +138,13 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
     fitting = channels_in_direction(channels_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         number = "several" if fitting else "none"
-        advice = "choose one with channel=, by name or number" if any(c.units for c in channels) else _STATE_UNITS
-        wanted = "a topography" if channel is None else f"channel {channel!r}"
+        advice = "choose one by name or number, channel=" if any(c.units for c in channels) else _STATE_UNITS
+        wanted = "an image of heights" if channel is None else f"channel {channel!r}"
         wanted += f" with direction {direction!r}" if direction else ""
         raise UnreadableScan(path, f"expected {wanted}, found {number} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:
-        advice = f"choose one with channel=: {listing(channels)}" if first.units else _STATE_UNITS
+        advice = f"choose one, channel=, of {listing(channels)}" if first.units else _STATE_UNITS
         raise UnreadableScan(
             path,
             f"expected a channel of heights, found {first.name!r} in units of {first.units or 'nothing'}; {advice}",
@@ -162,7 +162,7 @@ def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str |
     if len(tied) < 2:
         return ""
     numbers = ", ".join(f"{channels.index(image)}: {image.name!r}" for image in tied)
-    return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is taken, another with channel="
+    return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
 
 
 def _by_sensor(channel: Channel) -> bool:

@@ -50,7 +50,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     height = scan["height"].compute()
     if not history(scan):  # open_scan has checked its scans already
         for fault in faults(height.values):
-            warn(f"level: {fault}", ImplausibleScan)
+            warn(f"{fault}", ImplausibleScan)
     inside = np.isfinite(height.values)
     if exclude is not None:
         inside &= ~_mask(exclude, height)

@@ -33,7 +33,7 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
     from difflib import get_close_matches
 
     near = get_close_matches(str(value).lower(), [str(name) for name in allowed], n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    return f" (did you mean {near[0]}?)" if near else ""
 
 
 def warn(words: str, category: type[Warning] = UserWarning) -> None:
