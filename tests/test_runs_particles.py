@@ -52,7 +52,7 @@ def test_the_archive_holds_rests_with_their_shares(groups):
 
 def test_the_report_shows_particles_at_rest(folder):
     text = re.sub(r"\s+", " ", (folder / "report.html").read_text(encoding="utf-8"))
-    assert "where it came to rest" in text
+    assert "at its resting position" in text
     table = pd.read_csv(folder / "places.csv")
     assert table["landing_share"].sum() == pytest.approx(1.0, abs=5e-4)  # four digits each
 
@@ -72,7 +72,7 @@ def test_the_explorer_shows_the_rests_each_with_its_share(folder, groups):
 def test_detach_counts_particles_not_places(folder, groups, capsys):
     assert main(["detach", str(folder), "--method", "adhesive"]) == 0
     told = capsys.readouterr().out
-    assert "5 % of particles where they came to rest" in told
+    assert "5 % of particles below" in told
     rests, share = report.moments_of(groups, "adhesive"), groups["statistics/rests"].landing_share.values
     at_rest = roughxr.particles.critical_load(rests).critical_friction_velocity.values
     printed = float(re.search(r"median ([\d.]+)", told).group(1))

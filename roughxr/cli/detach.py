@@ -73,16 +73,16 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
     critical = quietly(particles.critical_load, moments, options.load, flow=options.fluid, **slides)
     load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
-    source = f"{load}, pull-off forces: {METHOD_WORDS[method]}"
-    work = f"work of adhesion {number(moments['work_of_adhesion'], 'J/m²')} as in the run"
-    _print_critical(critical, f"{source}, {work}")
+    forces = f"pull-off forces: {METHOD_WORDS[method]}"
+    _print_critical(critical, load)
+    print(f"{forces}, with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
     if options.parameters:
         print(f"written to {exports.to_table(particles.parameters(moments), options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}")
     if options.picture:
-        _draw(critical, moments, options.picture, source)
+        _draw(critical, moments, options.picture, f"{load}, {forces}")
     return adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
 
 
@@ -95,22 +95,22 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
     return groups
 
 
-def _print_critical(critical: xr.Dataset, source: str) -> None:
+def _print_critical(critical: xr.Dataset, load: str) -> None:
     """Print the critical strength of a load, and how the sphere detaches."""
-    name, rests = next(iter(critical.data_vars)), "landing_share" in critical.coords
+    name = next(iter(critical.data_vars))
+    units, of = critical[name].attrs["units"], "particles" if "landing_share" in critical.coords else "places"
     values = critical[name].where(np.isfinite(critical[name]))
-    print(f"{source}; {critical[name].attrs['long_name']}, {critical[name].attrs['units']}:")
+    print(f"{critical[name].attrs['long_name']}, {load}, at which the sphere detaches:")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
-        least, middle, most = (number(v) for v in values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values)
-        of = "particles where they came to rest" if rests else "places"
+        quantiles = values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values
+        least, middle, most = (number(value, units) for value in quantiles)
         print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
-    print("first mode of detachment: " + ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts)))
+    first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
+    print(f"first mode of detachment, of {critical['mode'].size} places: {first}")
     if NO_REST in modes:
-        print(
-            f"{NO_REST}: without any load the sphere rolls off; roughxr run --particle analyses where it comes to rest"
-        )
-    print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size}")
+        print(f"{NO_REST}: the sphere rolls off without any load; roughxr run --particle analyses resting positions")
+    print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size} places")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
