@@ -29,6 +29,29 @@ QUICK = ["--law", "griffith", "--mesh", "1"]
 WITHOUT_EXTRAPOLATION = [part for part in analysis._PARTS if part.name != "extrapolated"]
 
 
+@pytest.mark.parametrize(
+    ("words", "nearest"),
+    [
+        (["run", "a.nc", "--sphere-raduis", "3 um"], "--sphere-radius"),
+        (["detach", "run", "--frictoin"], "--friction-coefficient"),
+    ],
+)
+def test_a_misspelt_option_is_answered_with_the_nearest(words, nearest, capsys):
+    with pytest.raises(SystemExit):
+        main(words)
+    assert f"did you mean {nearest}" in capsys.readouterr().err
+
+
+def test_errors_name_options_in_a_shell(tmp_path, capsys):
+    (tmp_path / "heights.txt").write_text("1 2 3\n2 3 4\n3 4 5\n", encoding="utf-8")
+    assert main(["info", str(tmp_path / "heights.txt")]) == 1
+    assert "state their units, --height-units" in capsys.readouterr().err
+    sample = str(Path(__file__).parents[1] / "datasets" / "rough.nc")
+    pair = ["--sphere-radius", "3 um", "--materials", "glass/silicon"]
+    assert main(["run", sample, *pair, "--preload", "5 nm", "-o", str(tmp_path / "run")]) == 1
+    assert "--preload: expected units that convert to 'nN'" in capsys.readouterr().err
+
+
 @pytest.fixture(scope="module")
 def paper_run(tmp_path_factory):
     """Return the folder of the paper's run, its adhesion in the limit without range: a seventh of the time.
@@ -88,6 +111,10 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
         assert float(tree["scan/work_of_adhesion"]) == 0.13
         assert np.isfinite(tree["statistics/energy/pull_off_force"]).any()
         assert "error_budget" not in tree["statistics"]
+        means = tree.map_over_datasets(lambda ds: ds.mean())
+        assert float(means["solutions/direct/contact_area"]) > 0
+        assert not [text for node in tree.subtree for text in node.attrs.values() if str(text)[:1] in ("{", "[")]
+        assert tree["solutions/direct/delta"].attrs["datum"] == "highest_peak"
     assert main([*words, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"run.nc", "overview.png", "table.txt", "report.html"} <= names

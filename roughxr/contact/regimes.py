@@ -112,7 +112,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     kind = {"yields": "hardness" in bodies.coords, "humid": humid}
     words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
     attributes = {"recommendation": words, "law": automatic_law(result["asperity_tabor"], **kind)}
-    out = xr.Dataset(result).assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
+    out = xr.Dataset(result).set_coords("recommended")
+    out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
 
 

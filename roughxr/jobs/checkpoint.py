@@ -29,7 +29,7 @@ import xarray as xr
 from .. import archive
 from .._version import __version__
 from ..vocabulary import schema
-from ..vocabulary.provenance import as_json
+from ..vocabulary.provenance import as_json, flat
 from . import spread
 from .progress import say
 from .spread import Failure, Work, contiguous
@@ -105,10 +105,10 @@ def checkpointed(
     with Checkpoint(output) as checkpoint:
         root = archive.root_of(output) if output.exists() else {archive.UNFINISHED: "all of it"}
         if output.exists():
-            _refuse_other(json.loads(root.get(_IDENTITY, "{}")), identity, output)
+            _refuse_other(_settings(root.get(_IDENTITY, "")), identity, output)
         if archive.UNFINISHED in root:
             resumed = checkpoint.begin(identity)
-            attrs = {"title": title, _IDENTITY: json.dumps(identity)}
+            attrs = {"title": title, _IDENTITY: _lines(identity)}
             try:
                 with spread.computed_by(checkpoint):
                     _write(compute(), checkpoint, output, attrs, missing)
@@ -312,7 +312,21 @@ def _identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
     if "indenter_height" in scan:
         known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
     known |= {key: as_json(value, _with_hash) for key, value in arguments.items()}
-    return json.loads(json.dumps({**known, "roughxr": f"{__version__} (source {source_digest()})"}))
+    return json.loads(json.dumps({**flat(known), "roughxr": f"{__version__} (source {source_digest()})"}))
+
+
+def _lines(identity: Mapping[str, Any]) -> str:
+    """Return the identity of a run as text, a line for each setting."""
+    return "\n".join(f"{name} = {json.dumps(value, ensure_ascii=False)}" for name, value in identity.items())
+
+
+def _settings(text: str) -> dict[str, Any]:
+    """Return the identity of a run from its text; other text is no identity."""
+    parts = (line.partition(" = ") for line in text.splitlines())
+    try:
+        return {name: json.loads(value) for name, _, value in parts}
+    except ValueError:
+        return {"settings": "unreadable"}
 
 
 @functools.cache

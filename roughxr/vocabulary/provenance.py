@@ -22,18 +22,36 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
     The attribute ``history`` has the form of the CF conventions, a line for each step; it continues that of ``source``,
-    by default of ``ds``. Arguments that are None are left out, arrays of more than 64 values shortened.
+    by default of ``ds``, whose ``title`` is kept, too. Arguments that are None are left out, arrays of more than 64
+    values shortened. Displacements state their datum.
 
     Examples
     --------
     >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
     {'size': 3}
     """
-    before = str((ds if source is None else source).attrs.get("history", ""))
-    given = {key: as_json(value) for key, value in arguments.items() if value is not None}
+    known = (ds if source is None else source).attrs
+    before = str(known.get("history", ""))
+    given = flat({key: as_json(value) for key, value in arguments.items()})
     words = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in given.items())
     line = f"roughxr {__version__}: {operation}({words})"
-    return ds.assign_attrs(history=f"{before}\n{line}" if before else line)
+    title = {"title": known["title"]} if "title" in known else {}
+    out = ds.copy(deep=False).assign_attrs({**title, **ds.attrs, "history": f"{before}\n{line}" if before else line})
+    for name in out.variables if "datum" in out.attrs else ():
+        if str(name).endswith("delta"):
+            out[name].attrs["datum"] = out.attrs["datum"]
+    return out
+
+
+def flat(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values with those of inner mappings by names such as "mesh.refine", without None."""
+    out: dict[str, Any] = {}
+    for name, value in values.items():
+        if isinstance(value, Mapping):
+            out |= {f"{name}.{inner}": item for inner, item in flat(value).items()}
+        elif value is not None:
+            out[name] = value
+    return out
 
 
 def history(ds: xr.Dataset) -> list[dict[str, Any]]:
