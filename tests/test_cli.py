@@ -31,10 +31,7 @@ WITHOUT_EXTRAPOLATION = [part for part in analysis._PARTS if part.name != "extra
 
 @pytest.mark.parametrize(
     ("words", "nearest"),
-    [
-        (["run", "a.nc", "--sphere-raduis", "3 um"], "--sphere-radius"),
-        (["detach", "run", "--frictoin"], "--friction-coefficient"),
-    ],
+    [(["run", "a.nc", "--sphere-raduis", "3 um"], "--sphere-radius"), (["detach", "run", "--fliud"], "--fluid")],
 )
 def test_a_misspelt_option_is_answered_with_the_nearest(words, nearest, capsys):
     with pytest.raises(SystemExit):
