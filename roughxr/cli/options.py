@@ -46,7 +46,11 @@ _BODIES = (
     ("--poisson-ratio", "NU...", "Poisson's ratio, one value for both bodies or one for each"),
     ("--contact-modulus", "E*", "contact modulus E* of the pair, GPa; replaces moduli and Poisson's ratios"),
     ("--surface-energy", "GAMMA", "surface energy of two bodies of one material, J/m²: half the work of adhesion"),
-    ("--work-of-adhesion", "W...", "J/m²; default: of --materials; with --humidity also two: dry, and under liquid"),
+    (
+        "--work-of-adhesion",
+        "W...",
+        "J/m²; default: that of --materials; with --humidity also two values: dry, under liquid",
+    ),
     ("--hardness", "H", "hardness of the softer body, GPa: the upper limit of pressure; default: elastic bodies"),
     ("--adhesion-range", "RHO", "interaction range of the attraction, nm; default: 0.3"),
     ("--hamaker-constant", "A", "Hamaker constant of the pair, such as '65 zJ', instead of --work-of-adhesion"),
@@ -125,7 +129,7 @@ def _paper(commands: Any) -> None:
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
-    words = "GPa (glass: 6): extrapolates the roughness below the pixel, over ten minutes; default: of the materials"
+    words = "hardness, GPa, of glass 6; adds a best estimate, in over ten minutes; default: that of --materials"
     _add(command, ("--hardness", "H", words))
     _add_budget(command)
     _flag(command, "-q --quiet", _QUIET)
@@ -158,9 +162,9 @@ def _run(commands: Any) -> None:
     group = command.add_argument_group("the simulation with adhesion")
     words = "compressive force before retraction, nN or as '50 nN'; default: 0"
     _add(group, ("--preload", "P", words), default=0.0, type=number)
-    words = "traction over the gap; default: auto, exponential where its range matters, else griffith"
+    words = "law of the traction across the gap; default: auto, exponential where its range matters, else griffith"
     _add(group, ("--law", None, words), default="auto", choices=LAWS)
-    words = "cells along the side of a pixel; default: auto, until the pull-off changes little"
+    words = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
     _add(group, ("--mesh", "N", words), default="auto", type=_cells)
     words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", words))
@@ -176,20 +180,20 @@ def _cells(text: str) -> int | str:
 
 def _pages(commands: Any) -> None:
     command = _command(commands, "report", "running:write_report", "write the report of a finished run, one HTML file")
-    _add(command, _RUN, ("-o --output", "HTML", "default: report.html beside the archive"))
+    _add(command, _RUN, ("-o --output", "HTML", "page to write; default: report.html beside the archive"))
     command = _command(commands, "explore", "running:explore", "write an interactive page of a finished run")
-    _add(command, _RUN, ("-o --output", "HTML", "default: explore.html beside the archive"))
+    _add(command, _RUN, ("-o --output", "HTML", "page to write; default: explore.html beside the archive"))
     _flag(command, "--open", "show the page in the browser")
     _flag(command, "-q --quiet", _QUIET)
 
 
 def _files(commands: Any) -> None:
     command = _command(commands, "info", "file_commands:info", "print a file's channels, and a scan's roughness")
-    command.add_argument("file", metavar="FILE")
+    _add(command, ("file", "FILE", "an AFM file, or a NetCDF file of a scan"))
     _add_reading(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
     command = _command(commands, "convert", "file_commands:convert", "write a scan in another format")
-    command.add_argument("file", metavar="FILE")
+    _add(command, ("file", "FILE", "an AFM file, or a NetCDF file of a scan"))
     _add(command, ("-o --output", "OUT", "OUT.nc or OUT.gsf"), required=True)
     _add_reading(command)
 
@@ -228,7 +232,7 @@ def _detach(commands: Any) -> None:
         (
             "--particle-density",
             "RHO",
-            "density of the sphere, kg/m³; needed by all loads but a flow, which else neglects the weight",
+            "density of the sphere, kg/m³; required, except by a flow, which then neglects the weight",
         ),
     )
     slides = command.add_mutually_exclusive_group()
@@ -239,16 +243,18 @@ def _detach(commands: Any) -> None:
     )
     _add(slides, ("--shear-strength", "TAU", "shear strength of the contact, GPa, or text such as '5 MPa'"))
     words = (
-        "pull-off forces by the simulation with finer roughness (extrapolated), or of the scan (adhesive); default: "
-        "the first of these that the run contains"
+        "pull-off forces of the simulation, with finer roughness (extrapolated) or as scanned (adhesive); default: "
+        "extrapolated if the run contains it"
     )
     _add(command, ("--method", None, words), choices=("extrapolated", "adhesive"))
-    _add(command, ("-o --output", "TABLE", "one row for each place, OUT.csv or OUT.parquet"))
-    words = "input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
+    _add(command, ("-o --output", "TABLE", "write one row for each place, OUT.csv or OUT.parquet"))
+    words = "write input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
     _add(command, ("--parameters", "TABLE", words))
-    words = f"input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"
+    words = (
+        f"write input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"
+    )
     command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=words)
-    words = "map of the mode of detachment, or of the critical load, and the resisting moments"
+    words = "draw a map of the mode of detachment, or of the critical load, and the resisting moments"
     _add(command, ("--picture", "PNG", words))
 
 
@@ -256,18 +262,18 @@ def _add_measurement(command: Any) -> None:
     words = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
     _add(command, ("file", "FILE...", words))
     group = command.add_argument_group("what to read from the file, and what the file does not state")
-    _add(group, ("--channel", None, "name of the column, name or number of the image"))
-    _add(group, ("--direction", None, "of an image; default: trace (forward)"), choices=_DIRECTIONS)
+    _add(group, ("--channel", None, "name of the column, or name or number of the image"))
+    _add(group, ("--direction", None, "scan direction of an image; default: trace (forward)"), choices=_DIRECTIONS)
     _add(
         group,
-        ("--size", "L...", "of an image along x and y, nm"),
-        ("--units", None, "of what was measured, such as nN or V"),
-        ("--place-units", "UNITS", "of the columns x and y, such as um"),
-        ("--sensitivity", "S", "for values in V, such as '12 nN/V' or '50 nm/V'"),
-        ("--spring-constant", "K", "for deflections, N/m"),
+        ("--size", "L...", "size of an image along x and y, nm"),
+        ("--units", None, "units of the measured values, such as nN or V"),
+        ("--place-units", "UNITS", "units of the columns x and y, such as um"),
+        ("--sensitivity", "S", "sensitivity, for values in V, such as '12 nN/V' or '50 nm/V'"),
+        ("--spring-constant", "K", "spring constant, for deflections, N/m"),
     )
-    _add(group, ("--pulls", None, "sign of a pulling force in the file"), choices=("positive", "negative"))
-    words = "for a table of force curves: the part of each, from its far end, that holds the baseline (1: the whole)"
+    _add(group, ("--pulls", None, "sign of pull-off forces in the file"), choices=("positive", "negative"))
+    words = "for a table of a force curve: part of the curve, from its far end, that is baseline (1: all of it)"
     _add(group, ("--baseline", "PART", words), type=float)
 
 
