@@ -8,7 +8,6 @@ import warnings
 from pathlib import Path
 
 import matplotlib
-import sphinx_autosummary_accessors
 from docutils.nodes import SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 
@@ -23,8 +22,8 @@ warnings.simplefilter("ignore", UserWarning)
 shutil.rmtree(Path(__file__).parent / "site" / "generated", ignore_errors=True)
 
 project = "roughxr"
-author = "the authors of roughxr"
-copyright = "the authors of roughxr, BSD-3-Clause"
+author = "The roughxr developers"
+copyright = "The roughxr developers, BSD-3-Clause"
 version = release = roughxr.__version__
 
 extensions = [
@@ -32,9 +31,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
-    "sphinx_autosummary_accessors",
 ]
-templates_path = [sphinx_autosummary_accessors.templates_path]
 exclude_patterns = [".ipynb_checkpoints"]
 default_role = "autolink"
 

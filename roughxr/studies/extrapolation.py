@@ -474,7 +474,7 @@ def _result(ds, forces, entries, pilot: _Pilot, model, centres, hardness, sides:
         known += f" Other measurements of the surface give its spectrum down to {last:.3g} nm."
     if failed := int(np.isnan(forces).sum()):
         known += f" {failed} of {forces.size} solves failed, also from another guess, and are not in the mean."
-    goes_on = f"its spectrum is assumed to continue (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
+    goes_on = f"its spectrum is extrapolated (Hurst exponent {model.hurst:.2g} ± {model.hurst_error:.2g}) "
     assumed = f"Below, {goes_on}down to {pilot.wavelengths[-1]:.2g} nm{_stop_reason(pilot, end)}; {hardness}."
     if sides is not None:
         last = pilot.wavelengths[-1]
