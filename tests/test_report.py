@@ -121,7 +121,7 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
 
 def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):
     assert cli.main(["detach", str(written.parent), "--load", "tilt"]) == 1
-    assert "particle_density: expected a density" in capsys.readouterr().err
+    assert "--particle-density: expected a density" in capsys.readouterr().err
     less = archive.save({name: run[name] for name in ("scan", "statistics/adhesive")}, tmp_path / "run.nc")
     assert cli.main(["detach", str(less)]) == 1
     assert "expected a run with resisting moments" in capsys.readouterr().err

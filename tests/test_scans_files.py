@@ -151,7 +151,7 @@ def test_images_that_may_be_the_heights_as_well_are_listed(tmp_path):
 def test_a_channel_of_no_length_is_no_scan(tmp_path):
     rows = picture()
     path = write_gwy(tmp_path, rows, size_of(rows))
-    with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose one with channel=: 0: 'Height'"):
+    with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose one, channel=, of 0: 'Height'"):
         open_scan(path, channel="Phase")
 
 

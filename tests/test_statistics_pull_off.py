@@ -118,9 +118,9 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
     assert found.pull_off_force.units == found.low.units == "nN"
     one = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
     assert np.isnan(one.low) and capsys.readouterr().out.startswith("Mean pull-off 1 nN (1 place)")
-    with pytest.raises(ValueError, match="at least one place that pulls"):
+    with pytest.raises(ValueError, match="at least one place that adheres"):
         roughxr.answer(pull * np.nan)
-    with pytest.raises(ValueError, match="at least one place that pulls"):
+    with pytest.raises(ValueError, match="at least one place that adheres"):
         roughxr.answer(pull.assign(pull_off_force=-pull.pull_off_force))
 
 
