@@ -87,14 +87,14 @@ def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
     rows = {}
     for name in ds["statistic"].values.tolist():
         known = [_ends(ds.sel(statistic=name), column) for column in columns]
-        rows[_STATISTICS.get(name, name)] = [sure(*ends, units="").replace("95 % interval ", "") for ends in known]
+        rows[_STATISTICS.get(name, name)] = [sure(*ends, "").replace("95 % interval ", "") for ends in known]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
     return table.to_string(header=any(columns.values()), justify="left")
 
 
-def _ends(row: xr.Dataset, name: str) -> list[float]:
+def _ends(row: xr.Dataset, name: str) -> tuple[float, float, float]:
     low, high = ("low", "high") if name == "estimate" else (f"{name}_low", f"{name}_high")
-    return [float(row[column]) for column in (name, low, high)]
+    return float(row[name]), float(row[low]), float(row[high])
 
 
 def _pulls(ds: xr.Dataset) -> bool:

@@ -54,7 +54,7 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
         return
     if (known := best_estimate(run)) is not None:
         mean, *ends = known
-        words = sure(mean, *ends).replace("95 % interval ", "")
+        words = sure(*known).replace("95 % interval ", "")
         words = f"best estimate of the mean, with finer\nroughness, {words}"
         style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
         ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)
