@@ -242,9 +242,9 @@ def test_other_runs_under_the_same_name_are_refused_with_both_named(tmp_path, un
     finished, _ = undisturbed
     stopped(tmp_path / "run.nc")
     for path in (finished, tmp_path / "run.nc"):
-        with pytest.raises(ValueError, match=r"expected delta=\[1.0, 2.5\].*found delta=\[1.0, 2.0, 3.0\]"):
+        with pytest.raises(ValueError, match=r"settings: delta \[1.0, 2.0, 3.0\], instead of delta \[1.0, 2.5\]"):
             a_run.run(path, arguments=a_run.ARGUMENTS | {"delta": [1.0, 2.5]})
-        with pytest.raises(ValueError, match=r"expected scan='surface 4'.*found scan='surface 3'"):
+        with pytest.raises(ValueError, match=r"settings: scan surface 3, instead of scan surface 4"):
             a_run.run(path, seed=4)
     only(finished)
 

@@ -40,7 +40,7 @@ def info(options: Namespace) -> None:
     for variable, value in scans.roughness(scan).data_vars.items():
         if value.ndim == 0:
             units = value.attrs["units"].removesuffix("1")
-            print(f"  {variable!s:10s} {number(value, digits=4):>10s} {units:5s} {value.attrs['long_name']}")
+            print(f"  {variable!s:10s} {number(value, digits=6):>10s} {units:5s} {value.attrs['long_name']}")
     if options.picture:
         from matplotlib.figure import Figure
 
