@@ -53,10 +53,12 @@ def test_errors_name_options_in_a_shell(tmp_path, capsys):
 def paper_run(tmp_path_factory):
     """Return the folder of the paper's run, its adhesion in the limit without range: a seventh of the time.
 
-    With the range that the twin's Tabor parameters ask for it is the paper's notebook, which is executed too.
+    With the range that the twin's Tabor parameters ask for, and its best estimate, it is the paper's notebook, which is
+    executed too.
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(analysis, "_PARTS", WITHOUT_EXTRAPOLATION)
         patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", mesh=Mesh(1, step=0.4)))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
@@ -135,6 +137,21 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
     assert error.startswith("roughxr: ") and says in error
     assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "hardness"), [([], 6.0), (["--hardness", "4"], 4.0), (["--materials", "polystyrene"], 0.2)]
+)
+def test_the_paper_has_a_hardness_for_its_best_estimate(tmp_path, monkeypatch, options, hardness):
+    """Glass's by default; what is not extrapolated stays elastic."""
+    executed = []
+    monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append(arguments))
+    (tmp_path / "table.txt").write_text("")
+    monkeypatch.setattr("roughxr.cli.running._tell_answer", lambda *arguments: None)
+    assert main(["paper", "-o", str(tmp_path), *options]) == 0
+    ((specimen, plan, *_),) = executed
+    assert float(specimen.bodies.hardness_estimate) == hardness and "hardness" not in specimen.bodies.coords
+    assert plan.extrapolated > 0
 
 
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,6 +11,7 @@ from roughxr import reference, report
 from roughxr.contact.adhesive_options import preload_problem
 from roughxr.contact.subpixel import AddedRoughness, _finer_boxes, _patches, extrapolated_pull_off, pack_patches
 from roughxr.kernels.topography.random_surface import band_rms, k_correlation
+from roughxr.report.summary import best_estimate_notes
 from roughxr.scans import self_affine_fit, synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.scans.self_affinity import unlike_self_affine
@@ -121,9 +123,8 @@ def test_a_solve_that_fails_is_tried_again_and_reported(surface, found, monkeypa
 
     def failing(height, first, pixel, centre, seed, *rest):
         if centre[0] < 240 and centre[1] < 240 and seed == 1 and rest[-1].shortest == 8:
-            tried.append(seed)
-            if len(tried) <= failures:
-                return np.full(2, np.nan)
+            tried.append(extrapolated_pull_off(height, first, pixel, centre, seed, *rest))
+            return np.full(3, np.nan) if len(tried) <= failures else tried[-1]
         return extrapolated_pull_off(height, first, pixel, centre, seed, *rest)
 
     monkeypatch.setattr(extrapolation, "extrapolated_pull_off", failing)
@@ -132,6 +133,9 @@ def test_a_solve_that_fails_is_tried_again_and_reported(surface, found, monkeypa
     assert int(again.failed_solves) == lost == int(again.pull_off_force.isnull().sum())
     assert ("1 of 8 solves failed" in again.attrs["known"]) == lost
     expected = found.pull_off_force.where(again.pull_off_force.notnull())
+    if not lost:  # the guess sets how far cells are included
+        assert tried[1][0] == pytest.approx(float(expected[0, 1]), rel=5e-3)
+        expected[0, 1] = tried[1][0]
     np.testing.assert_allclose(again.pull_off_force, expected, rtol=1e-3)
     assert float(again.pull_off_mean) == pytest.approx(float(expected.mean()), rel=1e-3)
 
@@ -263,10 +267,66 @@ def test_a_measured_map_has_an_estimate_between_the_scan_and_the_scan_with_rough
     assert "lies between both, nearer to the scan, which shows a" in estimate.attrs["assumed"]
 
 
-def test_a_spectrum_that_is_given_is_used_as_it_is(measured):
-    spectrum = self_affine_fit(measured)
-    out = roughxr.extrapolated(measured, subregions=(2, 1), seeds=1, shortest=20, spectrum=spectrum)
-    assert f"Hurst exponent {float(spectrum.hurst_exponent):.2g} ±" in out.attrs["assumed"]
+def test_the_fit_of_the_scan_itself_changes_nothing_where_it_is_not_self_affine(measured):
+    """Only a finer measurement tells more than the scan; a larger shortest wavelength may be stated."""
+    given = {"subregions": (2, 1), "seeds": 1, "shortest": 20}
+    usual = roughxr.extrapolated(measured, **given)
+    fitted = roughxr.extrapolated(measured, spectrum=self_affine_fit(measured), **given)
+    for name in ("pull_off_mean", "pull_off_lower", "pull_off_upper"):
+        assert float(fitted[name]) == pytest.approx(float(usual[name]), rel=1e-6)
+    assert fitted.attrs["assumed"] == usual.attrs["assumed"] and "lies between both" in usual.attrs["assumed"]
+    blunt = roughxr.extrapolated(measured, spectrum=self_affine_fit(measured, shown=250), **given)
+    assert float(blunt.longest_added) == 250 > 1.5 * float(usual.longest_added)
+    assert "lies between both" in blunt.attrs["assumed"]
+
+
+def test_the_fit_of_a_finer_scan_is_used_from_the_shortest_wavelength_of_the_coarser(measured):
+    """Also where the latter is not self-affine; nothing is missing between both."""
+    fine = synthetic.self_affine((256, 256), 2.0, rms=0.5, hurst=0.6, rolloff=120.0, seed=3)
+    fit = self_affine_fit(fine, shown=8)
+    out = roughxr.extrapolated(measured, subregions=(2, 1), seeds=1, shortest=20, spectrum=fit)
+    model, longest = known_spectrum(fit), float(resolved_spectrum(measured).shortest_wavelength)
+    assert float(out.longest_added) == pytest.approx(longest)
+    assert float(out.added_rms) == pytest.approx(band_rms(model.density, longest, 20), rel=0.01)
+    assert "spectrum down to 8 nm" in out.attrs["known"] and "lies between both" not in out.attrs["assumed"]
+    at = 2 * np.pi / np.array([0.99 * longest, 30.0, 9.0, 3.0])
+    tilted = known_spectrum(fit, longest)._replace(tilt=1.0)
+    np.testing.assert_allclose(tilted.density(at), model._replace(tilt=1.0).density(at), rtol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["self-affine", "measured"])
+def test_no_place_is_solved_twice(surface, measured, monkeypatch, kind):
+    solved = []
+
+    def recorded(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below):
+        key = (centre, seed if below.shortest < below.longest else 0, below.shortest, below.spectrum.tilt)
+        solved.append((*key, adhesion.length, problem.hardness, height.tobytes()))
+        return extrapolated_pull_off(height, first, pixel, centre, seed, depth, pull, problem, adhesion, below)
+
+    monkeypatch.setattr(extrapolation, "extrapolated_pull_off", recorded)
+    roughxr.extrapolated(surface if kind == "self-affine" else measured, subregions=(3, 2), seeds=2, shortest=20)
+    assert len(solved) == len(set(solved)) > 12
+
+
+def test_octaves_that_would_take_too_long_are_part_of_the_interval(surface, monkeypatch):
+    given = {"subregions": (3, 2), "seeds": 1, "accuracy": 0.3}
+    monkeypatch.setattr(extrapolation, "_MOST_CELLS", 10**9)
+    whole = roughxr.extrapolated(surface, **given)
+    monkeypatch.setattr(extrapolation, "_MOST_CELLS", 0)
+    ended = roughxr.extrapolated(surface, **given)
+    assert bool(whole.converged) and not bool(ended.converged)
+    assert float(ended.shortest_wavelength) == pytest.approx(0.5 * float(ended.longest_added))
+    assert float(ended.shortest_wavelength) > 1.4 * float(whole.shortest_wavelength)
+    assert ended.pull_off_lower < whole.pull_off_mean < ended.pull_off_upper
+    assert float(ended.pull_off_mean) < float(ended.scale_pull_off[-1])
+    assert "would take too long" in ended.attrs["assumed"] and "too long" not in whole.attrs["assumed"]
+
+
+@given(st.floats(1e-3, 2), st.floats(0, 1))
+def test_later_octaves_change_the_pull_off_between_amplitude_and_energy(change, hurst):
+    mean, error = extrapolation._rest(change, hurst)
+    series = [sum(change * 2 ** (-power * max(hurst, 0.3) * k) for k in range(1, 200)) for power in (1, 2)]
+    assert mean + error == pytest.approx(series[0]) and mean - error == pytest.approx(series[1])
 
 
 @given(st.floats(1e-3, 4), st.floats(0, 2), st.sampled_from(["", "steps"]))
@@ -296,6 +356,20 @@ def test_the_first_words_are_both_answers(surface, found):
     solved = roughxr.pull_off(roughxr.adhesive(surface, subregions=(2, 2), mesh=roughxr.Mesh(accuracy=None)))
     words = report.headline({"statistics/adhesive": solved, "statistics/extrapolated": found})
     assert words.startswith("Mean pull-off ") and "best estimate" in words
+
+
+def test_the_report_states_the_gain_by_a_finer_scan(found):
+    """A finer scan removes the errors of the unseen roughness, and no others."""
+    many = found.assign(relative_error=xr.where(found.entry == "places", 0.05, found.relative_error))
+    known, assumed, interval, measured = best_estimate_notes({"statistics/extrapolated": many})
+    assert (known, assumed) == (found.attrs["known"], found.attrs["assumed"]) and "measured surfaces" in measured
+    rest = 1.96 * float(np.sqrt((many.relative_error.drop_sel(entry=["spectrum", "finer roughness"]) ** 2).sum()))
+    now = float(np.sqrt(found.pull_off_upper / found.pull_off_lower))
+    assert f"spans a factor of {now:.3g} to either side" in interval and np.exp(rest) < 0.9 * now
+    assert f"it would span a factor of {np.exp(rest):.3g} or more" in interval
+    few = found.assign(relative_error=xr.where(found.entry == "places", 3.0, found.relative_error))
+    assert "A finer scan would hardly narrow it" in best_estimate_notes({"statistics/extrapolated": few})[2]
+    assert best_estimate_notes({"statistics/extrapolated": not_extrapolated(found, "flat")}) == []
 
 
 def test_pixels_wider_than_the_contact_are_solved_on_cells_that_resolve_it():

@@ -129,7 +129,7 @@ def _paper(commands: Any) -> None:
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
-    words = "hardness, GPa, of glass 6; adds a best estimate, in over ten minutes; default: that of --materials"
+    words = "hardness of the best estimate, GPa; default: that of the materials, of glass 6; all else stays elastic"
     _add(command, ("--hardness", "H", words))
     _add_budget(command)
     _flag(command, "-q --quiet", _QUIET)

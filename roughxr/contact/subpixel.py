@@ -60,7 +60,7 @@ class ScanWindow(NamedTuple):
 
 
 def extrapolated_pull_off(height, first, pixel, centre, seed, depth, estimate, problem, adhesion, added) -> np.ndarray:
-    """Return the pull-off (nN) at a place, and the depth (nm beyond first contact) of the preload; a task.
+    """Return the pull-off (nN) at a place, its depth (nm beyond first contact) at the preload, and the cells; a task.
 
     ``estimate`` of the pull-off (nN) sets the distance between patches.
     """
@@ -74,8 +74,9 @@ def extrapolated_pull_off(height, first, pixel, centre, seed, depth, estimate, p
             break
         depth = depth * _DEPTH_FACTOR
     if not (followed.turn and reached(followed, adhesion, 0)):
-        return np.full(2, np.nan)
-    return np.array([pull_off_force(cycles, 0), followed.states["delta"][followed.turn - 1]])
+        return np.full(3, np.nan)
+    cells = np.count_nonzero(np.isfinite(surface.separation))
+    return np.array([pull_off_force(cycles, 0), followed.states["delta"][followed.turn - 1], cells])
 
 
 def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> tuple[Surface, float]:

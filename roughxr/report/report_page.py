@@ -26,7 +26,7 @@ from ..vocabulary.text import printable
 from .caveats import cautions
 from .detachment import DETACHMENT, detachment_notes, moments_of, remaining
 from .run_tables import METHOD_WORDS, flagged, prediction, tables
-from .summary import BUDGET, by_place, headline, run_summary
+from .summary import BUDGET, best_estimate_notes, by_place, headline, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -62,6 +62,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         archive_name=archive_name,
         headline=headline(run),
         humid=liquid.described(run["scan"]) if "scan" in run else "",
+        best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         facts=_facts(run),

@@ -12,6 +12,7 @@ import xarray as xr
 
 from .. import figures, report
 from ..bodies.pair import assign_pair, elastic
+from ..bodies.substances import MATERIALS
 from ..contact.mesh import Mesh
 from ..runs.analysis import Plan, execute
 from ..scans import open_sample
@@ -62,10 +63,12 @@ def paper(
     materials : str or list of str, optional
         Bodies in place of the paper's glass, as for `assign_pair`; the radius stays.
     hardness : number or quantity, optional
-        GPa, glass has about 6; by default that of the materials. With it the roughness is extrapolated below the pixel,
-        which takes more than ten minutes; all else stays elastic, as in the paper.
+        GPa, by default that of the materials, of glass 6. At it the bodies yield where the roughness is extrapolated
+        below the pixel; all else stays elastic, as in the paper.
     """
     pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
+    if materials is None and hardness is None:
+        hardness = MATERIALS["glass"].hardness
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))

@@ -38,6 +38,9 @@ _CELLS = 4
 #: transform; their mean power is used from `_LEAST_IN_RING` coefficients on.
 _RINGS, _CORNER, _LEAST_IN_RING = 24, 1.15, 20
 
+#: Points of a finer scan's fit between its own shortest wavelength and that of the coarser scan.
+_POINTS = 64
+
 
 class Spectrum(NamedTuple):
     """The K-correlation model of a scan, and the shortest wavelength that the scan shows."""
@@ -52,11 +55,15 @@ class Spectrum(NamedTuple):
     measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used within their range
     lay: complex = 0.0  # see `lay_factor`
 
+    @property
+    def reach(self) -> float:
+        """The shortest wavelength with measured power, nm."""
+        return self.shown if self.measured is None else 2 * np.pi * float(np.exp(-self.measured[0][-1]))
+
     def density(self, q):
         """Return C(q), nm⁴."""
-        density, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.shown)
+        density, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.reach)
         if self.measured is not None:
-            known = self.measured[0][-1]
             density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - known, 0.0)
         return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
@@ -238,12 +245,19 @@ def add_fine_roughness(
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:
-    """Return the model of `self_affine_fit`, or a measured spectrum with the model below its shortest wavelength."""
+    """Return the model of `self_affine_fit`, or a measured spectrum with the model below its shortest wavelength.
+
+    The fit of a finer scan is measured down to the shortest wavelength of that scan; ``shown`` is that of the coarser.
+    """
     fit = entered(fit)
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
         known: Any = [float(fit[name]) for name in _NAMES]
-        return Spectrum(*known)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
+        model = Spectrum(*known)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
+        if not model.shown < shown:
+            return model
+        q = 2 * np.pi / np.geomspace(shown, model.shown, _POINTS)
+        return model._replace(shown=shown, measured=(np.log(q), np.log(model.density(q))))
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
     modes = fit["psd_modes"].values / _REPEATED if "psd_modes" in fit else np.ones(q.size)
     last = 2 * np.pi / q[-1] * (1 - 1e-9)

@@ -46,6 +46,9 @@ _NEGLIGIBLE_RMS = 0.1
 #: Places at which the shortest wavelength with an effect and the effect of the assumptions are determined.
 _PILOT_PLACES = 6
 
+#: Mean number of cells of a place from which no further octave is added: it would take a minute for the few places.
+_MOST_CELLS = 10_000
+
 #: Factors on the range of adhesion and on the hardness, assigned or estimated: one standard deviation.
 _RANGE_FACTOR, _HARDNESS_FACTOR, _ESTIMATE_FACTOR = 1.25, 1.1, 1.3
 
@@ -67,8 +70,8 @@ _POWER_LAW = 4.0
 #: Pixels along a side below which a scan is not coarsened by two for the test of self-affinity.
 _LEAST_COARSENED = 64
 
-#: Wavelengths, pixels, whose energy sets that of the added roughness.
-_FINEST_OCTAVE = 2.0, 4.0
+#: Pixels of the shortest wavelength that a scan contains, along an axis and along a diagonal.
+_TWO_PIXELS, _DIAGONAL = 2.0, 1.4
 
 #: Largest ln(scanned / best estimate) of a surface that is not self-affine.
 _LARGEST_FALL = 0.5
@@ -113,8 +116,8 @@ def extrapolated(
     shortest : number or quantity, optional
         Shortest wavelength of the surface, nm, where it is known; by default that below which roughness has no effect.
     spectrum : Dataset, optional
-        Result of `self_affine_fit`, by default that of the wavelengths that the scan shows correctly; or a measured
-        one, `combined_spectrum`, used as far as it reaches.
+        A spectrum measured on finer pixels, used as far as it reaches: `combined_spectrum`, or `self_affine_fit` of a
+        finer scan. A fit of this scan, or of one as coarse, replaces the usual one only if the scan is self-affine.
     accuracy : float
         Finer roughness has no effect where an octave more changes the mean pull-off by less than this part.
 
@@ -143,6 +146,8 @@ def extrapolated(
     noise. The estimate then lies between the surface as scanned and the scan with the usual fine roughness of real
     surfaces added, and the interval contains both (``tests/benchmarks/real_below_the_pixel.py``).
 
+    The effect of octaves that would take too long is estimated from the last one's, as ``assumed`` states.
+
     Examples
     --------
     >>> import roughxr
@@ -155,31 +160,35 @@ def extrapolated(
     ds = need_sphere(ds).scan
     count, accuracy = whole_number(seeds, "seeds", least=1), fraction(accuracy, "accuracy")
     end = None if shortest is None else positive(shortest, "nm", "shortest")
-    if spectrum is None or "psd" in spectrum:
-        own = known_spectrum(resolved_spectrum(ds))
-        model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
-    else:
-        model = known_spectrum(spectrum)
+    own, pixel = known_spectrum(resolved_spectrum(ds)), max(schema.pixel(ds))
+    model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    unlike = _unlike_self_affine(ds, model.shown) if spectrum is None else ""
-    between = spectrum is None and (bool(unlike) or model.rolloff < _POWER_LAW * model.shown)
+    measured = model.reach < _DIAGONAL * pixel
+    unlike = "" if measured else _unlike_self_affine(ds, model.shown)
+    between = not measured and (bool(unlike) or model.rolloff < _POWER_LAW * model.shown)
     bodies, hardness = with_hardness(ds)
-    resolved = without_noise(bodies) if between else smooth(bodies, shortest=model.shown)
-    model = _real_surface_spectrum(resolved) if between else model
+    resolved = smooth(bodies, shortest=model.shown)
+    if between:
+        resolved, shown = without_noise(bodies), _TWO_PIXELS * pixel
+        if model.shown > own.shown * (1 + 1e-9):  # stated by the fit, as for a blunt tip
+            shown = model.shown
+            bodies, resolved = (smooth(each, shortest=shown) for each in (bodies, resolved))
+        model = _real_surface_spectrum(resolved, shown)
     centres = regions.centres(ds, subregions)
     problem, adhesion = preload_problem(bodies, preload=preload)
     surface = Surface(resolved, problem, centres)
     question = Question(problem, adhesion, AddedRoughness(model, model.shown, model.shown))
     pilot = _pilot(surface, question, _PARTS_OF_REAL if between else _PARTS_OF_POWER_LAW, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
-    places = range(centres.sizes["subregion"])
-    forces = surface.solve(question, places, count, pilot.guesses[-1])[..., 0]
+    forces = _completed(surface, question, pilot, -1, count) * np.exp(-pilot.rest[0])
     entries, sides = _entries(surface, question, pilot, hardness, with_spectrum=not unlike), None
     if between:
         bare = question._replace(below=question.below._replace(shortest=model.shown))
-        scanned = surface.solve(bare, places, 1, pilot.guesses[0])[..., 0]
-        effect = _effect_of_noise(Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies), pilot)
+        scanned = _completed(surface, bare, pilot, 0, 1)
+        effect = _effect_of_noise(
+            Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies, model.shown), pilot
+        )
         added = _mean(forces, centres)
         noisy = added * np.exp(effect)
         sides = _two_sides(_mean(scanned, centres), added, noisy, unlike, entries.pop("spectrum", 0.0))
@@ -278,14 +287,14 @@ def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
     return unlike_self_affine(coarse, max(shown, _TRUE_PIXELS * max(schema.pixel(coarse))))
 
 
-def _real_surface_spectrum(ds: xr.Dataset) -> Spectrum:
-    """Return a spectrum below two pixels with the energy of the scan's finest octave and the slope of real surfaces."""
+def _real_surface_spectrum(ds: xr.Dataset, shown: float) -> Spectrum:
+    """Return a spectrum below a wavelength (nm), the energy as of the octave above it, the slope of real surfaces."""
     heights, steps = ds["height"].values, schema.pixel(ds)
     parts = scan_parts(heights)
     assert parts is not None  # no pixel is missing
     q, psd, _ = rings(parts.squares, steps)
-    wavelength, shown = 2 * np.pi / q, _FINEST_OCTAVE[0] * max(steps)
-    finest = (wavelength >= shown * (1 - 1e-9)) & (wavelength < _FINEST_OCTAVE[1] * max(steps))
+    wavelength = 2 * np.pi / q
+    finest = (wavelength >= shown * (1 - 1e-9)) & (wavelength < 2 * shown)
     energy = float((q * psd * np.gradient(q))[finest].sum()) / (2 * np.pi)
     ends = 2 * np.pi / (shown * np.array([2.0, 1.0]))
     slope = 2 * REAL_HURST
@@ -315,20 +324,24 @@ class Surface:
         ]
 
     def solve(self, question: Question, places, seeds: int, guess=None) -> np.ndarray:
-        """Return the pull-off and the depth (place, seed, 2), both of which may be guessed.
+        """Return pull-off, depth and number of cells (place, seed, 3); both of the former may be guessed."""
+        surfaces = [(place, seed) for place in places for seed in range(seeds)]
+        return self.solve_each(question, surfaces, guess).reshape(len(places), seeds, 3)
+
+    def solve_each(self, question: Question, surfaces: list[tuple[int, int]], guess=None) -> np.ndarray:
+        """Return pull-off, depth and number of cells of pairs of place and seed.
 
         A solve that fails is tried once more from another guess; NaN where this fails, too.
         """
-        surfaces = [(place, seed) for place in places for seed in range(seeds)]
-        pulls = self._solved(question, surfaces, guess or (self.depth, 0.0))
+        depth, pull = guess or (self.depth, 0.0)
+        pulls = self._solved(question, surfaces, (depth, pull))
         if (failed := np.flatnonzero(np.isnan(pulls[:, 0]))).size:
-            pulls[failed] = self._solved(question, [surfaces[k] for k in failed], (2.0 * self.depth, 0.0))
-        return pulls.reshape(len(places), seeds, 2)
+            pulls[failed] = self._solved(question, [surfaces[k] for k in failed], (2.0 * depth, pull))
+        return pulls
 
     def _solved(self, question: Question, surfaces: list[tuple[int, int]], guess: tuple[float, float]) -> np.ndarray:
-        """Return the pull-off and the depth of pairs of place and seed."""
         tasks = [(*self.patches[place], seed, *guess) for place, seed in surfaces]
-        return np.array(spread.task_results(extrapolated_pull_off, tasks, (2,), *question, name="extrapolated"))
+        return np.array(spread.task_results(extrapolated_pull_off, tasks, (3,), *question, name="extrapolated"))
 
 
 def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -348,6 +361,7 @@ class _Pilot(NamedTuple):
     parts: int  # of an octave, from one wavelength to the next
     converged: bool
     change: float  # of ln(mean) by the last octave, where shorter wavelengths may follow
+    rest: tuple[float, float] = (0.0, 0.0)  # fall of ln(mean) by octaves that would take too long, and its error
 
     @property
     def means(self) -> np.ndarray:
@@ -363,6 +377,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
     model, length = below.spectrum, question.adhesion.main_range
     wavelengths, forces, converged = [below.longest], [], False
     guesses: list[tuple[float, float] | None] = [None]
+    costly = False
     smallest = _SHORTEST_WAVELENGTH if end is None else min(end, below.longest)
     while True:
         shorter = question._replace(below=below._replace(shortest=wavelengths[-1]))
@@ -372,12 +387,34 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
         if end is None:
             low = band_rms(model.density, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
             converged = low or _settled(_means(forces), parts, accuracy)
-        if converged or wavelengths[-1] <= smallest * (1 + 1e-9):
+            costly = len(forces) > parts and bool(np.nanmean(pulls[..., 2]) > _MOST_CELLS)
+        if converged or costly or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
         wavelengths.append(max(wavelengths[-1] * 0.5 ** (1 / parts), smallest))
     last = _means(forces)[-parts - 1 :]
     change = abs(np.log(last[-1] / last[0])) if end is None and len(last) > parts else 0.0
-    return _Pilot(places, wavelengths, forces, guesses[1:], parts, converged or end is not None, change)
+    rest = _rest(max(np.log(last[0] / last[-1]), 0.0), model.hurst) if costly and not converged else (0.0, 0.0)
+    return _Pilot(places, wavelengths, forces, guesses[1:], parts, converged or end is not None, change, rest)
+
+
+def _rest(change: float, hurst: float) -> tuple[float, float]:
+    """Return the fall of ln(mean) by all octaves after one that changed it, and its standard deviation.
+
+    Octave by octave the fall decreases at least as the amplitude of the roughness, and at most as its energy.
+    """
+    by_amplitude, by_energy = (change / (2 ** (power * max(hurst, 0.3)) - 1) for power in (1, 2))
+    return 0.5 * (by_amplitude + by_energy), 0.5 * (by_amplitude - by_energy)
+
+
+def _completed(surface: Surface, question: Question, pilot: _Pilot, at: int, seeds: int) -> np.ndarray:
+    """Return the pull-offs (place, seed) of all places at a wavelength of the pilot, whose own are not solved again."""
+    known = pilot.pulls[at][:, :seeds]
+    out, left = (np.full((len(surface.patches), seeds), value) for value in (np.nan, 1.0))
+    out[pilot.places, : known.shape[1]], left[pilot.places, : known.shape[1]] = known, 0.0
+    missing = [(int(place), int(seed)) for place, seed in np.argwhere(left)]
+    if missing:
+        out[left > 0] = surface.solve_each(question, missing, pilot.guesses[at])[:, 0]
+    return out
 
 
 def _means(pulls: list[np.ndarray]) -> np.ndarray:
@@ -417,8 +454,8 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
         solved = [surface.solve(variant, pilot.places, seeds, pilot.guesses[at])[..., 0] for variant in questions]
         changes = [np.diff(np.log(_means([pilot.pulls[at], variant])))[0] for variant in solved]
         out[name] = float(np.sqrt(np.mean(np.square(changes))))
-    if with_spectrum:
-        out["finer roughness"] = 0.5 * pilot.change
+    if with_spectrum or pilot.rest[0]:
+        out["finer roughness"] = pilot.rest[1] or 0.5 * pilot.change
     return out
 
 
@@ -496,8 +533,8 @@ def _spreads(entries: dict[str, float], pilot: _Pilot, sides: _Sides | None) -> 
         below, above = sides.widths()
         return float(np.hypot(below, rest)), float(np.hypot(above, rest))
     below = float(np.hypot.reduce(list(spread.values())))
-    if (took := float(np.log(pilot.means[0] / pilot.means[-1]))) > 0:
-        spread |= {"spectrum": min(spread["spectrum"], took), "finer roughness": 0.0}
+    if (took := float(np.log(pilot.means[0] / pilot.means[-1])) + pilot.rest[0]) > 0:
+        spread |= {"spectrum": min(spread["spectrum"], took), "finer roughness": 1.96 * pilot.rest[1]}
     return below, float(np.hypot.reduce(list(spread.values())))
 
 
@@ -505,4 +542,7 @@ def _stop_reason(pilot: _Pilot, end: float | None) -> str:
     """Return why no shorter wavelengths were added."""
     if end is not None:
         return ", as requested"
+    if pilot.rest[0]:
+        factor = f"a factor of {np.exp(-pilot.rest[0]):.2f}"
+        return f" (finer roughness would take too long; its effect, {factor}, follows from the last octave's)"
     return ", below which roughness has no effect" if pilot.converged else ", where continuum theory ends"

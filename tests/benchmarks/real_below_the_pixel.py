@@ -1,13 +1,16 @@
 """Best estimates from coarse pictures of measured surfaces, against the surfaces themselves.
 
     python tests/benchmarks/real_below_the_pixel.py [--surfaces NAME …] [--pictures N] [--cache FILE]
+    python tests/benchmarks/real_below_the_pixel.py --drawn N [--cache FILE]
     python tests/benchmarks/real_below_the_pixel.py --spectra
 
 A measured map of ``../shared/scans`` is scaled down in x, y and z alike to pixels of 2 nm, unless they are finer, so
 that real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round
 tip, every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.extrapolated` gives its estimate from it,
 down to two pixels of the truth, at six places. Each surface counts once in the last lines, by its mean over pictures.
-``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved. ``--spectra`` prints by how much
+``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved. ``--drawn`` takes N settings of surface,
+pair, radius, tip and averaging at random, each value about equally often. Each setting has three pictures,
+a good one, a coarser and a noisier one; the last lines compare their intervals. ``--spectra`` prints by how much
 ln(energy) of the maps falls from an octave of wavelengths to shorter ones, on which the added roughness rests.
 """
 
@@ -45,11 +48,18 @@ SURFACES = {
 PAIRS = {
     "glass": {"contact_modulus": 39.4, "work_of_adhesion": 0.1},
     "wet": {"contact_modulus": 39.4, "work_of_adhesion": 0.2, "hardness": 6.0},
+    "polystyrene": {"materials": "glass/polystyrene"},
 }
 #: Pixels of the truth in one of the picture, averaged or sampled, tip radius (nm), noise (nm); in a fixed mixed order.
 PICTURES = list(itertools.product((4, 8), (False, True), (5.0, 8.0, 15.0), (0.05, 0.2)))
 PICTURES = [PICTURES[k] for k in np.random.default_rng(1).permutation(len(PICTURES))]
-FINEST, RADIUS, GRID = 2.0, 300.0, (3, 2)
+FINEST, GRID = 2.0, (3, 2)
+
+#: Sphere radii (nm), the first in the fixed order; tips (nm). Surfaces that were added last are drawn twice as often.
+RADII, TIPS, LAST = (300.0, 1000.0), (5.0, 8.0, 15.0), ("pits", "flat", "streaks")
+
+#: Pixels and noise (nm) of a good picture, of a coarser and of a noisier one.
+GOOD, COARSER, NOISIER = (4, 0.05), (8, 0.05), (4, 0.2)
 
 
 def surface(name):
@@ -80,11 +90,23 @@ def solved(scan, centres, shortest):
     return float(Surface(scan, problem, centres).solve(Question(problem, adhesion, bare), places, 1)[..., 0].mean())
 
 
-def case(name, pair, how):
+def drawn(count, *, seed=2):
+    """Return surface, pair, picture and radius of cases at random, three to each of so many settings."""
+    draw = np.random.default_rng(seed)
+    values = ([*LAST, *SURFACES], list(PAIRS), RADII, TIPS, (False, True))
+    settings = zip(*([each[k % len(each)] for k in draw.permutation(count)] for each in values))
+    return [
+        (name, pair, (pixels, averaged, tip, noise), radius)
+        for name, pair, radius, tip, averaged in settings
+        for pixels, noise in (GOOD, COARSER, NOISIER)
+    ]
+
+
+def case(name, pair, how, radius):
     """Return truth, picture and estimate with its interval (nN) of one picture."""
-    truth = surface(name).contact.assign_pair(sphere_radius=RADIUS, **PAIRS[pair])
+    truth = surface(name).contact.assign_pair(sphere_radius=radius, **PAIRS[pair])
     pixel, seen = float(truth.x[1] - truth.x[0]), picture(truth, *how)
-    centres = roughxr.scans.regions.centres(seen, GRID)
+    centres = roughxr.scans.regions.centres(truth, GRID)
     out = roughxr.extrapolated(seen, subregions=centres, seeds=2, shortest=2 * pixel)
     found = {key: float(out[f"pull_off_{key}"]) for key in ("mean", "lower", "upper")}
     own = "self-affine" if "lies between both" not in out.attrs["assumed"] else "real"
@@ -126,10 +148,25 @@ def summary(surfaces, rows):
     print(f"half width of the interval, median: x {np.exp(np.median(np.log(high / low)) / 2):.2f}")
 
 
+def narrower(rows):
+    """Print how many worse pictures have a narrower interval than the good one of the same surface."""
+    width = {key: np.log(row["upper"] / row["lower"]) for key, row in rows.items()}
+    for words, worse in (("coarser", COARSER), ("noisier", NOISIER)):
+        good = {key: (*key[:2], (GOOD[0], *key[2][1:3], GOOD[1]), key[3]) for key in width if key[2][::3] == worse}
+        ratios = np.exp([(width[key] - width[other]) / 2 for key, other in good.items() if other in width])
+        if ratios.size:
+            print(
+                f"half width of the {words} picture over that of the good one: median {np.median(ratios):.2f}, least "
+                f"{ratios.min():.2f}; below 1 in {(ratios < 1).sum()}, below 0.95 in {(ratios < 0.95).sum()} of "
+                f"{ratios.size}"
+            )
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--surfaces", nargs="+", choices=SURFACES, default=list(SURFACES))
     parser.add_argument("--pictures", type=int, default=4, help=f"of each surface and pair, at most {len(PICTURES)}")
+    parser.add_argument("--drawn", type=int, help="settings at random instead, three pictures of each")
     parser.add_argument("--cache", type=Path)
     parser.add_argument("--spectra", action="store_true", help="print the falls of energy by octave alone")
     given = parser.parse_args()
@@ -137,23 +174,29 @@ def main():
         return spectra()
     warnings.simplefilter("ignore")
     known = json.loads(given.cache.read_text()) if given.cache and given.cache.exists() else {}
-    print("surface   pair   pixel mean  tip noise | truth  picture  estimate (95 % interval), nN", flush=True)
-    rows = []
-    for how, name, pair in itertools.product(PICTURES[: given.pictures], given.surfaces, PAIRS):
-        key = json.dumps([name, pair, how])
+    chosen = itertools.product(PICTURES[: given.pictures], given.surfaces, PAIRS)
+    cases = drawn(given.drawn) if given.drawn else [(name, pair, how, RADII[0]) for how, name, pair in chosen]
+    print(
+        "surface   pair         R, nm pixel mean tip noise | truth  picture  estimate (95 % interval), nN", flush=True
+    )
+    rows = {}
+    for settings in cases:
+        name, pair, how, radius = settings
+        key = json.dumps(settings)
         if key not in known:
-            known[key] = case(name, pair, how)
+            known[key] = case(*settings)
             if given.cache:
                 given.cache.write_text(json.dumps(known, indent=1))
-        row = known[key]
-        rows.append((name, *(row[part] for part in ("truth", "picture", "mean", "lower", "upper"))))
+        row = rows[settings] = known[key]
         print(
-            f"{name:9s} {pair:6s} {how[0]:4d} {how[1]!s:>5s} {how[2]:4.0f} {how[3]:5.2f} | {row['truth']:6.1f} "
-            f"{row['picture']:7.1f}  {row['mean']:6.1f} ({row['lower']:.1f} … {row['upper']:.1f}), taken for "
-            f"{row['taken for']}{'' if row['lower'] <= row['truth'] <= row['upper'] else ', MISSED'}",
+            f"{name:9s} {pair:11s} {radius:6.0f} {how[0]:5d} {how[1]!s:>5s} {how[2]:3.0f} {how[3]:5.2f} | "
+            f"{row['truth']:6.1f} {row['picture']:7.1f}  {row['mean']:6.1f} ({row['lower']:.1f} … {row['upper']:.1f}), "
+            f"taken for {row['taken for']}{'' if row['lower'] <= row['truth'] <= row['upper'] else ', MISSED'}",
             flush=True,
         )
-    summary([row[0] for row in rows], [row[1:] for row in rows])
+    parts = "truth", "picture", "mean", "lower", "upper"
+    summary([settings[0] for settings in rows], [[row[part] for part in parts] for row in rows.values()])
+    narrower(rows)
 
 
 if __name__ == "__main__":
