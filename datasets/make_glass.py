@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from roughxr.archive import uninterrupted, whole
+from roughxr.archive import atomic_write, uninterrupted
 from roughxr.kernels.topography.random_surface import uniform
 from roughxr.scans.synthetic import OTHERS, labelled, unit_surface
 from roughxr.vocabulary import schema
@@ -108,7 +108,7 @@ def write_glass(path: str | os.PathLike) -> Path:
     path = Path(path)
     if not path.parent.is_dir():
         raise ValueError(f"path: expected a file in an existing folder, found no folder {path.parent}; make it first")
-    with whole(path) as temporary, uninterrupted():
+    with atomic_write(path) as temporary, uninterrupted():
         glass().to_netcdf(temporary, engine="netcdf4", encoding={"height": _COMPRESSED})
     return path
 

@@ -1,4 +1,4 @@
-"""``ds.contact``: each verb is the plain function of the same name, with the Dataset as its first argument."""
+"""The accessor ``ds.contact``: each method is the function of the same name with the Dataset as first argument."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _method(function: Callable) -> Callable:
 
     @functools.wraps(function)
     def method(self, *arguments, **options):
-        return function(self._of, *arguments, **options)
+        return function(self._ds, *arguments, **options)
 
     return method
 
@@ -47,17 +47,17 @@ class ContactAccessor:
     """Contact mechanics on scans, asperity catalogues and solutions."""
 
     def __init__(self, ds: xr.Dataset):
-        self._of = ds
+        self._ds = ds
 
     def __repr__(self) -> str:
-        lines = [f"  .{name:20s} {_words(type(self), name)}" for name in _fitting(self._of)]
-        return "\n".join([f"<roughxr: {_described(self._of)}>", *lines])
+        lines = [f"  .{name:20s} {_words(type(self), name)}" for name in _fitting(self._ds)]
+        return "\n".join([f"<roughxr: {_described(self._ds)}>", *lines])
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(repr(self))}</pre>"
 
     def __dir__(self) -> list[str]:
-        return sorted(_fitting(self._of))
+        return sorted(_fitting(self._ds))
 
 
 #: Verbs by the kind of Datasets that they fit.
@@ -106,7 +106,7 @@ def _described(ds: xr.Dataset) -> str:
 
 
 def _words(accessor: type, name: str) -> str:
-    """Return the first sentence of what a verb says of itself."""
+    """Return the first line of a verb's docstring."""
     return (getattr(accessor, name).__doc__ or "").strip().split("\n")[0]
 
 
@@ -114,7 +114,7 @@ class ContactArrayAccessor:
     """Drawing of a single variable, such as a density."""
 
     def __init__(self, array: xr.DataArray):
-        self._of = array
+        self._ds = array
 
     def __repr__(self) -> str:
         return f"<roughxr: a variable>\n  .plot  {_words(type(self), 'plot')}"

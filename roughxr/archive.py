@@ -1,8 +1,8 @@
-"""A run as one NetCDF-4 file with sibling groups; each state of the file appears complete or not at all.
+"""Archives: one NetCDF-4 file for a run, with a group for each Dataset, replaced only by a complete new version.
 
-Groups are plain Datasets (scan, asperities, solutions, statistics), each with attributes that say how it was
-made; `xarray.open_datatree` reads them back as they were. The archive of an unfinished run holds the groups
-computed so far; the attribute `UNFINISHED` of its root says what is missing.
+Groups are plain Datasets (scan, asperities, solutions, statistics) whose attributes record how each was made;
+`xarray.open_datatree` reads them unchanged. The archive of an unfinished run contains the groups computed so far; the
+attribute `UNFINISHED` of its root lists what is missing.
 """
 
 from __future__ import annotations
@@ -85,12 +85,12 @@ def save(
 
 
 def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:
-    """Add the groups that an archive lacks, or make one of them, and set attributes of its root; None removes one.
+    """Add the groups that an archive lacks, or write a new archive, and set attributes of its root; None removes one.
 
-    The file is copied first: whatever ends the process, it is as before or as it is to be.
+    A copy of the file is changed and renamed, so that the archive is valid whenever the process is stopped.
     """
     if onto:
-        with raw(path) as file:
+        with open_locked_raw(path) as file:
             groups = {name: ds for name, ds in groups.items() if name not in group_names(file)}
     else:
         attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
@@ -100,18 +100,18 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
     loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in stored.items()}
     tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=present), **loaded})
     encoding = {node.path: _encoding(node.dataset) for node in tree.subtree}
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         if onto:
             shutil.copyfile(path, temporary)
         with uninterrupted():
             tree.to_netcdf(temporary, mode="a" if onto else "w", encoding=encoding, engine="netcdf4")
         for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
-            # one by one: chunks from which several variables are cut would all stay in memory until the last of them
+            # one variable at a time: chunks that several variables share would otherwise all stay in memory
             single = stored[name][[key]]
             single[key].data = da.map_blocks(_unless_interrupted, single[key].data, meta=single[key].data._meta)
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
-        with raw(temporary, "a") as file:
+        with open_locked_raw(temporary, "a") as file:
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(group_names(file)))}"
@@ -121,7 +121,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
 def _encoding(ds: xr.Dataset) -> dict[str, dict]:
     """Return the encoding of each variable: HDF5's checksums, and fields in one chunk for each subregion and state.
 
-    The library's default chunks span many subregions: each subregion written would unpack and pack them again.
+    The library's default chunks span many subregions, and would be decompressed and compressed again for each of them.
     """
     encoding = as_characters(ds)
     for name, variable in ds.variables.items():
@@ -163,21 +163,21 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     3.0
     """
     path = Path(path)
-    if missing := root_of(path).get(UNFINISHED):
+    if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
-    with _damage_explained(path), raw(path) as file:
+    with _damage_explained(path), open_locked_raw(path) as file:
         return {name: _without_fields(path, name, file[name]) for name in group_names(file)}
 
 
-def root_of(path: Path) -> dict[str, Any]:
+def root_attributes(path: Path) -> dict[str, Any]:
     """Return the attributes of an archive's root."""
-    with _damage_explained(path), opened(path) as root:
+    with _damage_explained(path), open_locked(path) as root:
         return dict(root.attrs)
 
 
 @contextmanager
 def _damage_explained(path: Path) -> Iterator[None]:
-    """Raise every error of the libraries on a damaged archive as one error."""
+    """Raise any library error on a damaged archive as a ValueError that explains it."""
     try:
         yield
     except (FileNotFoundError, PermissionError, IsADirectoryError):
@@ -191,7 +191,7 @@ def _damage_explained(path: Path) -> Iterator[None]:
 
 
 def _without_fields(path: Path, name: str, group: netCDF4.Group) -> xr.Dataset:
-    """Return a group in memory, except for its fields, from a file that is open: opening it takes most of the time."""
+    """Return a group of an open file, in memory except for its fields, which are lazy."""
     ds = xr.open_dataset(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
     lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key]).lazy()).variable for key in fields}
@@ -199,19 +199,19 @@ def _without_fields(path: Path, name: str, group: netCDF4.Group) -> xr.Dataset:
 
 
 def _is_field(array: xr.DataArray) -> bool:
-    """Return whether a variable holds numbers over a plane for each of several places."""
+    """Return whether a variable is a field: floating-point numbers along ``subregion`` and ``x``."""
     return array.dims[:1] == ("subregion",) and "x" in array.dims and array.dtype.kind == "f"
 
 
 class _StoredField:
-    """A field of an archive, whose file is open only while a part of it is read."""
+    """A field of an archive, whose file is opened for each read and closed again."""
 
     def __init__(self, path: Path, group: str, array: xr.DataArray):
         self.path, self.group, self.name = path, group, array.name
         self.shape, self.dtype, self.ndim = array.shape, array.dtype, array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
-        with _damage_explained(self.path), opened(self.path, group=self.group, cache=False) as ds:
+        with _damage_explained(self.path), open_locked(self.path, group=self.group, cache=False) as ds:
             return ds[self.name][part].values
 
     def lazy(self) -> da.Array:
@@ -233,8 +233,8 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     return out
 
 
-def of_run(path: Path) -> Path:
-    """Return the archive in a run's folder, the only one; a file as it is."""
+def run_archive(path: Path) -> Path:
+    """Return the path of the only archive in a run's folder; the path of a file is returned unchanged."""
     if not path.is_dir():
         return path
     archives = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
@@ -246,8 +246,8 @@ def of_run(path: Path) -> Path:
 
 
 @contextmanager
-def whole(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a path to write to; afterwards rename the file to its real name, or after an error remove it."""
+def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
+    """Yield a temporary path to write to; rename the file to ``path`` at the end, or remove it after an error."""
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part{path.suffix}")
     try:
@@ -290,8 +290,8 @@ def _flush(path: Path) -> None:
 def uninterrupted() -> Iterator[None]:
     """Delay an interrupt (Ctrl-C) until the end of the block.
 
-    Within xarray it would leave the lock of the NetCDF library taken: the next access to a file then waits for ever.
-    Only the main thread is ever interrupted; in others this does nothing.
+    An interrupt within xarray would leave the lock of the NetCDF library locked, and the next access to a file would
+    wait forever. Only the main thread is interrupted; in others this does nothing.
     """
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before) or before is _note_interrupt:
@@ -313,7 +313,7 @@ def _note_interrupt(*_: Any) -> None:
 
 
 def _unless_interrupted(block: Any) -> Any:
-    """Return ``block``, or raise if an interrupt is pending: for use between two pieces of a long write."""
+    """Return a block of a long write unchanged, or raise if an interrupt is pending."""
     if _interrupted.is_set():
         _interrupted.clear()
         raise KeyboardInterrupt
@@ -321,24 +321,24 @@ def _unless_interrupted(block: Any) -> Any:
 
 
 @contextmanager
-def opened(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
-    """Open a NetCDF file while nothing else of this process is in the NetCDF library, and close it.
+def open_locked(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]:
+    """Open a NetCDF file under the global lock of the NetCDF library, and close it at the end of the block.
 
-    The library crashes where two threads are in it. xarray locks it while data are read, but not while metadata are.
+    The library crashes if two threads use it at once. xarray locks it while it reads data, but not metadata.
     """
     with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
 
 
 @contextmanager
-def raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> Iterator[netCDF4.Dataset]:
-    """Open a NetCDF file as `opened` does, but without xarray."""
+def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> Iterator[netCDF4.Dataset]:
+    """Open a NetCDF file as `open_locked` does, but without xarray."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
 
 
 def group_names(file: netCDF4.Dataset) -> list[str]:
-    """Return the names of the groups of a file, except those that only hold other groups."""
+    """Return the names of the groups of a file, except those that only contain other groups."""
     names = []
     for group in file.groups.values():
         if group.variables or not group.groups:

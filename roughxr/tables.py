@@ -11,10 +11,10 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from .archive import whole
+from .archive import atomic_write
 from .vocabulary import schema
 
-#: A spreadsheet takes cells that begin with one of these for a formula.
+#: Characters with which a cell begins that a spreadsheet reads as a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 #: Formats of a tidy table, by the file's suffix.
@@ -63,7 +63,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     frame = ds.to_dataframe() if ds.dims else _scalars(ds)
     if path is None or write is None:
         return frame
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         write(frame.reset_index(), ds, temporary)
     return Path(path)
 

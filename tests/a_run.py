@@ -12,7 +12,7 @@ from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
 from roughxr.jobs.checkpoint import Checkpoint
-from roughxr.jobs.spread import on_scheduler
+from roughxr.jobs.spread import use_scheduler
 from roughxr.statistics import pull_off
 
 from .surfaces import glass_pair, rough, scan
@@ -46,7 +46,7 @@ def one_by_one(ds):
 def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **options):
     ds = surface(seed)
     compute = one_by_one if stages else solutions
-    with on_scheduler(scheduler):
+    with use_scheduler(scheduler):
         return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 

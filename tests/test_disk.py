@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from roughxr import archive
-from roughxr.archive import remove_leftovers, uninterrupted, whole
-from roughxr.cli.file_commands import drawn
+from roughxr.archive import atomic_write, remove_leftovers, uninterrupted
+from roughxr.cli.file_commands import save_picture
 from roughxr.scans import to_file
 from roughxr.tables import to_table
 
@@ -20,7 +20,7 @@ from .surfaces import rough, scan
 
 def test_nothing_is_there_before_the_end(tmp_path):
     path = tmp_path / "new" / "file.txt"
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         temporary.write_text("all of it")
         assert not path.exists()
         assert temporary.parent == path.parent
@@ -33,7 +33,7 @@ def test_nothing_is_there_before_the_end(tmp_path):
 def test_a_failure_leaves_what_was_there(tmp_path, error):
     path = tmp_path / "[1].txt"
     path.write_text("before")
-    with pytest.raises(type(error)), whole(path) as temporary:
+    with pytest.raises(type(error)), atomic_write(path) as temporary:
         temporary.write_text("half")
         raise error
     assert path.read_text() == "before"
@@ -44,7 +44,7 @@ def test_where_nothing_can_be_written_is_said(tmp_path):
     (tmp_path / "file").touch()
     with (
         pytest.raises(OSError, match=r"file/run.nc: could not be written .*permission to write there"),
-        whole(tmp_path / "file" / "run.nc"),
+        atomic_write(tmp_path / "file" / "run.nc"),
     ):
         pass
 
@@ -52,7 +52,7 @@ def test_where_nothing_can_be_written_is_said(tmp_path):
 def test_leftovers_of_a_killed_process_are_removed(tmp_path):
     other = tmp_path / "map.part.png"
     other.touch()
-    with whole(tmp_path / "map.png") as temporary:
+    with atomic_write(tmp_path / "map.png") as temporary:
         temporary.touch()
         remove_leftovers(tmp_path, "run.nc")
         assert temporary.exists()
@@ -69,7 +69,7 @@ WRITERS = {
     "archive.nc": lambda path: archive.save({"a/b": noise(), "c": noise().chunk(x=100)}, path),
     "scan.gsf": lambda path: to_file(scan(rough(256)), path),
     "table.csv": lambda path: to_table(noise().rename(x="row", y="column"), path),
-    "figure.png": lambda path: drawn(picture(), path),
+    "figure.png": lambda path: save_picture(picture(), path),
 }
 
 
@@ -100,7 +100,7 @@ def test_a_full_disk_is_reported_and_no_file_remains(small_disk, name):
 
 def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):
     path, done = tmp_path / "a.txt", []
-    with pytest.raises(KeyboardInterrupt), whole(path) as temporary, uninterrupted(), uninterrupted():
+    with pytest.raises(KeyboardInterrupt), atomic_write(path) as temporary, uninterrupted(), uninterrupted():
         signal.raise_signal(signal.SIGINT)
         temporary.write_text("all of it")
         done.append(True)

@@ -46,9 +46,9 @@ def test_kelvin_radius_is_that_of_water_at_25_degrees(humidity, expected):
 
 def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
     ds = wet(flat(3000.0), 0.8, contact_angle=(20, 60))
-    assert liquid.menisci_of(ds).height == pytest.approx(LEAST / -np.log(0.8) * (np.cos(np.pi / 9) + 0.5), rel=1e-5)
+    assert liquid.pair_menisci(ds).height == pytest.approx(LEAST / -np.log(0.8) * (np.cos(np.pi / 9) + 0.5), rel=1e-5)
     assert {ds[name].units for name in ("contact_angle_1", "contact_angle_2")} == {"rad"}
-    drier = ds.assign_coords(liquid.at_humidity(ds, 0.5))
+    drier = ds.assign_coords(liquid.humidity_coordinates(ds, 0.5))
     assert float(drier.kelvin_radius) == pytest.approx(liquid.kelvin_radius(0.5))
 
 
@@ -229,7 +229,7 @@ def test_a_dry_pair_is_what_it_was():
     of_liquid = {"humidity", "kelvin_radius", "surface_tension", *liquid.ANGLES, "liquid_film", "share_under_liquid"}
     assert not of_liquid & set(glass.coords)
     found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
-    assert "meniscus_error" not in found and liquid.described(glass) == ""
+    assert "meniscus_error" not in found and liquid.liquid_words(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not of_liquid & set(again.coords)
@@ -237,7 +237,8 @@ def test_a_dry_pair_is_what_it_was():
 
 def test_few_molecules_are_said():
     ds = scan(np.zeros((9, 9)))
-    assert "a few molecules" in liquid.described(wet(ds, 0.3)) and "molecules" not in liquid.described(wet(ds, 0.9))
+    assert "a few molecules" in liquid.liquid_words(wet(ds, 0.3))
+    assert "molecules" not in liquid.liquid_words(wet(ds, 0.9))
 
 
 @pytest.fixture(scope="module")
@@ -255,7 +256,7 @@ def summit(radius=200.0, humidity=0.5, *, n=65, pixel=2.0, **options):
 def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
     pair = summit(contact_modulus=modulus)
-    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
+    menisci, both = liquid.pair_menisci(pair), 1 / (1 / 200 + 1 / 3000)
     parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
     found = float(pair.contact.pull_off_map(subregions=(1, 1), law="maugis").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
@@ -294,7 +295,7 @@ def test_superposed_asperities_of_a_humid_pair_do_not_roll(humid):
 def test_the_budget_changes_humidity_and_contact_angles(humid):
     changed = {"humidity": [-0.1, 0.1], "contact angle": [30.0]}
     budget = humid.contact.error_budget(places=1, settings=changed, mesh=roughxr.Mesh(accuracy=None))
-    rises = [humid.assign_coords(liquid.at_humidity(humid, one)) for one in (0.5, 0.6)]
+    rises = [humid.assign_coords(liquid.humidity_coordinates(humid, one)) for one in (0.5, 0.6)]
     options = {"subregions": regions.sample(regions.centres(humid), 1), "mesh": roughxr.Mesh(accuracy=None)}
     low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
     assert float(budget.relative_error.sel(entry="humidity")) >= (high / low - 1) * 0.98
@@ -405,7 +406,7 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
     pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
     table = pair.contact.formulas(subregions=(2, 2), refine=2)
-    force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
+    force, given, menisci = table.pull_off_force, table.attrs, liquid.pair_menisci(pair)
     assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
     share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
     assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)

@@ -103,7 +103,7 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     slides = ["--shear-strength", "5 MPa", "--picture", str(tmp_path / "map.png")]
     assert cli.main(["detach", str(written.parent), *slides, *files]) == 0
     told = capsys.readouterr().out
-    held = report.moments_of(run, "adhesive")
+    held = report.run_moments(run, "adhesive")
     critical = held.contact.critical_load(shear_strength="5 MPa")
     middle = float(critical.critical_friction_velocity.median())
     assert f"median {middle:.3g}" in told and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
@@ -199,7 +199,7 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
     words = report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": forces})})
     assert "too few values" in words and "Next: solve more places" in words
     assert numbers.interval(0.00516, 71311.0) == numbers.interval(0.387, 22.4) == numbers.interval(1, 51)
-    assert numbers.interval(1, 29) == "1 … 29" and "too few" in numbers.sure(12.1e3, 0.00516, 71311.0)
+    assert numbers.interval(1, 29) == "1 … 29" and "too few" in numbers.with_interval(12.1e3, 0.00516, 71311.0)
 
 
 def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
@@ -247,8 +247,8 @@ def test_a_file_that_is_no_run_is_refused(tmp_path):
 @pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
 @pytest.mark.parametrize("width", [400, 1280])
 def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
-    finished = {name: several._finished(run) for name in ("a.gsf", "b.gsf")}
-    several.together(finished, {"c.gsf": "no scan"}, tmp_path)
+    finished = {name: several._scan_result(run) for name in ("a.gsf", "b.gsf")}
+    several.write_summary(finished, {"c.gsf": "no scan"}, tmp_path)
     with Browser() as browser:
         for page in (written, tmp_path / "index.html"):
             browser.open(page, width)

@@ -27,7 +27,7 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._with_adhesion(analysis._Task(specimen_of(scan), plan))
+        groups = analysis._adhesive_simulation(analysis._Task(specimen_of(scan), plan))
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
@@ -48,7 +48,7 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
     with warnings.catch_warnings(), roughxr.progress(stream), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         groups = roughxr.checkpointed(
-            lambda: analysis._with_adhesion(analysis._Task(specimen_of(scan), plan, stage)),
+            lambda: analysis._adhesive_simulation(analysis._Task(specimen_of(scan), plan, stage)),
             tmp_path / "run.nc",
             scan=scan,
         )
@@ -93,9 +93,9 @@ def test_a_run_takes_the_finest_mesh_that_can_be_solved(monkeypatch):
     plan, options = analysis.plan(specimen_of(scan), subregions=(2, 1)), {"subregions": (2, 1)}
     with warnings.catch_warnings(), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
-        free, _ = analysis._fine_enough_mesh(specimen_of(scan), plan, options, stage)
+        free, _ = analysis._converged_mesh(specimen_of(scan), plan, options, stage)
         monkeypatch.setattr(adhesive_options, "MOST_CELLS", 6000)
-        mesh, finer = analysis._fine_enough_mesh(specimen_of(scan), plan, options, stage)
+        mesh, finer = analysis._converged_mesh(specimen_of(scan), plan, options, stage)
     solved = scan.contact.adhesive(mesh=mesh, **options)
     assert (finer.refinement == 2 * solved.refinement).all()
     assert (finer.refinement < free.refine).all()

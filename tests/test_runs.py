@@ -85,11 +85,11 @@ def same(path, other):
 @functools.cache
 def contents(path):
     """Return all groups of an archive, as they are stored, and its root, but for the log."""
-    with archive.raw(path) as file:
+    with archive.open_locked_raw(path) as file:
         names = ["/", *archive.group_names(file)]
     groups = {}
     for name in names:
-        with archive.opened(path, group=name, mask_and_scale=False, decode_times=False) as ds:
+        with archive.open_locked(path, group=name, mask_and_scale=False, decode_times=False) as ds:
             groups[name] = ds.load()
     groups.pop("log")
     return groups

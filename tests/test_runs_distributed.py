@@ -16,7 +16,7 @@ from roughxr import archive, checkpointed
 from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.contact.elastic import direct
 from roughxr.jobs.progress import progress
-from roughxr.jobs.spread import on_scheduler
+from roughxr.jobs.spread import use_scheduler
 
 from .surfaces import glass_pair, rough, scan
 
@@ -61,7 +61,7 @@ def solve(path, surface, scheduler):
     def groups():
         return {"solutions/direct": direct(surface, **OPTIONS), "map": pull_off_map(surface, subregions=(40, 40))}
 
-    with on_scheduler(scheduler):
+    with use_scheduler(scheduler):
         return checkpointed(groups, path, scan=surface, arguments=OPTIONS)
 
 

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import menisci_of, work_of
-from ..bodies.pair import range_of
+from ..bodies.liquid import pair_menisci, total_work
+from ..bodies.pair import attraction_range
 from ..jobs.spread import is_lazy
 from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import pull_off_search
@@ -63,8 +63,8 @@ def read_options(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
-    menisci = menisci_of(ds)  # of a longer range and a larger work than the solids
-    length = range_of(ds) if menisci is None else menisci.range
+    menisci = pair_menisci(ds)  # of a longer range and a larger work than the solids
+    length = attraction_range(ds) if menisci is None else menisci.range
     return SumOptions(
         law=formulation if law == "jkr" else law,
         adhesion_range=length if law in RANGED else np.nan,
@@ -72,7 +72,7 @@ def read_options(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
         profile=PROFILES["sphere"],
         radius=radius,
         contact_modulus=modulus,
-        work_of_adhesion=0.0 if law == "hertz" else work_of(ds),
+        work_of_adhesion=0.0 if law == "hertz" else total_work(ds),
     )
 
 

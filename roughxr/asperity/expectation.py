@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import work_of
+from ..bodies.liquid import total_work
 from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
 from ..vocabulary.text import warn
@@ -41,7 +41,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
     """Warn of pull-off forces (nN) above that of the same sphere on a smooth flat, with the probable cause."""
-    (radius,), work = schema.pair(catalogue, "sphere_radius"), work_of(catalogue)
+    (radius,), work = schema.pair(catalogue, "sphere_radius"), total_work(catalogue)
     factor = 2.0 if law in RANGED else 1.5
     smooth = factor * np.pi * work * radius
     above = np.asarray(force) > smooth

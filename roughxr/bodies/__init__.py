@@ -1,7 +1,7 @@
-"""The two bodies: what they are made of, and what is pressed on.
+"""The pair of bodies: elastic constants, adhesion, condensed liquid, and rough indenters.
 
-materials   `assign_pair`: moduli, adhesion and its range, hardness
-liquid      what condenses between them in humid air
+pair        `assign_pair`: moduli, adhesion and its range, hardness
+liquid      menisci that condense between the bodies in humid air
 substances  the table of named materials
-probes      an indenter from its own scan
+indenter    rough indenters from scans
 """

@@ -15,7 +15,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive, whole_number
 
-#: A cap that rises by less than this many times its roughness over the scan is too flat for a sphere to be fitted.
+#: Smallest height of a cap over its rms roughness at which a sphere can be fitted.
 _LEAST_RISE = 2.0
 
 
@@ -64,16 +64,16 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     middle = float(scan["x"].mean()), float(scan["y"].mean())
     top_x, top_y, top, radius = _sphere(x[known] - middle[0], y[known] - middle[1], height[known])
     r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
-    left = height - (top - _drop(r2, radius))
-    out = scan.assign(height=(("x", "y"), left - left[known].mean(), scan["height"].attrs))
-    out["fitted_radius"], out["fit_rms"] = radius, float(left[known].std())
+    residual = height - (top - _sphere_depth(r2, radius))
+    out = scan.assign(height=(("x", "y"), residual - residual[known].mean(), scan["height"].attrs))
+    out["fitted_radius"], out["fit_rms"] = radius, float(residual[known].std())
     out["apex_x"], out["apex_y"] = middle[0] + top_x, middle[1] + top_y
     out["apex_tilt"] = float(np.arcsin(min(np.hypot(top_x, top_y) / radius, 1.0)))
     return schema.record(schema.label(out), "fit_sphere", ds)
 
 
-def _drop(r2: Any, radius: float) -> Any:
-    """Return the depth of a sphere below its apex, nm; beyond its edge that of its equator."""
+def _sphere_depth(r2: Any, radius: float) -> Any:
+    """Return the depth of a sphere's surface below its apex, nm; beyond its radius the depth of its equator."""
     return r2 / (radius + np.sqrt(np.maximum(radius**2 - r2, 0.0)))
 
 
@@ -84,13 +84,13 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     x0, y0, top, radius = _paraboloid(x, y, height)
     scale = np.array([1.0, 1.0, 1.0, radius])
 
-    def off(fit):
+    def residuals(fit):
         x0, y0, top, radius = fit * scale
-        return top - _drop((x - x0) ** 2 + (y - y0) ** 2, abs(radius)) - height
+        return top - _sphere_depth((x - x0) ** 2 + (y - y0) ** 2, abs(radius)) - height
 
-    fit = least_squares(off, [x0, y0, top, 1.0], x_scale=[radius, radius, 1.0, 1.0], method="lm")
+    fit = least_squares(residuals, [x0, y0, top, 1.0], x_scale=[radius, radius, 1.0, 1.0], method="lm")
     x0, y0, top, radius = (float(value) for value in fit.x * scale)
-    rise = float(np.ptp(_drop((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
+    rise = float(np.ptp(_sphere_depth((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
     if rise < _LEAST_RISE * rms or not np.isfinite(radius):
         raise ValueError(
@@ -158,13 +158,13 @@ def placements(
     pixel, radius = schema.square_pixel(scan), positive(sphere_radius, "nm", "sphere_radius")
     whole_number(count, "count", least=1)
     height = schema.finite(scan["height"].values).astype(float)
-    height = height[:, ::-1]  # turned over about the x axis to face the surface
+    height = height[:, ::-1]  # rotated by 180° about the x axis to face the surface
     n = _part(height.shape, pixel, width)
     rng = np.random.default_rng(seed)
     first = np.stack([rng.integers(0, size - n + 1, count) for size in height.shape], axis=1)
     turns = rng.integers(0, 4, count)  # quarter turns leave all heights unchanged
     axis = (np.arange(n) - (n - 1) / 2) * pixel
-    sphere = _drop(axis[:, None] ** 2 + axis**2, radius)
+    sphere = _sphere_depth(axis[:, None] ** 2 + axis**2, radius)
     parts = [np.rot90(height[a : a + n, b : b + n], k) for (a, b), k in zip(first, turns)]
     middle = first + (n - 1) / 2
     out = xr.Dataset(

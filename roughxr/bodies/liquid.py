@@ -1,9 +1,10 @@
-"""Liquid that condenses from vapour between two bodies: how curved its surface is, and what it wets.
+"""Liquid that condenses from vapour between two bodies: Kelvin radius, wetted gap and capillary pressure.
 
 Kelvin      r_K = γV/(R_g T |ln p|), the radius at which liquid and vapour of relative pressure p (the humidity) are in
             equilibrium; water at 25 °C: 0.5243 nm/|ln p|
 wetted      gaps below h = r_K (cos θ₁ + cos θ₂) + 2f, each body covered by a film of thickness f
-pull        γ/r_K on what is wetted: Dugdale's law with the range h, for gaps that vary slowly along the surface
+attraction  the capillary pressure γ/r_K on the wetted area: Dugdale's law with the range h, for gaps that vary slowly
+            along the surface
 
 Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48; de Boer & de Boer, J. Colloid Interface Sci. 311 (2007) 171;
 as Dugdale's law: Fogden & White, J. Colloid Interface Sci. 138 (1990) 414; between rough bodies: Persson, J. Phys.:
@@ -29,16 +30,16 @@ from .substances import CUT_OFF, MEDIA, combined
 #: R_g T, J/mol, at 25 °C (CODATA 2018).
 _THERMAL = 8.314462618 * 298.15
 
-#: Relative vapour pressure above which this law fills every gap.
+#: Relative vapour pressure above which this law would fill every gap.
 _SATURATION = 0.99
 
-#: Share of an indenter's radius that Kelvin's radius must stay below for thin menisci.
+#: Largest Kelvin radius of thin menisci, over the indenter's radius.
 _THIN_SHARE = 0.1
 
 #: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
 _FEW_MOLECULES = 0.75
 
-#: The angles, on the scan's body and on the other.
+#: Names of the contact angles on the scan's body and on the other.
 ANGLES = ("contact_angle_1", "contact_angle_2")
 
 
@@ -93,8 +94,8 @@ class Menisci(NamedTuple):
         return 0.5 * self.surface_tension * self.kelvin_radius * open_angle
 
 
-def menisci_of(ds: xr.Dataset) -> Menisci | None:
-    """Return the liquid of a pair; None for a dry pair."""
+def pair_menisci(ds: xr.Dataset) -> Menisci | None:
+    """Return the menisci of a pair of bodies, None for a dry pair."""
     if not schema.is_wet(ds):
         return None
     radius, tension = schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
@@ -103,14 +104,14 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
     return Menisci(radius, tension, (first, second), film, share)
 
 
-def work_of(ds: xr.Dataset) -> float:
-    """Return the work to part a pair of bodies, J/m²: of a humid one that of the liquid and of the solids under it."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
+def total_work(ds: xr.Dataset) -> float:
+    """Return the work of adhesion, J/m²: of a humid pair that of the liquid and of the solids under it."""
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
     return work if menisci is None else menisci.work + menisci.share * work
 
 
 def angles(given: Any) -> tuple[float, float]:
-    """Return the contact angles on both bodies in rad, plain numbers read as degrees; raise where nothing is wetted."""
+    """Return the contact angles on both bodies in rad, from degrees; raise if the liquid does not wet the bodies."""
     both = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
     if len(both) != 2:
         raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
@@ -160,9 +161,9 @@ class HumidAir:
 
 
 def condensed(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
-    """Return what a pair carries of condensed liquid, see `assign_pair`.
+    """Return the coordinates that describe the condensed liquid of a pair, see `assign_pair`.
 
-    ``pair`` holds its other coordinates, ``bodies`` the named materials whose own constants set it.
+    ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.
     """
     liquid, pressure = air.liquid, _pressure(air.humidity)
     tension, _ = _liquid(liquid)
@@ -176,13 +177,13 @@ def condensed(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) ->
     medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None
     if "share_under_liquid" not in pair:
         own = bodies is not None and medium is not None
-        coords["share_under_liquid"] = _named(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
+        coords["share_under_liquid"] = _named_materials_share(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
     _refuse_thick(pair, radius, pressure)
     return coords
 
 
-def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
-    """Return the humidity and Kelvin radius of a wet pair at another humidity, its liquid kept."""
+def humidity_coordinates(ds: xr.Dataset, humidity: float) -> dict[str, float]:
+    """Return the humidity and Kelvin radius of a humid pair at another humidity of the same liquid."""
     if "humidity" not in ds.coords:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
     known, pressure = float(ds["humidity"]), _pressure(humidity)
@@ -192,9 +193,9 @@ def at_humidity(ds: xr.Dataset, humidity: float) -> dict[str, float]:
 
 
 def share_of_work(ds: xr.Dataset, work: float) -> dict[str, float]:
-    """Return the share under the liquid of a humid pair at another work of adhesion (J/m²); nothing for a dry pair.
+    """Return the share under the liquid of a humid pair at another work of adhesion (J/m²); empty for a dry pair.
 
-    A share that the pair was not derived with, by named materials or a stated one, stays.
+    Empty also where the share was stated, or follows from named materials, and does not depend on this work.
     """
     if "share_under_liquid" not in ds.coords:
         return {}
@@ -207,9 +208,9 @@ def share_of_work(ds: xr.Dataset, work: float) -> dict[str, float]:
     return {}
 
 
-def described(ds: xr.Dataset) -> str:
-    """Return a wet pair's liquid in words, with what makes its law doubtful; nothing for a dry one."""
-    menisci = menisci_of(ds)
+def liquid_words(ds: xr.Dataset) -> str:
+    """Return the liquid of a humid pair and the limits of its law in words; empty for a dry pair."""
+    menisci = pair_menisci(ds)
     if menisci is None:
         return ""
     words = (
@@ -225,7 +226,7 @@ def described(ds: xr.Dataset) -> str:
 
 
 def _pressure(given: Any) -> float:
-    """Return a relative vapour pressure; raise where it is none, or nothing would hold the liquid back."""
+    """Return a relative vapour pressure; raise unless it is between 0 and saturation."""
     name, text = "humidity", str(given).strip().removesuffix("%") if _is_percent(given) else given
     number = magnitude(text, "1", name) * (0.01 if _is_percent(given) else 1.0)
     if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
@@ -259,7 +260,7 @@ def _liquid(given: Any) -> tuple[float, float]:
 
 
 def _share(pair: dict[str, float], medium: float | None) -> float:
-    """Return the share of the work of adhesion left under a liquid between two bodies that are alike.
+    """Return the share of the work of adhesion that remains under a liquid, for two bodies of one material.
 
     (1 − √(A₃/A))² with the liquid's Hamaker constant A₃ and the bodies' A, or that of their work of adhesion; 1 where
     the liquid's constant is not known or nothing attracts. Raise where it is above 1: A₃ is more than four times A.
@@ -275,14 +276,14 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
     return share
 
 
-def _named(bodies: tuple, medium: float) -> float:
-    """Return the same share for two named materials; 0 where they repel each other under the liquid."""
+def _named_materials_share(bodies: tuple, medium: float) -> float:
+    """Return this share for two named materials; 0 where they repel each other under the liquid."""
     first, second = (body.hamaker for body in bodies)
     return max(combined(first, second, medium) / combined(first, second), 0.0)
 
 
 def _refuse_thick(pair: Any, radius: float, pressure: float) -> None:
-    """Raise where menisci of a Kelvin radius (nm) are not thin against the sphere."""
+    """Raise where the Kelvin radius (nm) is not small against the sphere's radius."""
     sphere = float(pair.get("sphere_radius", math.inf))
     if radius > _THIN_SHARE * sphere:
         raise ValueError(

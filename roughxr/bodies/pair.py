@@ -1,6 +1,6 @@
-"""The pair of bodies: elastic moduli, surface energy, and the indenter, put on a scan as coordinates.
+"""Assignment of a pair of bodies to a scan: elastic constants, adhesion, hardness, and the indenter.
 
-They travel as scalar coordinates through every result into every archive.
+They are scalar coordinates, which every result and archive keeps.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from .liquid import HumidAir
 
 
 class ImplausiblePair(UserWarning):
-    """A pair of bodies was taken as it was given, but is probably not what was meant."""
+    """A pair of bodies has an improbable value, which is used but should be checked."""
 
 
-#: Closest approaches, nm, at which a Hamaker constant and a work of adhesion are consistent.
+#: Closest approaches, nm, between which a Hamaker constant and a work of adhesion are consistent.
 _CUT_OFFS = 0.08, 0.6
 
 
 class _Range(NamedTuple):
-    """The range of a quantity: refused beyond the outer bounds, questioned beyond the inner ones."""
+    """The range of a quantity: an error outside ``least`` … ``greatest``, a warning outside ``low`` … ``high``."""
 
     units: str
     least: float
@@ -54,7 +54,7 @@ _RANGES = {
     "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
-#: A sphere with fewer pixels than these in its radius is refused, or questioned.
+#: Pixels in a sphere's radius below which it is an error, and below which a warning is given.
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
 
@@ -81,11 +81,11 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     >>> round(contact_modulus(75, 0.22), 3)
     39.407
     """
-    both = _two(young_modulus, "GPa", "young_modulus")
+    both = _values_of_both(young_modulus, "GPa", "young_modulus")
     moduli = [
         np.inf if isinstance(value, float) and value == np.inf else _plausibly(value, "young_modulus") for value in both
     ]
-    ratios = [_ratio(value) for value in _two(poisson_ratio, "1", "poisson_ratio")]
+    ratios = [_ratio(value) for value in _values_of_both(poisson_ratio, "1", "poisson_ratio")]
     compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
     if compliance == 0:
         raise ValueError("young_modulus: expected at least one elastic body, found two rigid ones")
@@ -133,8 +133,8 @@ def assign_pair(
     work_of_adhesion : number, quantity or pair, optional
         w, J/m²; with a humidity also a pair, without and under the liquid.
     adhesion_range : number or quantity, optional
-        ρ, nm: how far the surfaces pull on each other, the work of adhesion over the largest pull; 0.2 to 0.4 nm for
-        dry solids, more where liquids or charges pull. All verbs take 0.3 nm where none is assigned (`range_of`).
+        ρ, nm, the work of adhesion over the largest adhesive traction; 0.2 to 0.4 nm for dry solids, more where
+        liquids or charges attract. By default 0.3 nm (`attraction_range`).
     hamaker_constant : number or quantity, optional
         A of the bodies across the medium between them, nN nm (1e-18 J), as "6.5e-20 J" or by
         `reference.hamaker_constant`. With a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without
@@ -175,11 +175,11 @@ def assign_pair(
     ds = schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
-    bodies = None if materials is None else substances.pair_of(materials)
+    bodies = None if materials is None else substances.named_pair(materials)
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     under_liquid: dict[str, float] = {}
     if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
-        both = _two(work_of_adhesion, "J/m^2", "work_of_adhesion")
+        both = _values_of_both(work_of_adhesion, "J/m^2", "work_of_adhesion")
         adhesion, under = (_work_of_adhesion(surface_energy, work) for work in both)
         under_liquid["share_under_liquid"] = under / adhesion if under is not None and adhesion else 1.0
     else:
@@ -255,7 +255,7 @@ def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dic
     if bodies is not None and adhesion is None and constant is None:
         constant = substances.combined(*(body.hamaker for body in bodies))
     if constant is not None:
-        adhesion = substances.work_of(constant) if adhesion is None else adhesion
+        adhesion = substances.van_der_waals_work(constant) if adhesion is None else adhesion
         distance = _closest_approach(constant, adhesion)
         if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
             warn(
@@ -300,12 +300,12 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     return times * value
 
 
-def range_of(ds: xr.Dataset, law: str = "") -> float:
-    """Return how far the pair's adhesion reaches, nm: as assigned, else 0.3.
+def attraction_range(ds: xr.Dataset, law: str = "") -> float:
+    """Return the range of the pair's adhesion, nm: as assigned, else 0.3.
 
-    Every law with a range takes this one length: "exponential" as ρ, "dugdale" as the gap up to which it pulls,
-    "lennard_jones", "maugis" and Tabor's parameter as z₀. Where a Hamaker constant A is assigned and no range,
-    "lennard_jones" takes √(A/(16πw)), so that its attraction at large gaps is that of A.
+    Every law uses this one length: "exponential" as ρ, "dugdale" as the largest attracting gap, "lennard_jones",
+    "maugis" and Tabor's parameter as z₀. With a Hamaker constant A and no range, "lennard_jones" uses √(A/(16πw)), so
+    that its attraction at large gaps is that of A.
     """
     if "adhesion_range" in ds.coords:
         return float(ds["adhesion_range"])
@@ -315,14 +315,14 @@ def range_of(ds: xr.Dataset, law: str = "") -> float:
 
 
 def elastic(ds: xr.Dataset) -> xr.Dataset:
-    """Return a pair that does not yield; results still report the share of them above its hardness."""
+    """Return a pair that does not yield; results still report the share of the contact above its hardness."""
     if "hardness" not in ds.coords:
         return ds
     return schema.label(ds.assign_coords(hardness_estimate=float(ds["hardness"])).drop_vars("hardness"))
 
 
 def closest_approach(ds: xr.Dataset) -> float:
-    """Return how near surfaces come that attract by A/(6πu³), nm: √(A/(12πw)), or 0.165 without a Hamaker constant."""
+    """Return the closest approach of surfaces that attract by A/(6πu³), nm: √(A/(12πw)), or 0.165 if A is unknown."""
     if "hamaker_constant" not in ds.coords:
         return substances.CUT_OFF
     return _closest_approach(float(ds["hamaker_constant"]), float(ds["work_of_adhesion"]))
@@ -338,12 +338,12 @@ def _stated(**values: float | None) -> dict[str, float]:
 
 
 def _plausibly(given: Any, name: str) -> Any:
-    """Return a positive number that may be left out; raise or warn where it is none that bodies have."""
+    """Return a positive number, or None where it is not given; raise or warn where it is implausible."""
     return None if given is None else _plausible(positive(given, _RANGES[name].units, name), name, given)
 
 
 def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[str, float]:
-    """Return the hardness (GPa), else named materials' estimate; raise unless it exceeds the pull of adhesion."""
+    """Return the hardness (GPa), else named materials' estimate; raise or warn if adhesion alone exceeds it."""
     if given is None:
         return {} if bodies is None else {"hardness_estimate": min(body.hardness for body in bodies)}
     value, length = _plausibly(given, "hardness"), pair.get("adhesion_range")
@@ -435,7 +435,7 @@ def _facing(height: xr.DataArray) -> xr.DataArray:
 
 
 def _exactly_one(**given: Any) -> None:
-    """Raise unless exactly one of several ways to state a quantity was used."""
+    """Raise unless exactly one of several alternatives is given."""
     stated = [name for name, value in given.items() if value is not None]
     if len(stated) != 1:
         raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(stated) or 'none of them'}")
@@ -445,8 +445,8 @@ def _is_several(value: Any) -> bool:
     return isinstance(value, (tuple, list)) or np.ndim(getattr(value, "magnitude", value)) == 1
 
 
-def _two(value: Any, units: str, name: str) -> tuple[Any, Any]:
-    """Return the values of both bodies; a text stays as it is, for messages."""
+def _values_of_both(value: Any, units: str, name: str) -> tuple[Any, Any]:
+    """Return the values for both bodies; text is returned unchanged, for messages."""
     if not _is_several(value):
         return value, value
     values = tuple(value if isinstance(value, (tuple, list)) else plain(value, units, name))

@@ -70,8 +70,8 @@ MATERIALS = {
 MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecane": 0.052}
 
 
-def pair_of(names: str | tuple[str, str]) -> tuple[Material, Material]:
-    """Return the two materials named in "glass/silicon" or ("glass", "silicon"); one name stands for both."""
+def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
+    """Return the two materials named in "glass/silicon" or ("glass", "silicon"); a single name is used for both."""
     given = names.split("/") if isinstance(names, str) else list(names)
     given = [str(name).strip().lower() for name in given]
     unknown = [name for name in given if name not in MATERIALS]
@@ -89,6 +89,6 @@ def combined(first: float, second: float, medium: float = 0.0) -> float:
     return (math.sqrt(first) - math.sqrt(medium)) * (math.sqrt(second) - math.sqrt(medium))
 
 
-def work_of(hamaker: float) -> float:
+def van_der_waals_work(hamaker: float) -> float:
     """Return the work of adhesion A/(12π D₀²), J/m², of a Hamaker constant (nN nm)."""
     return hamaker / (12 * math.pi * CUT_OFF**2)

@@ -1,13 +1,13 @@
 """The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``detach``, ``info``, ``convert``, …
 
-options        each command with its options and their help: all that ``--help`` reads
-words          the words of an option as numbers, quantities or pairs; errors of other libraries in words
+options        the parser: each command with its options and help
+words          arguments as numbers, quantities or pairs; error messages
 running        `paper`, `run`, `report`, `explore`
 file_commands  `info`, `convert`
 measurements   `measured`, `compare`
 detach         `detach`
 
-A command is imported when it is called, so that help needs no solver and no figures.
+The module of a command is imported when the command is called, so that ``--help`` is fast.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from contextlib import nullcontext, redirect_stdout
 
 from ..jobs.progress import progress
 from .options import command_line
-from .words import Printable, in_shell, in_words, is_refusal, tell
+from .words import Printable, error_text, in_shell, is_refusal, print_error
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line and return its exit status: 0 done, 1 refused, 130 interrupted.
+    """Run the command line and return its exit status: 0 for success, 1 for invalid input, 130 for an interrupt.
 
-    Refusals of roughxr and errors of the system are one line; any other error shows its traceback.
+    Errors that roughxr or the operating system raises are printed in one line, all others with their traceback.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     _never_fail_to_print()
@@ -36,12 +36,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options = command_line().parse_args(words)
         options.line = shlex.join(["roughxr", *words])
     except OSError as error:  # of a file of options, @FILE
-        tell(in_words(error))
+        print_error(error_text(error))
         return 1
     try:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
             printed: set[str] = set()
-            warnings.showwarning = lambda message, *_, **__: tell(in_shell(str(message), options), printed)
+            warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 module, _, name = options.command.partition(":")
                 getattr(importlib.import_module(f".{module}", __package__), name)(options)
@@ -52,20 +52,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if not is_interrupt(error):
             raise
         continues = words[:1] in (["paper"], ["run"])
-        tell("interrupted" + "; finished places are kept, and the same command continues from there" * continues)
+        print_error("interrupted" + "; finished places are kept, and the same command continues from there" * continues)
         return 130
     except BrokenPipeError:  # the reader, such as head, has closed the pipe; there is no output left at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
         if options.debug or not is_refusal(error):
             raise
-        tell(in_shell(in_words(error), options))
+        print_error(in_shell(error_text(error), options))
         return 1
     return 0
 
 
 def _never_fail_to_print() -> None:
-    """Let standard output and errors replace the signs that their encoding lacks, such as "−" in cp1252."""
+    """Replace, in standard output and errors, characters that their encoding lacks, such as "−" in cp1252."""
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")

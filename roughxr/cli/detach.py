@@ -1,4 +1,4 @@
-"""`detach`: what it takes to move the spheres of a finished run, and what other programs need for that."""
+"""`detach`: the load that detaches the spheres of a finished run, and input for particle codes."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from .. import tables as exports
 from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
 from ..particles.force_balance import NO_REST
-from ..report.detachment import leading
+from ..report.detachment import best_method
 from ..report.run_tables import METHOD_WORDS
 from ..statistics.sampling import shares
 from ..studies.roughness_scale import quietly
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.schema import is_wet
 from . import words
-from .file_commands import drawn
+from .file_commands import save_picture
 
 
 def detach(options: Namespace) -> None:
-    """Print at what strength of a load the spheres of a run, or of each run in a folder, move; write what is given."""
+    """Print the critical strength of a load for a run, or for each run in a folder, and write the requested files."""
     runs, tables = _runs(Path(options.run)), {}
     files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
     if files and len(runs) > 1:
@@ -57,12 +57,12 @@ def _named(table: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
-    """Print and write what is given of one run, and return its table of places."""
+    """Print the critical load of one run, write the requested files, and return the table of places."""
     groups = _load(path)
-    method = options.method or leading(groups)
+    method = options.method or best_method(groups)
     if report.CRITICAL[method] not in groups:
         raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
-    moments = report.moments_of(groups, method)
+    moments = report.run_moments(groups, method)
     humid = is_wet(moments)
     if options.fluid == "water" and humid:
         raise ValueError(
@@ -87,7 +87,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
 
 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
-    groups = archive.load(archive.of_run(run))
+    groups = archive.load(archive.run_archive(run))
     if not set(report.DETACHMENT) <= set(groups):
         raise ValueError(
             f"{run}: expected a run with resisting moments, found none; it needs adhesion and a sphere, no indenter"
@@ -96,7 +96,7 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
 
 
 def _print_critical(critical: xr.Dataset, load: str) -> None:
-    """Print the critical strength of a load, and how the sphere detaches."""
+    """Print the critical strength of a load and the modes of detachment."""
     name = next(iter(critical.data_vars))
     units, of = critical[name].attrs["units"], "particles" if "landing_share" in critical.coords else "places"
     values = critical[name].where(np.isfinite(critical[name]))
@@ -114,9 +114,9 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
-    """Draw what goes first, or how much it takes where all go alike, beside the rose of resisting moments."""
+    """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
     critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)
-    drawn(figure, path)
+    save_picture(figure, path)

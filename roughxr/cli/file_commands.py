@@ -1,4 +1,4 @@
-"""`info` and `convert`: what a file holds, and the same in another format."""
+"""`info` and `convert`: the contents of a file, and its conversion to another format."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ..vocabulary.schema import one_of
 from . import words
 
 
-def opened(file: str, options: Namespace) -> xr.Dataset:
-    """Return the scan in a file, read with the given options."""
-    scan = scans.open_scan(file, **image(options), height_units=options.height_units)
+def read_scan(file: str, options: Namespace) -> xr.Dataset:
+    """Read the scan of a file with the given options."""
+    scan = scans.open_scan(file, **image_options(options), height_units=options.height_units)
     return scan if options.fill is None else scans.fill(scan, method=words.number(options.fill))
 
 
-def image(options: Namespace) -> dict[str, Any]:
-    """Return which image of a file is meant, and the size that the file does not state."""
+def image_options(options: Namespace) -> dict[str, Any]:
+    """Return the options that choose an image of a file, and its size if the file does not state it."""
     channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel
     size = None if options.size is None else tuple(map(words.number, options.size))
     return {"channel": channel, "direction": options.direction, "size": size}
@@ -30,12 +30,12 @@ def image(options: Namespace) -> dict[str, Any]:
 def info(options: Namespace) -> None:
     """Print the channels of a file and the roughness of the one that is read."""
     channels = scans.describe(options.file)
-    tell_attributes(channels)
-    if options.file.endswith(".nc") and (missing := archive.root_of(options.file).get(archive.UNFINISHED)):
+    print_attributes(channels)
+    if options.file.endswith(".nc") and (missing := archive.root_attributes(options.file).get(archive.UNFINISHED)):
         print(f"run: not finished, {missing}")
     print("images, with sizes and heights in nm, and the rms height s_q about the mean plane:")
     print(channels.rename(units="units in file").to_dataframe().to_string(float_format=lambda v: number(v, digits=4)))
-    scan = opened(options.file, options).load()
+    scan = read_scan(options.file, options).load()
     print(f"\nroughness of {scan.attrs.get('channel', 'height')}, about its mean plane:")
     for variable, value in scans.roughness(scan).data_vars.items():
         if value.ndim == 0:
@@ -45,25 +45,25 @@ def info(options: Namespace) -> None:
         from matplotlib.figure import Figure
 
         axes = figures.scan_map(scans.level(scan), ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
-        drawn(axes.figure, options.picture)
+        save_picture(axes.figure, options.picture)
 
 
 def convert(options: Namespace) -> None:
     """Write a scan in another format."""
     suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "--output")
-    scan = opened(options.file, options)
+    scan = read_scan(options.file, options)
     (scans.to_netcdf if suffix == ".nc" else scans.to_file)(scan, options.output)
     print(f"written to {options.output}")
 
 
-def tell_attributes(ds: xr.Dataset) -> None:
-    """Print what is stated of a file, a line each."""
+def print_attributes(ds: xr.Dataset) -> None:
+    """Print the attributes of a file, one a line."""
     print("\n".join(f"{key}: {value or 'none'}" for key, value in ds.attrs.items() if key != "history"))
 
 
-def drawn(figure: Any, path: str) -> None:
-    """Write a picture, and say so."""
+def save_picture(figure: Any, path: str) -> None:
+    """Write a figure to a file, and print its path."""
     one_of(Path(path).suffix, (".png", ".pdf", ".svg", ".jpg"), f"{path}'s ending")
-    with archive.whole(path) as temporary:
+    with archive.atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=150)
     print(f"drawn in {path}")

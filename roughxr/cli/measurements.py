@@ -1,4 +1,4 @@
-"""`measured` and `compare`: measured pull-off forces, alone and beside those of a run."""
+"""`measured` and `compare`: measured pull-off forces, and their comparison with those of a run."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, open_curves, open_pull_off
-from ..vocabulary.numbers import number, sure, with_error
+from ..vocabulary.numbers import number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
-from .file_commands import drawn, image, tell_attributes
+from .file_commands import image_options, print_attributes, save_picture
 
 
 def measurement(files: list[str], options: Namespace) -> xr.Dataset:
@@ -25,16 +25,16 @@ def measurement(files: list[str], options: Namespace) -> xr.Dataset:
     known = {"sensitivity": options.sensitivity, "spring_constant": constant}
     if options.baseline is None:
         stated = {"units": options.units, "place_units": options.place_units, "pulls": options.pulls}
-        return open_pull_off(files, **image(options), **stated, **known)
+        return open_pull_off(files, **image_options(options), **stated, **known)
     if len(files) > 1:
         raise ValueError(f"--baseline: expected one file of curves, found {len(files)}")
     return curves_pull_off(open_curves(files[0], **known), baseline=options.baseline)
 
 
 def describe(options: Namespace) -> None:
-    """Print what files of measured pull-offs hold, and their mean and quantiles with intervals."""
+    """Print the attributes of measured pull-offs, and their mean and quantiles with intervals."""
     ds = measurement(options.file, options)
-    tell_attributes(ds)
+    print_attributes(ds)
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
     if "reason" in ds:
         left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
@@ -52,8 +52,8 @@ def describe(options: Namespace) -> None:
 
 
 def compare_with_run(options: Namespace) -> None:
-    """Print measured over predicted pull-off forces, and whether both could be of one distribution."""
-    groups = archive.load(archive.of_run(Path(options.run)))
+    """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
+    groups = archive.load(archive.run_archive(Path(options.run)))
     methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
     if not methods:
         raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
@@ -74,7 +74,7 @@ def compare_with_run(options: Namespace) -> None:
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
         figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
-        drawn(axes[0].figure, options.picture)
+        save_picture(axes[0].figure, options.picture)
 
 
 #: Statistics in words.
@@ -87,7 +87,7 @@ def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
     rows = {}
     for name in ds["statistic"].values.tolist():
         known = [_ends(ds.sel(statistic=name), column) for column in columns]
-        rows[_STATISTICS.get(name, name)] = [sure(*ends, "").replace("95 % interval ", "") for ends in known]
+        rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "").replace("95 % interval ", "") for ends in known]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
     return table.to_string(header=any(columns.values()), justify="left")
 

@@ -1,7 +1,7 @@
-"""The options of each command, with their help; imports nothing but the parser.
+"""The options of each command, with their help, without the import of any solver.
 
-Most options are one row: flags, what stands for its value ("E..." for one or more) and help. A command names the
-function that does it, ``module:function`` of this package.
+Most options are one row: flags, metavar ("E..." for one or more values) and help. A command names its function as
+``module:function`` of this package.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def _command(commands: Any, name: str, does: str, help: str) -> argparse.Argumen
 
 
 def _add(to: Any, *rows: tuple[str, str | None, str], **more: Any) -> None:
-    """Add options, each from flags, metavar ("E..." for several values) and help; ``more`` holds for all of them."""
+    """Add options, each from flags, metavar ("E..." for several values) and help; ``more`` applies to all of them."""
     for flags, metavar, words in rows:
         several = {"nargs": "+"} if metavar and metavar.endswith("...") else {}
         named = {"metavar": metavar.removesuffix("...")} if metavar else {}

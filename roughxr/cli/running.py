@@ -14,20 +14,20 @@ from .. import report, reproduction, scans
 from ..bodies.liquid import HumidAir
 from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
-from ..jobs.spread import on_scheduler
+from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
 from ..statistics.headline import headline
 from ..vocabulary.text import sentences_on_lines
-from .file_commands import opened
+from .file_commands import read_scan
 from .options import AIR, BODIES
-from .words import REFUSALS, in_words, numbers, tell
+from .words import REFUSALS, error_text, numbers, print_error
 
 
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
     given = _stated(options, ["materials", "hardness"])
     groups = reproduction.paper(options.output, budget=options.budget, command=options.line, **given)
-    _tell_answer(groups, options.output)
+    _print_answer(groups, options.output)
 
 
 def run(options: Namespace) -> None:
@@ -36,7 +36,7 @@ def run(options: Namespace) -> None:
     if output.is_file() and output.suffix != ".nc":
         raise ValueError(f"{options.output}: expected a folder or a file ending in .nc for -o, found another file")
     if len(options.scan) == 1:
-        _tell_answer(_run_one(options, options.scan[0], options.output), options.output)
+        _print_answer(_run_one(options, options.scan[0], options.output), options.output)
     else:
         _run_each(options, output)
 
@@ -47,24 +47,24 @@ def _run_each(options: Namespace, output: Path) -> None:
         try:
             scans.describe(file)
         except REFUSALS as error:
-            unread[file] = in_words(error).removeprefix(f"{file}: ")
-            tell(f"{file}: cannot be read and is left out: {unread[file]}")
-    folders = several.folders([file for file in options.scan if file not in unread], output)
+            unread[file] = error_text(error).removeprefix(f"{file}: ")
+            print_error(f"{file}: cannot be read and is left out: {unread[file]}")
+    folders = several.scan_folders([file for file in options.scan if file not in unread], output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.together(finished, unread | refused, output)
+    answer = several.write_summary(finished, unread | refused, output)
     for name, run in finished.items():
         print(f"{name}: {headline(run.summary)}")
     for name, reason in refused.items():
-        tell(f"{name}: left out: {reason}")
+        print_error(f"{name}: left out: {reason}")
     print(f"written to {output}: {output.name}.csv (a row a scan), places.csv, index.html, a folder for each scan")
     left = len(unread) + len(refused)
     print(f"{answer} {left} of {len(options.scan)} files were left out.".lstrip() if left else answer)
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
-    scan = paired(opened(file, options), options)
+    scan = paired(read_scan(file, options), options)
     same = ("particle", "delta", "preload", "law", "mesh", "budget")
-    with on_scheduler(options.scheduler):
+    with use_scheduler(options.scheduler):
         return analysis.run(
             scan,
             output,
@@ -75,8 +75,8 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
         )
 
 
-def _tell_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
-    """Print where a run was written, and its answer on the last line."""
+def _print_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
+    """Print the output path of a run, and its answer on the last line."""
     print(f"written to {output}" + ": report.html, places.csv, table.txt, figures" * Path(output).is_dir())
     if answer := report.headline(groups):
         print(sentences_on_lines(answer))
@@ -90,7 +90,7 @@ def _both(counts: Sequence[int]) -> tuple[int, int]:
 
 
 def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
-    """Return the scan with the bodies that the options name; ask for what has no default."""
+    """Return the scan with the pair of bodies of the options; raise where one without a default is missing."""
     if not (options.materials or options.young_modulus or options.contact_modulus):
         raise ValueError(
             "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
@@ -126,7 +126,7 @@ def write_report(options: Namespace) -> None:
 
 
 def explore(options: Namespace) -> None:
-    """Write the page to click through, and show it if asked to."""
+    """Write the interactive page, and open it on request."""
     page = report.write_explorer(options.run, options.output)
     print(f"written to {page}")
     if options.open:

@@ -1,4 +1,4 @@
-"""The shell's arguments as numbers and quantities, and errors and warnings as text for the shell."""
+"""Conversion of command-line arguments to numbers and quantities, and printing of errors and warnings."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _LINES = "\n\t"
 
 
 class Printable:
-    """A stream for others' text: nothing in it moves the terminal's cursor or changes its colours."""
+    """A stream that escapes control characters, so that text of a file cannot control the terminal."""
 
     def __init__(self, stream: TextIO):
         self.stream = stream
 
     def write(self, text: str) -> int:
-        """Write text with its control characters written out."""
+        """Write text with its control characters escaped."""
         return self.stream.write(printable(text, keep=_LINES))
 
     def __getattr__(self, name: str):
@@ -36,7 +36,7 @@ class Printable:
 
 
 def is_refusal(error: BaseException) -> bool:
-    """Return whether an error is the system's or raised by roughxr itself; any other is a bug or a library's."""
+    """Return whether an error was raised by the operating system or by a ``raise`` of roughxr; others are bugs."""
     if isinstance(error, OSError) and error.errno is not None:
         return True
     frames = traceback.extract_tb(error.__traceback__)
@@ -45,15 +45,15 @@ def is_refusal(error: BaseException) -> bool:
     return linecache.getline(frames[-1].filename, frames[-1].lineno or 0).strip().startswith("raise")
 
 
-def in_words(error: BaseException) -> str:
-    """Return an error's text; of the system's own errors the file's name first."""
+def error_text(error: BaseException) -> str:
+    """Return an error's text; the operating system's errors begin with the file's name."""
     name = getattr(error, "filename", None)
     if not isinstance(error, OSError) or error.errno is None or name is None:
         return str(error)
     return f"{name}: {str(error.strerror).lower()}"
 
 
-#: Attributes of the parsed command line that are no options.
+#: Attributes of the parsed command line other than options.
 _NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
 
 
@@ -74,8 +74,8 @@ def in_shell(text: str, options: Namespace) -> str:
     return re.sub(rf"(?<![-\w./])({longer})\b", lambda match: flags[match[1]], text) if longer else text
 
 
-def tell(message: object, printed: set[str] | None = None) -> None:
-    """Print an error's or a warning's text without its place in the code, once for a set ``printed``."""
+def print_error(message: object, printed: set[str] | None = None) -> None:
+    """Print an error's or a warning's text without its location in the code, unless the set ``printed`` has it."""
     if printed is None or str(message) not in printed:
         print(f"roughxr: {printable(str(message), keep=_LINES)}", file=sys.stderr)
     if printed is not None:
@@ -83,7 +83,7 @@ def tell(message: object, printed: set[str] | None = None) -> None:
 
 
 def number(text: str) -> float | str:
-    """Return plain numbers as numbers; anything else is a quantity with its own units."""
+    """Return text as a number where it is one, else unchanged, as a quantity with units."""
     try:
         return float(text)
     except ValueError:
@@ -91,7 +91,7 @@ def number(text: str) -> float | str:
 
 
 def numbers(value: Any) -> Any:
-    """Return the value of a word or of several: a number, a quantity, or a pair of them; others as they are."""
+    """Return text as a number or quantity, a list of texts as a tuple of them, and other values unchanged."""
     if isinstance(value, list):
         return numbers(value[0]) if len(value) == 1 else tuple(map(number, value))
     return number(value) if isinstance(value, str) else value

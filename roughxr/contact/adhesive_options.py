@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import Menisci, menisci_of, work_of
-from ..bodies.pair import range_of
+from ..bodies.liquid import Menisci, pair_menisci, total_work
+from ..bodies.pair import attraction_range
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
@@ -80,9 +80,10 @@ def usual_step(specimen: Specimen) -> float:
 def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
     (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
-    work = work_of(specimen.bodies)
+    work = total_work(specimen.bodies)
     displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
-    contact_radius, length = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3), range_of(specimen.bodies)
+    contact_radius = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
+    length = attraction_range(specimen.bodies)
     step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
     return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
 
@@ -109,8 +110,8 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     schema.one_of(law, LAWS_OF_ADHESION, "law")
     yields = "hardness" in ds.coords
     (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
-    length = range_of(ds, law)
-    if (menisci := menisci_of(ds)) is not None:
+    length = attraction_range(ds, law)
+    if (menisci := pair_menisci(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
     if law == "auto":
         law = automatic_law(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
@@ -121,7 +122,7 @@ def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
 
 def _capture(specimen: Specimen) -> float:
     """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
-    length = range_of(specimen.bodies)
+    length = attraction_range(specimen.bodies)
     return snap_in_gap(length, median_tabor(specimen, length))
 
 

@@ -7,8 +7,8 @@ import xarray as xr
 
 from ..asperity.asperity_sum import ADHESIVE
 from ..asperity.catalogue import asperities
-from ..bodies.liquid import menisci_of
-from ..bodies.pair import range_of
+from ..bodies.liquid import pair_menisci
+from ..bodies.pair import attraction_range
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
 from ..specimen import Specimen
@@ -121,10 +121,10 @@ def _roots(delta, force):
 
 def pair_attractions(ds: xr.Dataset) -> list[tuple[float, float]]:
     """Return work (J/m²) and range (nm) of a pair's attraction; for a humid pair, of the solids and of the liquid."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
+    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
     if menisci is None:
-        return [(work, range_of(ds))]
-    return [(work * menisci.share, range_of(ds)), (menisci.work, menisci.range)]
+        return [(work, attraction_range(ds))]
+    return [(work * menisci.share, attraction_range(ds)), (menisci.work, menisci.range)]
 
 
 def tabor(ds: xr.Dataset) -> xr.Dataset:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies import liquid
-from ..bodies.pair import closest_approach, range_of
+from ..bodies.pair import attraction_range, closest_approach
 from ..kernels.adhesion import potentials
 from ..scans import level, regions, smooth
 from ..specimen import Specimen, specimen_of
@@ -87,7 +87,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     specimen = need_sphere(ds)
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
-    w, attractions, humid = liquid.work_of(bodies), pair_attractions(bodies), schema.is_wet(bodies)
+    w, attractions, humid = liquid.total_work(bodies), pair_attractions(bodies), schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
@@ -96,7 +96,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         "asperity_tabor": (
             max(_tabor(tip, modulus, *each) for each in attractions)
             if humid
-            else median_tabor(specimen, range_of(bodies))
+            else median_tabor(specimen, attraction_range(bodies))
         ),
         "share_beyond_contact": float(close.share_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
@@ -110,7 +110,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     beyond = 1.0 if humid else result["share_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
     kind = {"yields": "hardness" in bodies.coords, "humid": humid}
-    words = " ".join(filter(None, (_sentence(result, **kind), liquid.described(bodies))))
+    words = " ".join(filter(None, (_sentence(result, **kind), liquid.liquid_words(bodies))))
     attributes = {"recommendation": words, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).set_coords("recommended")
     out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
@@ -243,7 +243,11 @@ def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tupl
 def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a humid pair by formulas (thin menisci over the solids), and their inputs."""
     bodies = specimen.bodies
-    (radius,), menisci, work = schema.pair(bodies, "sphere_radius"), liquid.menisci_of(bodies), liquid.work_of(bodies)
+    (radius,), menisci, work = (
+        schema.pair(bodies, "sphere_radius"),
+        liquid.pair_menisci(bodies),
+        liquid.total_work(bodies),
+    )
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)

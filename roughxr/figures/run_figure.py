@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share
-from ..vocabulary.numbers import number, quantity, sure
+from ..vocabulary.numbers import number, quantity, with_interval
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import scan_map
@@ -54,7 +54,7 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
         return
     if (known := best_estimate(run)) is not None:
         mean, *ends = known
-        words = sure(*known).replace("95 % interval ", "")
+        words = with_interval(*known).replace("95 % interval ", "")
         words = f"best estimate of the mean, with finer\nroughness, {words}"
         style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
         ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)

@@ -1,7 +1,7 @@
-"""Many independent tasks, from a list of plain arguments to one array of results.
+"""Parallel, checkpointed computation of independent tasks, one for each contact centre.
 
 spread       tasks on dask's schedulers: at once, later as a dask array, or within a run
-records      one record for each place, and the Dataset of all of them
-checkpoint   a run from an empty disk to a complete archive, which resumes after whatever stops it
-progress     reports of how many subregions are finished
+records      the result of one contact centre as a record, and the Dataset of all of them
+checkpoint   a run whose results are stored as they finish, and which resumes after an interruption
+progress     progress bars, stages and the time left
 """

@@ -1,9 +1,9 @@
-"""A run that keeps its results: whatever stops it costs at most the batches in flight; called again, it resumes.
+"""Runs with checkpoints: an interruption loses only the batches being computed, and the next call resumes.
 
-Beside the archive ``OUTPUT`` lies the folder ``OUTPUT.checkpoint`` until the archive is complete: the identity of the
-run, its log, and a file for each batch of results, named by a hash of its items, each in turn a hash of all that its
-result depends on. Each file is written to a temporary name and renamed. Only the main process writes, under a lock
-that ends with it.
+Until the archive ``OUTPUT`` is complete, the folder ``OUTPUT.checkpoint`` next to it contains the identity of the run,
+its log, and one file for each batch of results. An item is identified by a hash of everything that its result depends
+on, a batch by the hash of its items. Each file is written under a temporary name and renamed. Only the main process
+writes, under a lock that is released when the process ends.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .._version import __version__
 from ..vocabulary import schema
 from ..vocabulary.provenance import as_json, flat
 from . import spread
-from .progress import say
+from .progress import print_line
 from .spread import Failure, Work, contiguous
 
 #: Results larger than this many bytes stay on the disk until the archive is written.
@@ -103,14 +103,14 @@ def checkpointed(
     """
     output, identity = Path(output), _identity(schema.entered(scan), arguments or {})
     with Checkpoint(output) as checkpoint:
-        root = archive.root_of(output) if output.exists() else {archive.UNFINISHED: "all of it"}
+        root = archive.root_attributes(output) if output.exists() else {archive.UNFINISHED: "all of it"}
         if output.exists():
             _refuse_other(_settings(root.get(_IDENTITY, "")), identity, output)
         if archive.UNFINISHED in root:
             resumed = checkpoint.begin(identity)
             attrs = {"title": title, _IDENTITY: _lines(identity)}
             try:
-                with spread.computed_by(checkpoint):
+                with spread.compute_with(checkpoint):
                     _write(compute(), checkpoint, output, attrs, missing)
             except Exception:
                 if not (resumed or checkpoint.stored):  # an option was refused before anything was computed
@@ -178,11 +178,11 @@ class Checkpoint:
         try:
             known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
         except ValueError:
-            say(f"{self.path}: its settings are damaged: everything is computed again")
+            print_line(f"{self.path}: its settings are damaged: everything is computed again")
             for batch in self.path.glob("*.npz"):
                 batch.unlink()
         if known is None:
-            with self._writing(), archive.whole(file) as temporary:
+            with self._writing(), archive.atomic_write(file) as temporary:
                 temporary.write_text(json.dumps(identity), encoding="utf-8")
         else:
             _refuse_other(known, identity, self.path)
@@ -194,12 +194,12 @@ class Checkpoint:
     def put(self, items: Sequence[str], results: np.ndarray) -> None:
         """Store the results of a batch; once this returns, they are safe on disk."""
         name = _file_name(items)
-        with self._writing(), archive.whole(self.path / name) as temporary, temporary.open("wb") as file:
+        with self._writing(), archive.atomic_write(self.path / name) as temporary, temporary.open("wb") as file:
             np.savez_compressed(file, items=np.array(items), results=results)
         self._note(name, items)
 
     def get(self, items: Sequence[str], dtype: np.dtype) -> np.ndarray:
-        """Return the stored results of items."""
+        """Return the stored results of some items."""
         results = np.empty(len(items), dtype)
         for name in {self.stored[item][0] for item in items}:
             _, batch = self._read(name)
@@ -259,7 +259,7 @@ class Checkpoint:
         if len(items) * work.dtype.itemsize <= _IN_MEMORY:
             return self.get(items, work.dtype)
         read = dask.delayed(self.get, pure=False)
-        return spread.stacked([(read(batch, work.dtype), len(batch)) for batch in work.batches(items)], work.dtype)
+        return spread.concatenate([(read(batch, work.dtype), len(batch)) for batch in work.batches(items)], work.dtype)
 
     def _compute(self, work: Work, items: list[str], missing: list[int]) -> None:
         failed, total, begun = dict[str, int](), work.each * len(items), time.monotonic()
@@ -291,7 +291,7 @@ class Checkpoint:
 
 
 def item_keys(work: Work) -> list[str]:
-    """Return a hash for the result of each item, of everything that it depends on."""
+    """Return a hash for each item, of everything that its result depends on."""
     task = f"{work.task.__module__}.{work.task.__qualname__}"
     with dask.config.set({"tokenize.ensure-deterministic": True}):
         # contiguous, since dask takes a square array and its transpose for the same
@@ -339,12 +339,12 @@ def source_digest() -> str:
 
 
 def _with_hash(array: np.ndarray) -> str:
-    """Return a description of a long array that no other array shares."""
+    """Return a description that is unique to a long array."""
     return f"{array.size} values from {array.flat[0]:g} to {array.flat[-1]:g}, {dask.base.tokenize(array)[:12]}"
 
 
 def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Path) -> None:
-    """Raise if the run on disk is another one, and say how they differ."""
+    """Raise if the run on disk is another one; the message lists the differences."""
     different = [key for key in {**wanted, **stored} if stored.get(key) != wanted.get(key)]
     if different:
         plain = [key for key in different if not {type(run.get(key)) for run in (wanted, stored)} & {list, dict}]

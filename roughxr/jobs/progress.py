@@ -52,8 +52,8 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
         _STREAM.reset(token)
 
 
-def say(words: str) -> None:
-    """Write a line; nothing where no progress is shown."""
+def print_line(words: str) -> None:
+    """Write a line, if progress is shown."""
     if stream := _STREAM.get():
         tqdm.write(words, file=stream)
         stream.flush()
@@ -78,9 +78,9 @@ def subregion_bar(total: int, *, done: int = 0, label: str = "") -> tqdm:
 
 
 class Stages:
-    """The stages of a run in order: about how long each takes (s), and its name in words.
+    """The stages of a run in order, with the expected duration (s) and the name of each.
 
-    A call begins a stage. An answer so far is printed at the end of a run that is interrupted or fails.
+    A call begins a stage. If the run is interrupted or fails, the latest preliminary answer is printed.
     """
 
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
@@ -106,18 +106,18 @@ class Stages:
         names = list(self._expected)
         where = f"stage {names.index(name) + 1} of {len(names)}"
         left = sum(self._expected[later] for later in names[names.index(name) :])
-        say(f"{where}, {about(left)} left: {self._words.get(name, name)}{more}")
+        print_line(f"{where}, {rough_duration(left)} left: {self._words.get(name, name)}{more}")
         if self._token is not None:  # within a run, whose end removes the name again
             _STAGE.set(where)
 
     def expect(self, **seconds: float) -> None:
-        """Replace the times that stages are expected to take, s."""
+        """Replace the expected durations of stages, s."""
         self._expected |= {name: value for name, value in seconds.items() if name in self._expected}
 
     def answer(self, words: str) -> None:
-        """Show the answer as far as it is known."""
+        """Print a preliminary answer of the run."""
         if words != self._answer:
-            say(words)
+            print_line(words)
         self._answer = words
 
     def passed(self) -> float:
@@ -130,8 +130,8 @@ class Stages:
         return [self._words[name] for name in names[names.index(self._name) + 1 :]] if self._name in names else []
 
 
-def about(seconds: float) -> str:
-    """Return a time that is roughly known in words."""
+def rough_duration(seconds: float) -> str:
+    """Return a duration in words, rounded."""
     if seconds < 60:
         return "less than a minute"
     return f"about {round(seconds / 60)} min" if seconds < 5400 else f"about {seconds / 3600:.2g} h"

@@ -1,7 +1,8 @@
-"""The output of many tasks: one record for each contact centre, and the labelled Dataset made of all of them.
+"""Results of solvers: one record for each contact centre, and the labelled Dataset of all records.
 
-A solver fills one record of a structured dtype: states along the steps of the solve, events of the whole centre, and
-fields on the window around it. All records together are one array, computed or lazy; its parts become variables.
+A solver fills one record of a structured dtype: states along the steps of the solve, events (one value for the whole
+cycle), and fields on the window around the centre. All records form one array, computed or lazy, whose parts become
+variables.
 """
 
 from __future__ import annotations
@@ -74,12 +75,12 @@ def labelled(records: Any, layout: Layout, ds: xr.Dataset, positions: xr.Dataset
 
 
 def converged(ds: xr.Dataset) -> xr.DataArray | bool:
-    """Return where the solves of a solution met their tolerance; True where it does not say."""
+    """Return where the solves of a solution met their tolerance; True if it does not record this."""
     return ds["converged"].astype(bool) if "converged" in ds else True
 
 
 def warn_unconverged(out: xr.Dataset, remedy: str) -> None:
-    """Warn once of solves, computed already, that did not meet their tolerance, and say what helps."""
+    """Warn once about computed solves that did not meet their tolerance, with the remedy."""
     lost = int((~out["converged"].astype(bool)).sum())
     if lost:
         warn(f"{out.attrs['method']}: {lost} of {out['converged'].size} solutions have not converged; {remedy}")

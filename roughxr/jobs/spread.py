@@ -1,7 +1,7 @@
-"""Many independent tasks on dask's schedulers: plain arrays in, one array of results out.
+"""Parallel computation of independent tasks on dask's schedulers: plain arrays in, one array of results out.
 
-A task is one subregion, or a fixed number of small ones. Its function is serial, and uses no files and no labels. Tasks
-are computed at once, later as a dask array, or by a checkpointed run. The scheduler is the active
+A task solves one subregion, or a fixed number of small ones. Its function is serial, and uses no files and no labelled
+arrays. Tasks are computed at once, later as a dask array, or by a checkpointed run. The scheduler is the active
 ``distributed.Client``, which retries lost tasks itself, else the one that dask is configured for, else threads.
 """
 
@@ -28,7 +28,7 @@ from .progress import subregion_bar
 #: Largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
 
-#: Bytes of results that a local scheduler holds at once: it returns them together.
+#: Bytes of results that a local scheduler keeps in memory at once: it returns them together.
 _RESULT_BYTES = 2**28
 
 #: How often a cluster computes a lost batch again.
@@ -64,13 +64,13 @@ class Failure(NamedTuple):
         return f"{type(self.error).__name__}: {self.error}"
 
 
-#: What computes the tasks of a checkpointed run: it has methods ``array(work)`` and ``finish(ds)``.
+#: The object that computes the tasks of a checkpointed run, with methods ``array(work)`` and ``finish(ds)``.
 _EXECUTOR: ContextVar[Any] = ContextVar("executor", default=None)
 
 
 @contextmanager
-def computed_by(executor: Any) -> Iterator[None]:
-    """Let ``executor`` compute the tasks of all solves within the block, for example with checkpoints."""
+def compute_with(executor: Any) -> Iterator[None]:
+    """Compute the tasks of all solves within the block by ``executor``, for example with checkpoints."""
     token = _EXECUTOR.set(executor)
     try:
         yield
@@ -103,7 +103,7 @@ def task_results(
         return executor.array(work)
     if lazy:
         items = work.batches(range(len(arguments)))
-        return stacked([(batch, len(k)) for batch, k in zip(_delayed(work, items, _batch_results), items)], dtype)
+        return concatenate(list(zip(_delayed(work, items, _batch_results), map(len, items))), dtype)
     results = np.empty(len(arguments), dtype)
 
     def receive(items: Sequence[int], result: Any) -> None:
@@ -121,8 +121,8 @@ def finish(ds: xr.Dataset) -> xr.Dataset:
     return ds if executor is None else executor.finish(ds)
 
 
-def stacked(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
-    """Return one lazy array of delayed batches, given with the number of results in each."""
+def concatenate(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array:
+    """Return one lazy array of delayed batches, each given with its number of results."""
     return da.concatenate([da.from_delayed(batch, (count, *dtype.shape), dtype=dtype.base) for batch, count in batches])
 
 
@@ -143,7 +143,7 @@ def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[i
 
 
 def _compute_locally(work: Work, batches: Sequence[Sequence[int]], finished: Callable) -> None:
-    """Compute batches as plain tasks: delayed ones cost a scheduler six times as much."""
+    """Compute batches as plain tasks, which cost a local scheduler a sixth of the time of delayed ones."""
     get, at_once = get_scheduler() or dask.threaded.get, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
     with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(batches[key], result)):
         for first in range(0, len(batches), at_once):
@@ -198,7 +198,7 @@ def _batch_results(task: Callable[..., np.ndarray], arguments: list[tuple], dtyp
 
 
 def contiguous(value: Any) -> Any:
-    """Return an array in the order of its indices, any other value as it is."""
+    """Return an array in C order, any other value unchanged."""
     return np.ascontiguousarray(value) if isinstance(value, np.ndarray) and value.ndim else value
 
 
@@ -213,7 +213,7 @@ def _attempt(*arguments: Any) -> Any:
 
 
 def is_interrupt(error: BaseException | None) -> bool:
-    """Return whether an error comes from an interrupt; from a kernel, Numba raises it as one or more SystemErrors."""
+    """Return whether an error comes from an interrupt, which Numba raises from a kernel as nested SystemErrors."""
     while isinstance(error, SystemError):
         error = error.__cause__
     return isinstance(error, KeyboardInterrupt)
@@ -229,8 +229,8 @@ def active_client() -> Any:
         return None
 
 
-def on_scheduler(scheduler: str | None) -> Any:
-    """Compute on a scheduler by name or address within a block; None keeps the active one. It must answer."""
+def use_scheduler(scheduler: str | None) -> Any:
+    """Compute on a scheduler, by name or address, within a block; None keeps the active one."""
     if scheduler is None:
         return nullcontext()
     if scheduler in _LOCAL:

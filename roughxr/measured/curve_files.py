@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..archive import raw
+from ..archive import open_locked_raw
 from ..scans.channel import UnreadableScan, first_bytes, read_in_process
 from ..scans.force_curve_formats import TEXTS, ZIP, curves_in
 from ..scans.netcdf import HDF5
@@ -36,7 +36,7 @@ def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     if head.startswith(ZIP):
         return "zip"
     if head.startswith(HDF5):
-        with raw(path) as file:
+        with open_locked_raw(path) as file:
             return "hdf5" if getattr(file, "software", "") == "afmformats" else None
     return kind or (_nt_mdt(head, given) if family == "text" else None)
 
@@ -54,7 +54,7 @@ def _nt_mdt(head: bytes, given: Calibration) -> str | None:
     return "nt-mdt"
 
 
-def opened(path: Path, kind: str, given: Calibration) -> CurveFile:
+def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
     """Return a file of curves without reading its samples; raise if the calibration is unknown."""
     stated = _stated(path, kind, given)
     answer = _ask_reader(path, kind, {})

@@ -12,7 +12,7 @@ from ..scans import files
 from ..scans.channel import UnreadableScan
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity
-from .curve_files import curve_kind, opened, read_curves
+from .curve_files import curve_kind, open_curve_file, read_curves
 from .force_tables import lengths, read_table
 from .forces import Calibration, converts, forces
 
@@ -68,7 +68,7 @@ def open_curves(
     elif piezo_units is not None:
         raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
     else:
-        ds = read_curves(opened(path, kind, given))
+        ds = read_curves(open_curve_file(path, kind, given))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
     options: dict[str, Any] = {"units": units, "piezo_units": piezo_units}
     options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}

@@ -17,7 +17,7 @@ from ..scans.channel import Channel, UnreadableScan, channels_in_direction, chan
 from ..statistics.sampling import map_samples
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity
-from .curve_files import calibration, curve_kind, opened, read_curves
+from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .force_curves import curves_pull_off
 from .force_tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
 from .forces import Calibration, converts, forces, magnitudes
@@ -159,7 +159,7 @@ def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
 
 def _read_curve_file(path: Path, kind: str, given: Calibration) -> xr.Dataset:
     """Return the pull-off forces of a file's curves, read in parts to save memory."""
-    file = opened(path, kind, given)
+    file = open_curve_file(path, kind, given)
     parts = []
     with subregion_bar(len(file.curves), label=path.name) as bar:
         for first in range(0, len(file.curves), _CURVES_IN_MEMORY):

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import MISSING, States, moments_of_states, rolling, states_layout, touching_cells
-from ..bodies.pair import range_of
+from ..bodies.pair import attraction_range
 from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
 from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
@@ -40,7 +40,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload, for
     the levers of its contacts. A law without range takes the steeper edge's results.
     """
-    law, length = solved.attrs["law"], range_of(specimen.bodies)
+    law, length = solved.attrs["law"], attraction_range(specimen.bodies)
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
     problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
     adhesion = adhesion._replace(preloads=np.zeros(0))

@@ -1,14 +1,14 @@
-"""Reports of a run: its main numbers and cautions in words, an HTML page to read and one to explore.
+"""Reports of a run: its main numbers and cautions in words, a static and an interactive HTML page.
 
-Four names are for users; the tables and sentences beside them are what runs and the command line print.
+The names in ``__all__`` are public; runs and the command line use the others.
 """
 # ruff: noqa: F401
 
-from .caveats import cautions, superposed
-from .detachment import CRITICAL, DETACHMENT, detachment_notes, detachment_table, moments_of
+from .caveats import cautions, superposition_notes
+from .detachment import CRITICAL, DETACHMENT, detachment_notes, detachment_table, run_moments
 from .explorer import explorer_page, write_explorer
 from .report_page import page, write_report
 from .run_tables import budget_table, contact_table, force_table, formula_table, main_numbers, scan_table, tables, text
-from .summary import SUMMARY, by_place, headline, place_table, recorded, run_summary, with_mesh_error
+from .summary import SUMMARY, by_place, headline, place_table, run_summary, summary_groups, with_mesh_error
 
 __all__ = ["cautions", "headline", "write_explorer", "write_report"]

@@ -1,4 +1,4 @@
-"""Cautions about a run's numbers, as sentences."""
+"""Cautions: sentences on what makes the numbers of a run doubtful."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from ..statistics.headline import mesh_error
 from ..studies.assumptions import TIP_RADIUS
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent
-from .run_tables import METHOD_WORDS, flagged
+from .run_tables import METHOD_WORDS, debris_flags
 from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]
 
-#: Share of the force above the hardness from which on a caution is given.
+#: Share of the force above the hardness above which a caution is given.
 _YIELDED_SHARE = 0.005
 
-#: Relative error of the mean pull-off by mesh and step from which on a caution is given.
+#: Relative error of the mean pull-off by mesh and step above which a caution is given.
 _LARGEST_ERROR = 0.1
 
-#: Share of contacts or asperities from which on a caution is given.
-_SOME = 0.05
+#: Share of unresolved contacts or asperities from which a caution is given.
+_UNRESOLVED_SHARE = 0.05
 
 
 def cautions(run: Run) -> list[str]:
@@ -36,8 +36,8 @@ def cautions(run: Run) -> list[str]:
     return [sentence for find in _FINDERS for sentence in find(run)]
 
 
-def superposed(run: Run) -> list[str]:
-    """Return what to expect of a run's superposed pull-off, and at how many places it exceeds the possible."""
+def superposition_notes(run: Run) -> list[str]:
+    """Return the reliability of the superposed pull-off, and the number of places where it exceeds its upper bound."""
     ds = run.get("solutions/energy", xr.Dataset())
     if "expectation" not in ds.attrs:
         return []
@@ -47,20 +47,20 @@ def superposed(run: Run) -> list[str]:
     return [words]
 
 
-def _of_the_scan(run: Run) -> Iterator[str]:
-    """Yield doubts about the scan, and how many places contain debris."""
+def _scan_doubts(run: Run) -> Iterator[str]:
+    """Yield doubts about the scan, and the number of places with debris."""
     if "scan" in run and run["scan"].attrs.get("synthetic") == "yes":
         yield "The scan is synthetic: generated from a random seed, not measured."
     for doubt in doubts(run["scan"]) if "scan" in run else ():
         yield f"About the scan: {doubt}."
-    flags = flagged(run)
+    flags = debris_flags(run)
     if flags is not None and flags.any():
         rule = f"{flags.attrs['comment']}, {number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
         yield f"{int(flags.sum())} of {flags.size} places contain debris ({rule})."
 
 
 def _elastic(run: Run) -> Iterator[str]:
-    """Yield cautions where nothing touches, there is only one place, or pixels are too coarse for the contacts."""
+    """Yield cautions on a single place, on bodies that do not touch, and on contacts of too few pixels."""
     if "solutions/direct" not in run:
         return
     direct = run["solutions/direct"]
@@ -71,12 +71,12 @@ def _elastic(run: Run) -> Iterator[str]:
     if "scan" in run and "contact_area" in direct:
         area, cell = direct["contact_area"].values, float(np.prod(schema.pixel(run["scan"])))
         share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
-        if share >= _SOME:
+        if share >= _UNRESOLVED_SHARE:
             yield f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: too few to resolve them."
 
 
 def _solved(run: Run) -> Iterator[str]:
-    """Yield which solutions miss a condition of their contact, end too early, or need a finer mesh."""
+    """Yield cautions on solutions that violate a contact condition, end too early, or need a finer mesh."""
     for name, ds in run.items():
         kind, _, method = name.partition("/")
         words = METHOD_WORDS.get(method, method).capitalize()
@@ -102,7 +102,7 @@ def _solved(run: Run) -> Iterator[str]:
 
 
 def _yielding(run: Run) -> Iterator[str]:
-    """Yield cautions on how much is above the hardness in an elastic solution, or which results ignore the yield."""
+    """Yield cautions on pressures above the hardness, and on results that ignore yield."""
     solved = {
         "solutions/direct": "in the direct simulation at its largest displacement",
         "solutions/adhesive": "in the simulation with adhesion at its preload",
@@ -130,7 +130,7 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
 
 
 def _resolution(run: Run) -> Iterator[str]:
-    """Yield how well pixels and tip resolve the contacts, where there is doubt."""
+    """Yield cautions on contacts smaller than two pixels, and on asperities sharper than the tip."""
     solved = run.get("solutions/adhesive", xr.Dataset())
     if "pull_off_resolution" in solved:
         pixels = float((solved["pull_off_resolution"] / solved["refinement"]).median())
@@ -142,19 +142,19 @@ def _resolution(run: Run) -> Iterator[str]:
     if BUDGET not in run or "asperities" not in run:
         return
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
-    if sharp >= _SOME:
+    if sharp >= _UNRESOLVED_SHARE:
         yield (
             f"{percent(sharp)} of the asperities are sharper than a tip of {TIP_RADIUS:g} nm radius can "
             "image. If the tip of the scan was as blunt, the surface is rougher than the scan, and adheres less."
         )
 
 
-#: What looks for cautions, in the order of the page.
+#: The functions that yield cautions, in the order of the page.
 _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
-    _of_the_scan,
+    _scan_doubts,
     _elastic,
     _solved,
     _yielding,
     _resolution,
-    superposed,
+    superposition_notes,
 )

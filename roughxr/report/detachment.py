@@ -1,4 +1,4 @@
-"""The flow that detaches the sphere of a run: a table, its notes, and what is drawn."""
+"""Detachment of the sphere of a run by a flow: the report's table, its notes, and the fraction remaining."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from .summary import RESTS
 
 Run = Mapping[str, xr.Dataset]
 
-#: The groups that are needed.
+#: The groups that the table needs.
 DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
 
 #: Groups of the critical flow, by the method of the pull-off force.
 CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}
 
-#: Number of contacts from which on a sphere does not settle sideways.
+#: Smallest number of contacts on which a sphere rests without rolling.
 _STABLE_CONTACTS = 3
 
 
 def detachment_table(run: Run) -> pd.DataFrame:
-    """Return the resistance against rolling, and the flow of air that overcomes it, by method."""
-    columns = {way: _column(moments_of(run, way), run[group]) for way, group in CRITICAL.items() if group in run}
+    """Return resisting moments and the critical flow of air, by method."""
+    columns = {way: _column(run_moments(run, way), run[group]) for way, group in CRITICAL.items() if group in run}
     return pd.DataFrame(columns).rename_axis("quantity")
 
 
-def moments_of(run: Run, method: str | None = None) -> xr.Dataset:
+def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
     moments = run["solutions/rolling"]
-    if (method or leading(run)) == "extrapolated":
-        return _as_extrapolated(moments, run)
+    if (method or best_method(run)) == "extrapolated":
+        return _with_extrapolated_forces(moments, run)
     return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
 
-def leading(run: Run) -> str:
+def best_method(run: Run) -> str:
     """Return the method of a run's best estimate: the roughness extrapolated below the scan, or as scanned."""
     return "extrapolated" if best_estimate(run) else "adhesive"
 
 
-def _as_extrapolated(moments: xr.Dataset, run: Run) -> xr.Dataset:
-    """Return moments with the pull-off of the extrapolated surfaces; each place of each of them counts as a place."""
+def _with_extrapolated_forces(moments: xr.Dataset, run: Run) -> xr.Dataset:
+    """Return moments with the pull-off of the extrapolated surfaces, one subregion for each place and seed."""
     extrapolated = run["solutions/extrapolated"]["pull_off_force"]
     at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(moments["subregion_x"], moments["subregion_y"]))}
     which = [at[float(x), float(y)] for x, y in zip(extrapolated["subregion_x"], extrapolated["subregion_y"])]
@@ -82,10 +82,10 @@ def _unstable(moments: xr.Dataset) -> xr.DataArray:
 
 
 def detachment_notes(run: Run) -> list[str]:
-    """Return the conditions of the table, one sentence or two each; none for a run without its groups."""
+    """Return the assumptions of the table as sentences; none for a run without its groups."""
     if not set(DETACHMENT) <= set(run):
         return []
-    critical, moments = run[CRITICAL[leading(run)]], run["solutions/rolling"]
+    critical, moments = run[CRITICAL[best_method(run)]], run["solutions/rolling"]
     speed, at_rest = critical["critical_friction_velocity"], RESTS in run
     stress = AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
@@ -114,11 +114,11 @@ def detachment_notes(run: Run) -> list[str]:
     return notes
 
 
-def remaining(run: Run) -> xr.Dataset:
-    """Return the fraction remaining in a flow of air, from below the first critical speed to above the last."""
-    speed = run[CRITICAL[leading(run)]]["critical_friction_velocity"].values
+def remaining_fraction(run: Run) -> xr.Dataset:
+    """Return the fraction remaining in a flow of air, over all critical friction velocities of the run."""
+    speed = run[CRITICAL[best_method(run)]]["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere detaches at no place in a flow")
     speeds = np.geomspace(speed.min() / 3, speed.max() * 3, 40)
-    return resuspension(moments_of(run), friction_velocity=speeds, time=1.0)
+    return resuspension(run_moments(run), friction_velocity=speeds, time=1.0)

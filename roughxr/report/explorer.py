@@ -1,6 +1,6 @@
-"""A run as an interactive page: a map of the scan with its places, and the results at the place that is chosen.
+"""The interactive page of a run: a map of the scan with its places, and the results at the selected place.
 
-The page draws what the archive contains. It is self-contained: it needs no network, no server and no library.
+The page is self-contained: it needs no network, no server and no library.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from ..scans.regions import extent
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from .caveats import cautions
-from .report_page import as_uri, filled, title, written
-from .run_tables import METHOD_WORDS, flagged
+from .report_page import as_uri, render_template, title, write_page
+from .run_tables import METHOD_WORDS, debris_flags
 from .summary import by_place, headline
 
 Run = Mapping[str, xr.Dataset]
@@ -50,19 +50,19 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     path, output : path
         As for `write_report`; by default ``explore.html`` beside the archive.
     """
-    path = archive.of_run(Path(path))
+    path = archive.run_archive(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
     try:
         text = explorer_page(run, archive_name=path.name)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    return written(text, path, output, "explore.html")
+    return write_page(text, path, output, "explore.html")
 
 
 def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
     """Return the page as text."""
     data = page_data(run)
-    return filled(
+    return render_template(
         "explorer.html",
         title=title(run["scan"]),
         headline=headline(run),
@@ -75,7 +75,7 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
 
 
 def page_data(run: Run) -> dict[str, Any]:
-    """Return all the data that the page's script draws."""
+    """Return the data of the page's script."""
     table = by_place(run)
     places = table or run.get("solutions/direct", xr.Dataset())
     if "scan" not in run or places.sizes.get("subregion", 0) == 0:
@@ -94,8 +94,8 @@ def page_data(run: Run) -> dict[str, Any]:
 
 
 def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
-    """Return the places, which of them contain debris, and what share of particles rests there."""
-    count, flags = places.sizes["subregion"], flagged(run)
+    """Return for each place its position, whether it contains debris, and the share of particles that rest there."""
+    count, flags = places.sizes["subregion"], debris_flags(run)
     debris = flags.values if flags is not None and flags.size == count else np.zeros(count, bool)
     shares = _numbers(places[SHARE].values) if SHARE in places else [None] * count
     positions = zip(*(places[f"subregion_{axis}"].values.tolist() for axis in "xy"))
@@ -105,7 +105,7 @@ def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
-    """Yield the force over displacement from the highest peak of each method that has it; of events, their points."""
+    """Yield the force over displacement from the highest peak by method; pull-off and detachment are points."""
     touch = run.get("solutions/rigid", xr.Dataset()).get("touch_delta")
     for name, words in METHOD_WORDS.items():
         ds, offset = run.get(f"solutions/{name}", xr.Dataset()), np.zeros(count)

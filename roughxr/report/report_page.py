@@ -1,4 +1,4 @@
-"""A run as one self-contained page: the answer, its errors, cautions, figures and tables, and how to repeat it."""
+"""The report of a run: one self-contained HTML page with its answer, errors, cautions, figures and tables."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
 from .caveats import cautions
-from .detachment import DETACHMENT, detachment_notes, moments_of, remaining
-from .run_tables import METHOD_WORDS, flagged, prediction, tables
+from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
+from .run_tables import METHOD_WORDS, debris_flags, prediction, tables
 from .summary import BUDGET, best_estimate_notes, by_place, headline, run_summary
 
 Run = Mapping[str, xr.Dataset]
@@ -44,24 +44,24 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     output : path, optional
         The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
     """
-    path = archive.of_run(Path(path))
+    path = archive.run_archive(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         groups = ", ".join(run) or "none"
         raise ValueError(f"{path}: expected the archive of a run, found groups: {groups}; make one with roughxr run")
-    text = page(run, archive_name=path.name, missing=archive.root_of(path).get(archive.UNFINISHED, ""))
-    return written(text, path, output, "report.html")
+    text = page(run, archive_name=path.name, missing=archive.root_attributes(path).get(archive.UNFINISHED, ""))
+    return write_page(text, path, output, "report.html")
 
 
 def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
     """Return the page as text."""
     run = {name: schema.entered(ds) for name, ds in run.items()}
-    return filled(
+    return render_template(
         "report.html",
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
         headline=headline(run),
-        humid=liquid.described(run["scan"]) if "scan" in run else "",
+        humid=liquid.liquid_words(run["scan"]) if "scan" in run else "",
         best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
@@ -74,7 +74,7 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
 
 
 def _facts(run: Run) -> list[tuple[str, str]]:
-    """Return what was analysed, the pair of bodies, and the model that suits them."""
+    """Return the facts of the page: scan, pair of bodies, and recommended model."""
     if "scan" not in run:
         return []
     scan, regime = run["scan"], run.get("statistics/regime", xr.Dataset())
@@ -98,7 +98,7 @@ _MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "sup
 
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
-    """Return the pair of bodies, by name."""
+    """Return the quantities of the pair of bodies in words, each with its value."""
     known = {str(name): value for name, value in schema.travelling(scan).items() if value.ndim == 0}
     units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in known}
     words = {name: (schema.VARIABLES[name].long_name, number(known[name], units[name])) for name in known}
@@ -122,7 +122,7 @@ class _Figure(NamedTuple):
 
 
 def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
-    """Return the figures for which a run has the groups: as data URIs, or why one cannot be drawn."""
+    """Return the figures for which a run has the groups as data URIs, or the reason why one cannot be drawn."""
     from matplotlib import pyplot
 
     pictures = []
@@ -176,7 +176,7 @@ _FIGURES = (
     _Figure(
         "The scan and the places",
         ["scan", "solutions/direct"],
-        lambda run: figures.scan_map(run["scan"], subregions=run["solutions/direct"], highlight=flagged(run)),
+        lambda run: figures.scan_map(run["scan"], subregions=run["solutions/direct"], highlight=debris_flags(run)),
         "Heights; crosses mark the contact centres, rings those on debris.",
     ),
     _Figure(
@@ -196,7 +196,7 @@ _FIGURES = (
     _Figure(
         "Resisting moment by direction",
         DETACHMENT,
-        lambda run: figures.moment_rose(moments_of(run, "adhesive")),
+        lambda run: figures.moment_rose(run_moments(run, "adhesive")),
         "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
         "half of all places.",
     ),
@@ -210,7 +210,7 @@ _FIGURES = (
     _Figure(
         "Fraction remaining",
         DETACHMENT,
-        lambda run: figures.fraction_remaining(remaining(run)),
+        lambda run: figures.fraction_remaining(remaining_fraction(run)),
         "Fraction of spheres that remain after one second in turbulent air, by Rock'n'Roll with the computed moments, "
         "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
         "velocity of a steady flow. Dotted: outside the range of the formulas for drag and torque.",
@@ -218,8 +218,8 @@ _FIGURES = (
 )
 
 
-def filled(template: str, **values: Any) -> str:
-    """Return a template of this package, filled; text is escaped for HTML, and its control characters written out."""
+def render_template(template: str, **values: Any) -> str:
+    """Return a rendered template of this package; text is escaped for HTML, and its control characters written out."""
     import jinja2
 
     options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
@@ -229,16 +229,16 @@ def filled(template: str, **values: Any) -> str:
     return environment.get_template(template).render(**made, **values)
 
 
-def written(text: str, path: Path, output: str | os.PathLike | None, name: str) -> Path:
-    """Write a page, by default under this name beside its archive, and return its path."""
+def write_page(text: str, path: Path, output: str | os.PathLike | None, name: str) -> Path:
+    """Write a page, by default under ``name`` in the folder of its archive, and return its path."""
     output = path.with_name(name) if output is None else Path(output)
-    with archive.whole(output) as temporary:
+    with archive.atomic_write(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return output
 
 
 def as_uri(png: bytes) -> str:
-    """Return an image as text that stands inside a page."""
+    """Return an image as a data URI."""
     return "data:image/png;base64," + base64.b64encode(png).decode("ascii")
 
 

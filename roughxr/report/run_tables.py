@@ -1,4 +1,4 @@
-"""The tables of a run: scan, contact by method, main numbers with intervals, error budget, formulas, measured."""
+"""The tables of a run: scan, contact by method, main numbers with intervals, error budget and formulas."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
 from ..statistics.sampling import SHARE, at_first_preload, by_share
-from ..vocabulary.numbers import number, prefixed, sure, with_error
+from ..vocabulary.numbers import number, prefixed, with_error, with_interval
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
 
@@ -35,8 +35,8 @@ _MICRO = 1e-3  # µm per nm
 #: The main numbers of pull-off: words and statistic.
 _MAIN = {"mean": "mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
 
-#: Fewer places have no quantiles near the ends.
-_MANY = 20
+#: Smallest number of places from which the 5 % and 95 % quantiles are given.
+_QUANTILE_PLACES = 20
 
 
 def tables(run: Run) -> dict[str, pd.DataFrame]:
@@ -151,7 +151,7 @@ def formula_table(run: Run) -> pd.DataFrame:
 
 def main_numbers(run: Run) -> pd.DataFrame:
     """Return the main numbers of the pull-off with their 95 % intervals, for all places and without debris, as text."""
-    pull, flags = prediction(run)[["pull_off_force"]], flagged(run)
+    pull, flags = prediction(run)[["pull_off_force"]], debris_flags(run)
     rows = {"all places": pull}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull.sizes["subregion"]:
         rows["without debris"] = pull.isel(subregion=np.flatnonzero(~flags.values))
@@ -160,19 +160,19 @@ def main_numbers(run: Run) -> pd.DataFrame:
         known = int(samples["pull_off_force"].notnull().sum())
         if known < 2:
             continue
-        chosen = [name for name in _MAIN if known >= _MANY or name in ("mean", "q50")]
+        chosen = [name for name in _MAIN if known >= _QUANTILE_PLACES or name in ("mean", "q50")]
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull)
         for name in chosen:
             at = ends.sel(statistic=name)
-            words = sure(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")
+            words = with_interval(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")
             count = number(at["independent_places"], digits=2)
             table[f"{_MAIN[name]}, {places}"] = [*words.split(" (95 % interval "), count]
     columns = ["estimate", "95 % interval", "independent places"]
     return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
 
 
-def flagged(run: Run) -> xr.DataArray | None:
-    """Return which of the places that were solved contain debris, None where the run does not state it."""
+def debris_flags(run: Run) -> xr.DataArray | None:
+    """Return whether each solved place contains debris, or None if the run cannot show it."""
     solved = (ds for name, ds in run.items() if name.startswith("solutions/") and "subregion_x" in ds.coords)
     places = next(solved, None)
     if places is None or places.sizes.get("subregion", 0) < 2 or "asperities" not in run:
@@ -181,7 +181,7 @@ def flagged(run: Run) -> xr.DataArray | None:
 
 
 def budget_table(run: Run) -> pd.DataFrame:
-    """Return the error budget in per cent of the mean pull-off: errors, changes of the mean, and their sources.
+    """Return the error budget in per cent of the mean pull-off: each error, its standard error, its bias, its source.
 
     The change of the total is the sum of all known biases.
     """
@@ -205,15 +205,15 @@ def _budget_row(error: float, own: float, change: float, words: str) -> list[str
 
 
 def prediction(run: Run) -> xr.Dataset:
-    """Return the pull-off of the main numbers: of the simulation, else of superposed asperities."""
+    """Return the pull-off by the simulation, else by superposed asperities."""
     return at_first_preload(run["statistics/adhesive" if "statistics/adhesive" in run else "statistics/energy"])
 
 
 def text(table: pd.DataFrame, title: str) -> str:
-    """Return a table as lines of text, a dash for missing values."""
+    """Return a table as text, with a dash for missing values."""
     digits = 4 if "paper" in table else 3
     named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
     words = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
-    left = {name: f"{{:<{width}}}".format for name, width in words.items()}  # text begins on the left
+    left = {name: f"{{:<{width}}}".format for name, width in words.items()}  # text is left-aligned
     numbers = {"float_format": lambda v: number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
     return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left, **numbers)}\n"

@@ -1,4 +1,4 @@
-"""The summary of a run and its table of places, computed once; every page, table and the shell read them."""
+"""The summary of a run and its table of places, which the reports, tables and the command line show."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import best_estimate, mean_pull_off, with_units
-from ..statistics.headline import headline as in_words
+from ..statistics.headline import headline as answer_text
 from ..statistics.sampling import shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
@@ -21,7 +21,7 @@ Run = Mapping[str, xr.Dataset]
 #: Groups of the error budget, the summary, the table of places, and where particles rest.
 BUDGET, SUMMARY, PLACES, RESTS = (f"statistics/{name}" for name in ("error_budget", "summary", "places", "rests"))
 
-#: Shortest wavelength (nm) of a scan too coarse for the question: contacts at pull-off are smaller.
+#: Shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller.
 _COARSE_WAVELENGTH = 50.0
 
 _POSITION = ("subregion_x", "subregion_y")
@@ -38,7 +38,7 @@ _UNSEEN = ("spectrum", "finer roughness")
 #: Significant digits of a table of places.
 _DIGITS = 4
 
-#: Group, variable, name in the table of places, and method in words; of a variable with directions the mean over these.
+#: Columns of the table of places: group, variable, name, and method in words. Directions are averaged.
 _COLUMNS = (
     (RESTS, "landing_share", "landing_share", ""),
     (RESTS, "supports", "supports", ""),
@@ -60,7 +60,7 @@ def headline(run: Run) -> str:
 
     Empty where the groups of the run contain no simulation with adhesion.
     """
-    return in_words(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
+    return answer_text(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
 
 
 def run_summary(run: Run) -> xr.Dataset:
@@ -106,7 +106,7 @@ def best_estimate_notes(run: Run) -> list[str]:
 
 
 def _flow(run: Run) -> dict[str, float]:
-    """Return the air flow that moves the sphere at the median place, with its interval, and how many contacts bear."""
+    """Return the critical air flow at the median place, with its interval, and the number of supporting contacts."""
     if not {"statistics/detachment", "solutions/rolling"} <= set(run):
         return {}
     name, critical = "critical_friction_velocity", run["statistics/detachment"]
@@ -121,7 +121,7 @@ def _flow(run: Run) -> dict[str, float]:
 
 
 def _advice(run: Run, out: xr.Dataset) -> str:
-    """Return what to do about a scan that is smaller than the region of contact, or too coarse for the contacts."""
+    """Return advice for a scan that is smaller than the region of contact, or too coarse for the contacts."""
     if "scan" not in run or "sphere_radius" not in run["scan"].coords:
         return ""
     scan = run["scan"]
@@ -143,7 +143,7 @@ def _advice(run: Run, out: xr.Dataset) -> str:
 
 
 def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
-    """Return a run whose pull-offs state their error by mesh and step, where only a finer solution shows it."""
+    """Return a run with the error of its pull-offs by mesh and step, estimated from the finer solution."""
     solved = run["solutions/adhesive"]
     if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
         return dict(run)
@@ -155,7 +155,7 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
 
 
 def by_place(run: Run) -> xr.Dataset:
-    """Return what a run states of each of its places, as far as it has it: one row each, without empty columns."""
+    """Return the results of a run by place: one row each, without empty columns."""
     if PLACES in run:
         return run[PLACES]
     columns = {}
@@ -172,14 +172,14 @@ def by_place(run: Run) -> xr.Dataset:
     return xr.Dataset(columns)
 
 
-def recorded(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
-    """Return the groups of the summary and of the table of places; they state how the run was made."""
+def summary_groups(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
+    """Return the groups of the summary and of the table of places, with the options of the run in their history."""
     made = schema.record(run_summary(run), "run", run["scan"], **options)
     return {PLACES: by_place(run), SUMMARY: made.assign_attrs(command=command)}
 
 
 def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
-    """Return a table of places for readers: a row each, named by the scan, with few digits, and errors as forces."""
+    """Return a table of places as it is published: rows with the scan's name, four digits, and errors as forces."""
     few = places.drop_vars("subregion", errors="ignore").reset_coords()
     if "pull_off_error" in few:
         error = few["pull_off_force"] * few["pull_off_error"]
@@ -194,12 +194,12 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
 
 
 def few_digits(values: np.ndarray) -> list[float]:
-    """Return numbers to the digits of a table for readers."""
+    """Return numbers rounded to the digits of a published table."""
     return [float(f"{value:.{_DIGITS}g}") for value in values]
 
 
 def _at_all_places(places: xr.Dataset | xr.DataArray, some: xr.DataArray) -> xr.DataArray:
-    """Return the values of some places at all of them, NaN at the others."""
+    """Return values that are known at some places for all places, NaN at the others."""
     known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))
     values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
     return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=some.attrs)

@@ -1,6 +1,6 @@
-"""From a scan to pull-off statistics.
+"""A run: the complete analysis of one scan, from asperities to the statistics of pull-off and detachment.
 
-A run is a dictionary of Datasets, the groups of its archive:
+Its result is a dictionary of Datasets, the groups of its archive:
 
     scan, asperities, reconstruction
     solutions/adhesive, /extrapolated (with the roughness extrapolated below the scan),
@@ -25,7 +25,7 @@ import numpy as np
 import xarray as xr
 
 from .. import figures, report
-from ..archive import remove_leftovers, whole
+from ..archive import atomic_write, remove_leftovers
 from ..asperity.asperity_sum import fit_options
 from ..asperity.catalogue import asperities
 from ..asperity.reconstruction import reconstruct
@@ -40,8 +40,7 @@ from ..contact.problem import default_deltas
 from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
 from ..jobs.checkpoint import checkpointed
-from ..jobs.progress import Stages, about
-from ..jobs.progress import say as print_line
+from ..jobs.progress import Stages, print_line, rough_duration
 from ..jobs.records import loading
 from ..particles import critical_load, resting
 from ..particles.resting_places import are_resting_positions
@@ -83,13 +82,13 @@ class Plan(NamedTuple):
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
 
 
-#: Times the scan's side from which on no rough surface keeps a smooth sphere's contact within the scan.
+#: Largest contact diameter of a smooth sphere without load, over the scan's side: wider ones leave any rough scan.
 _WIDEST_CONTACT = 3.0
 
 #: Stages that are not shown.
 _SILENT = Stages({}, {})
 
-#: What helps where bodies are too soft for the scan, or their contacts too large.
+#: Advice where bodies are too soft for the scan, or their contacts too large.
 _REMEDY = (
     "use a larger scan, a smaller sphere or preload, a larger modulus or less work of adhesion; or, in Python, "
     "superpose or direct"
@@ -121,8 +120,8 @@ def run(
     subregions : (int, int), (array, array) or Dataset
         Contact centres, see `regions.centres`.
     particle : bool
-        The sphere is no probe but a particle: it lands on the grid of ``subregions`` and is solved where it comes to
-        rest from there, each place weighted by the share of landings (`resting`).
+        Whether the sphere is a free particle instead of a fixed probe: from each place of ``subregions`` it rolls to a
+        resting position and is solved there, weighted by the share of places that lead to this position (`resting`).
     delta : array_like, optional
         Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
         pressed as deep as it lies below the highest peak.
@@ -180,28 +179,29 @@ def execute(
     notes: Sequence[str] = (),
     drawn: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
-    """Return the groups of a run, computed as far as its archive lacks them; write its files, or print its tables."""
+    """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
     task = _Task(specimen, plan)
     expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 10.0}
     if not path.exists():
         pixels = " x ".join(map(str, specimen.heights.shape))
         print_line(
-            f"{task.places} places on {pixels} pixels: {about(sum(expected.values()))} on most scans, longer on sharp "
-            "or soft summits and for the first run on a machine. If it is interrupted, the same call continues it."
+            f"{task.places} places on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer "
+            "on sharp or soft summits and for the first run on a machine. If it is interrupted, the same call "
+            "continues it."
         )
-    with Stages(expected, _WORDS) as say:
+    with Stages(expected, _WORDS) as stages:
         groups = checkpointed(
-            lambda: analyse(specimen, plan, say, command),
+            lambda: analyse(specimen, plan, stages, command),
             path,
             scan=specimen.scan,
             arguments=plan._asdict(),
             title=specimen.bodies.attrs.get("title", ""),
-            missing=lambda: f"missing: {', '.join(w for w in say.later() if w != _WORDS['pages']) or 'its log'}",
+            missing=lambda: f"missing: {', '.join(w for w in stages.later() if w != _WORDS['pages']) or 'its log'}",
         )
         made = tables(groups)
         printed = _tables_text(made, notes, groups)
         if folder is not None:
-            say("pages")
+            stages("pages")
             _write_folder(groups, made, printed, path, folder, drawn)
     if folder is None:
         print(printed.rstrip("\n"))
@@ -226,11 +226,11 @@ def _adheres(specimen: Specimen) -> bool:
 
 
 class _Task(NamedTuple):
-    """A run as far as it is computed."""
+    """A run in progress: its input, its plan and the groups computed so far."""
 
     specimen: Specimen
     plan: Plan
-    say: Stages = _SILENT
+    stages: Stages = _SILENT
     groups: dict[str, xr.Dataset] = {}  # noqa: RUF012
 
     @property
@@ -260,16 +260,16 @@ class _Task(NamedTuple):
 
 
 def analyse(
-    specimen: Specimen, plan: Plan, say: Stages = _SILENT, command: str = ""
+    specimen: Specimen, plan: Plan, stages: Stages = _SILENT, command: str = ""
 ) -> Iterator[dict[str, xr.Dataset]]:
-    """Yield the groups of a run after each of its stages, at last all."""
+    """Yield the groups computed so far after each stage of a run, finally all of them."""
     groups: dict[str, xr.Dataset] = {}
     for part in _parts(_Task(specimen, plan)):
-        say(part.name)
-        groups |= part.make(_Task(specimen, plan, say, groups))
+        stages(part.name)
+        groups |= part.make(_Task(specimen, plan, stages, groups))
         yield groups
     options = {name: getattr(plan, name) for name in ("subregions", "preload", "law", "mesh", "budget")}
-    yield groups | report.recorded(groups, command, **options)
+    yield groups | report.summary_groups(groups, command, **options)
 
 
 def _surface(task: _Task) -> dict[str, xr.Dataset]:
@@ -291,7 +291,7 @@ def _surface(task: _Task) -> dict[str, xr.Dataset]:
     }
 
 
-def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
+def _elastic_simulation(task: _Task) -> dict[str, xr.Dataset]:
     """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
     specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
@@ -300,7 +300,7 @@ def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),
         "solutions/smooth": loading(direct(flat, delta=plan.direct_deltas)),
-        # without yield, to show its effect beside it
+        # without yield, to show its effect by comparison
         "solutions/hertz": superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **task.options),
     }
     if "branch" in solved.dims:  # where the body yields
@@ -308,7 +308,7 @@ def _without_adhesion(task: _Task) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _superposed(task: _Task) -> dict[str, xr.Dataset]:
+def _superposed_asperities(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
     specimen, groups = task.specimen, dict[str, xr.Dataset]()
     for name in task.plan.superposed:
@@ -320,7 +320,7 @@ def _superposed(task: _Task) -> dict[str, xr.Dataset]:
 
 
 def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
-    """Return the error budget of the simulated pull-off, and the pull-off over the shortest wavelength."""
+    """Return the error budget of the simulated pull-off, and the pull-off against the shortest wavelength."""
     plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     finer = task.groups.get("solutions/finer")
@@ -335,8 +335,8 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     return groups | {"statistics/scale_dependence": scales}
 
 
-def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
-    """Return the pull-off with roughness extrapolated below the scan, at some of the places; or why there is none."""
+def _extrapolated_pull_off(task: _Task) -> dict[str, xr.Dataset]:
+    """Return the pull-off at some places with roughness extrapolated below the pixel, or the reason for its absence."""
     specimen, plan = task.specimen, task.plan
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
         why = "no hardness is known, and fine summits yield; state a hardness, or name the materials"
@@ -354,23 +354,20 @@ def _below_the_scan(task: _Task) -> dict[str, xr.Dataset]:
 
 
 def _detachment(task: _Task) -> dict[str, xr.Dataset]:
-    """Return resisting moments and the flow that overcomes them.
-
-    Moments are those of the simulation's own contacts; in humid air, those of rigid bodies.
-    """
+    """Return resisting moments, of simulated contacts or in humid air of rigid bodies, and the critical flow."""
     groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
     moments = (rigid_moments if task.is_wet else simulated_moments)(task.specimen, solved)
     out = {"solutions/rolling": moments}
     known = groups | out
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
-            out[group] = quietly(critical_load, report.moments_of(known, way))
+            out[group] = quietly(critical_load, report.run_moments(known, way))
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
-def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
-    """Return the simulation with adhesion at all places, and at some on a mesh twice as fine with half the steps."""
-    specimen, plan, say, options = task.specimen, task.plan, task.say, task.options
+def _adhesive_simulation(task: _Task) -> dict[str, xr.Dataset]:
+    """Return the simulation with adhesion at all places, and its error by mesh and step from a sample of places."""
+    specimen, plan, stages, options = task.specimen, task.plan, task.stages, task.options
     if task.has_sphere:
         _refuse_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
@@ -380,29 +377,29 @@ def _with_adhesion(task: _Task) -> dict[str, xr.Dataset]:
         warnings.filterwarnings("ignore", f"[^:]*{SMALL_CONTACTS}")
         some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
-            mesh, finer = _fine_enough_mesh(specimen, plan, some, say)
+            mesh, finer = _converged_mesh(specimen, plan, some, stages)
         elif some["subregions"].sizes["subregion"] < task.places:
-            _expect_pulls(first := adhesive(specimen, mesh=mesh, **some))
-            _show_answer(first, say)
-        before = say.passed()
+            _need_pull_off(first := adhesive(specimen, mesh=mesh, **some))
+            _show_answer(first, stages)
+        before = stages.passed()
         solved = adhesive(specimen, mesh=mesh, **options | how)
-        say.expect(budget=5 + 17 * plan.budget * (say.passed() - before) / task.places)  # so many changes
+        stages.expect(budget=5 + 17 * plan.budget * (stages.passed() - before) / task.places)  # so many changes
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
-    _show_answer(groups["statistics/adhesive"], say)
+    _show_answer(groups["statistics/adhesive"], stages)
     return groups
 
 
-def _show_answer(solved: xr.Dataset, say: Stages) -> None:
-    """Show the answer by the places that are solved, the first time as an estimate of which the mesh is not checked."""
+def _show_answer(solved: xr.Dataset, stages: Stages) -> None:
+    """Print the preliminary answer from the solved places, marked as a first estimate while its mesh is not checked."""
     if not bool((solved["pull_off_force"] > 0).any()):
         return
     first = "" if np.isfinite(mesh_error(solved)) else "First estimate, mesh not checked yet: "
-    say.answer(first + headline(mean_pull_off(solved).drop_vars("smooth_share")))
+    stages.answer(first + headline(mean_pull_off(solved).drop_vars("smooth_share")))
 
 
-def _expect_pulls(first: xr.Dataset) -> None:
-    """End a run none of whose first places could be solved, before hours pass, and say what helps."""
+def _need_pull_off(first: xr.Dataset) -> None:
+    """Raise if none of the first places could be solved, before hours are spent on the others."""
     if bool(first["pull_off_force"].notnull().any()):
         return
     lost, edge = (int(flags.sum()) for flags in (~first["complete"], first["truncated"]))
@@ -413,9 +410,9 @@ def _expect_pulls(first: xr.Dataset) -> None:
 
 
 def _refuse_soft(specimen: Specimen) -> None:
-    """Raise before hours pass where JKR's contact of the smooth sphere is much wider than the scan, without load."""
+    """Raise if JKR's contact of the smooth sphere without load is much wider than the scan."""
     radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus")
-    wide = 2 * (4.5 * np.pi * liquid.work_of(specimen.bodies) * radius**2 / modulus) ** (1 / 3)
+    wide = 2 * (4.5 * np.pi * liquid.total_work(specimen.bodies) * radius**2 / modulus) ** (1 / 3)
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > _WIDEST_CONTACT * side:
@@ -425,15 +422,15 @@ def _refuse_soft(specimen: Specimen) -> None:
         )
 
 
-def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], say: Stages) -> tuple[Mesh, Any]:
-    """Return the mesh on which the mean pull-off has settled, and results on a finer one.
+def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stages: Stages) -> tuple[Mesh, Any]:
+    """Return the mesh on which the mean pull-off has converged, and results on a finer one.
 
-    On pixels wider than the contacts, the coarsest mesh on which the law can be solved may be off by a factor.
+    On pixels wider than the contacts, the pull-off on the coarsest valid mesh may be wrong by a factor.
     """
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(specimen, mesh=mesh, **options)
-    _expect_pulls(coarse)
-    _show_answer(coarse, say)
+    _need_pull_off(coarse)
+    _show_answer(coarse, stages)
     n = int(coarse["refinement"].max())
     checked_mesh: tuple[Mesh, Any] = mesh, None
     while 2 * n <= MOST_REFINED:
@@ -442,7 +439,7 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
         except TooManyCells:  # the largest error that was found is stated with the result
             break
         checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
-        _show_answer(checked, say)
+        _show_answer(checked, stages)
         if not mesh_error(checked) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
         checked_mesh = mesh, finer
@@ -451,9 +448,9 @@ def _fine_enough_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], s
 
 
 def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:
-    """Return the pull between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
+    """Return the force between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     specimen, refine = task.specimen, int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
-    # without warnings about the size of cells: the report's page has it for all methods
+    # without warnings about the cell size, which the report gives for all methods
     summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}
     if task.has_sphere:
@@ -473,7 +470,7 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
 
 
 class _Part(NamedTuple):
-    """A stage of a run; about how long it takes: seconds, and seconds for each place, medians of runs on two cores."""
+    """A stage of a run, with its duration (s) and its duration per place (s): medians of runs on two cores."""
 
     name: str
     words: str
@@ -486,19 +483,19 @@ class _Part(NamedTuple):
 #: The stages of a run, in order.
 _PARTS = (
     _Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
-    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _with_adhesion),
-    _Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _below_the_scan),
+    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
+    _Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _extrapolated_pull_off),
     _Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
-    _Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _without_adhesion),
+    _Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
     # neighbours' menisci merge: no sum over asperities
-    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed),
+    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
     _Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
     _Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
 )
 
 _WORDS = {part.name: part.words for part in _PARTS} | {"pages": "figures and report"}
 
-#: Tables that are files, too, by their names.
+#: Tables that are also written as files, by the name of the file.
 _TABLE_FILES = {"scan": "Scan and asperities", "contact": "Pull-off force by method", "force": "Force without adhesion"}
 
 
@@ -509,29 +506,29 @@ def _parts(task: _Task) -> list[_Part]:
 def _write_folder(
     groups: dict[str, xr.Dataset], tables: dict[str, Any], printed: str, path: Path, folder: Path, drawn: Callable
 ) -> None:
-    """Write tables, figures and report; what a killed process left half-written is removed."""
+    """Write tables, figures and report, and remove the temporary files of a killed process."""
     remove_leftovers(folder)
     for part, title in _TABLE_FILES.items():
         if title in tables:
-            with whole(folder / f"table-{part}.csv") as temporary:
+            with atomic_write(folder / f"table-{part}.csv") as temporary:
                 tables[title].to_csv(temporary, float_format="%.6g")
     if places := report.by_place(groups):
         label = Path(groups["scan"].attrs.get("source_file", "scan")).name
         for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
             to_table(report.place_table(places, label), folder / f"places{ending}")
-    with whole(folder / "table.txt") as temporary:
+    with atomic_write(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in drawn(groups):
-        with whole(folder / f"{name}.png") as temporary:
+        with atomic_write(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=220)
-    with whole(folder / "report.html") as temporary:
+    with atomic_write(folder / "report.html") as temporary:
         temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
 
 
 def _tables_text(tables: dict[str, Any], notes: Sequence[str], groups: dict[str, xr.Dataset]) -> str:
-    """Return the answer, the tables, and the notes needed to read them."""
-    below = [*notes, *report.superposed(groups), *report.detachment_notes(groups)]
+    """Return the answer, the tables and the notes on them as text."""
+    below = [*notes, *report.superposition_notes(groups), *report.detachment_notes(groups)]
     answer = [fill(words, 100) + "\n"] if (words := report.headline(groups)) else []
     parts = [report.text(table, title) for title, table in tables.items()]
     return "\n".join([*answer, *parts, *(fill(note, 100) for note in below)]) + "\n"

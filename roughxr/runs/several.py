@@ -1,4 +1,4 @@
-"""Several scans in one folder: a run of each, a table with one row for each scan, one of all places, and a page."""
+"""Runs of several scans in one folder, with a table of the scans, a table of all places, and a summary page."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ import numpy as np
 import xarray as xr
 
 from .. import report
-from ..archive import whole
-from ..jobs.progress import about, say
-from ..report.report_page import filled, pair_facts, title
+from ..archive import atomic_write
+from ..jobs.progress import print_line, rough_duration
+from ..report.report_page import pair_facts, render_template, title
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
 from ..statistics import pooled
 from ..statistics.headline import SCALARS, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, number, percent, quantity, sure
+from ..vocabulary.numbers import interval, number, percent, quantity, with_interval
 
 _FORCE = "pull_off_force"
 
-#: Sizes and pixels that differ by less than this are alike.
+#: Largest relative difference of sides and pixels between scans that are pooled.
 _ALIKE = 0.02
 
 
-class Finished(NamedTuple):
-    """What the table and the page of all scans take from one run."""
+class ScanResult(NamedTuple):
+    """The results of one scan that the table and the page of all scans show."""
 
     label: str
     pair: list[tuple[str, str]]
@@ -40,8 +40,8 @@ class Finished(NamedTuple):
     cautions: list[str]
 
 
-def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
-    """Return a folder for each scan, by the name of its file; raise where two have the same."""
+def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
+    """Return an output folder for each scan, named after its file; raise if two files have the same name."""
     chosen: dict[Path, Path] = {}
     for scan in map(Path, scans):
         if output / scan.stem in chosen.values():
@@ -51,19 +51,19 @@ def folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
 
 
 def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping[str, xr.Dataset]]):
-    """Return what is known of each scan that could be analysed, and why the others could not.
+    """Run each scan, and return the results of those that succeeded and the error messages of the others.
 
-    Called again after an interruption it goes on from there, as every run does.
+    Called again after an interruption, it resumes.
     """
-    finished: dict[str, Finished] = {}
+    finished: dict[str, ScanResult] = {}
     refused: dict[str, str] = {}
     took: list[float] = []
     for count, (scan, folder) in enumerate(scans.items()):
-        left = f", {about(float(np.mean(took)) * (len(scans) - count))} left for all of them" if took else ""
-        say(f"scan {count + 1} of {len(scans)}: {scan.name}{left}")
+        left = f", {rough_duration(float(np.mean(took)) * (len(scans) - count))} left for all of them" if took else ""
+        print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{left}")
         begun = time.monotonic()
         try:
-            finished[scan.name] = _finished(run_one(scan, folder))
+            finished[scan.name] = _scan_result(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:
             refused[scan.name] = str(error)
             continue
@@ -73,16 +73,16 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
     return {name: run for name, run in finished.items() if _FORCE in run.summary}, refused
 
 
-def _finished(run: Mapping[str, xr.Dataset]) -> Finished:
+def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
     scan = run["scan"]
     x_low, x_high, y_low, y_high = extent(scan)
     size = np.array([x_high - x_low, y_high - y_low, max(schema.pixel(scan))])
     places = report.by_place(run)
-    return Finished(title(scan), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
+    return ScanResult(title(scan), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
 
 
-def together(finished: Mapping[str, Finished], refused: Mapping[str, str], output: Path) -> str:
-    """Write the tables of scans and of all places, and the page of all scans; return the pooled answer in words."""
+def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path) -> str:
+    """Write the tables of scans and of all places, and the summary page; return the pooled answer in words."""
     tables = [place_table(run.places, name) for name, run in finished.items()]
     every = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
@@ -90,7 +90,7 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
         to_table(scan_table(finished), output / f"{output.name}{ending}")
         to_table(every, output / f"places{ending}")
     answer = _pooled_words(finished)
-    page = filled(
+    page = render_template(
         "index.html",
         title=f"{len(finished)} scans",
         table=f"{output.name}{endings[-1]}",
@@ -100,12 +100,12 @@ def together(finished: Mapping[str, Finished], refused: Mapping[str, str], outpu
         cautions={name: run.cautions for name, run in finished.items() if run.cautions},
         refused=refused,
     )
-    with whole(output / "index.html") as temporary:
+    with atomic_write(output / "index.html") as temporary:
         temporary.write_text(page, encoding="utf-8")
     return answer
 
 
-def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
+def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     """Return the summaries as one row for each scan, without empty columns."""
     out = xr.Dataset({"label": ("scan", [run.label for run in finished.values()])}, {"scan": list(finished)})
     rows = [scalar_values(run.summary) for run in finished.values()]
@@ -121,8 +121,8 @@ def scan_table(finished: Mapping[str, Finished]) -> xr.Dataset:
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 
-def _pooled_words(finished: Mapping[str, Finished]) -> str:
-    """Return the mean over scans with its interval, and how much scans differ, where they are alike."""
+def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
+    """Return the mean over scans with its interval and the scatter between scans, if they are of the same size."""
     enough = {name: run for name, run in finished.items() if int(run.places[_FORCE].notnull().sum()) > 1}
     if len(enough) < 2:
         return ""
@@ -135,13 +135,13 @@ def _pooled_words(finished: Mapping[str, Finished]) -> str:
     pooled_mean = pooled(every, _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
     return (
-        f"Mean pull-off over {len(enough)} scans, as scanned: {sure(value, low, high)}; "
+        f"Mean pull-off over {len(enough)} scans, as scanned: {with_interval(value, low, high)}; "
         f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places."
     )
 
 
-def _cells(run: Finished) -> list[str]:
-    """Return the row of a scan on the page, and nothing where it has no pull-off."""
+def _cells(run: ScanResult) -> list[str]:
+    """Return the row of a scan on the summary page as text."""
     value = scalar_values(run.summary)
     speed = value["critical_friction_velocity"]
     low, high = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..archive import as_characters, uninterrupted, whole
+from ..archive import as_characters, atomic_write, uninterrupted
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from .channel import optional
@@ -50,7 +50,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan
-    with whole(path) as temporary, uninterrupted():
+    with atomic_write(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
 
@@ -69,7 +69,7 @@ def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
         "ZUnits": si,
         "Title": title,
     }
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         optional("gsffile").write_gsf(temporary, (rows * times).astype(np.float32), header)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ..archive import opened
+from ..archive import open_locked
 from ..vocabulary import schema
 
 #: Folder of the samples in an installed package, and in a checkout.
@@ -37,5 +37,5 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     samples = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
     if name not in samples:
         raise ValueError(f"name: expected one of {', '.join(sorted(samples)) or '(none installed)'}, found {name!r}")
-    with opened(samples[name]) as ds:
+    with open_locked(samples[name]) as ds:
         return schema.validate(ds.load().drop_encoding(), "scan")

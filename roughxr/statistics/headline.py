@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import is_too_wide, number, percent, quantity, sure
+from ..vocabulary.numbers import is_too_wide, number, percent, quantity, with_interval
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
@@ -177,12 +177,14 @@ def headline(summary: xr.Dataset) -> str:
         return str(summary.attrs.get("missing", ""))
     value = scalar_values(summary)
     if "assumed" in summary.attrs:
-        words = sure(value["pull_off_force"], value["low"], value["high"])
+        words = with_interval(value["pull_off_force"], value["low"], value["high"])
         return f"Best estimate {words}, with the roughness below the pixel. {summary.attrs['assumed']}"
     mean, known, count = value["pull_off_force"], int(value["places"]), int(value["solved_places"])
     places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
     known_ends = np.isfinite(value["low"])
-    opening = sure(mean, value["low"], value["high"]).removesuffix(")") + ", " if known_ends else f"{quantity(mean)} ("
+    opening = f"{quantity(mean)} ("
+    if known_ends:
+        opening = with_interval(mean, value["low"], value["high"]).removesuffix(")") + ", "
     spread = places
     if np.isfinite(value["total_error"]):
         spread += f"; ± {percent(value['total_error'])} with all known errors"
@@ -201,7 +203,7 @@ def headline(summary: xr.Dataset) -> str:
         effect = "lowers it" if best < mean else "hardly changes it"
         longest = summary.attrs.get("longest_added")
         finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
-        estimate = sure(best, value["best_low"], value["best_high"]).replace("95 % interval ", "")
+        estimate = with_interval(best, value["best_low"], value["best_high"]).replace("95 % interval ", "")
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import work_of
+from ..bodies.liquid import total_work
 from ..jobs.records import converged
 from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
@@ -152,7 +152,7 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     """
     (radius,) = schema.pair(ds, "sphere_radius")
     stiff = schema.is_wet(ds) or ds.attrs.get("method") == "rigid" or ds.attrs.get("law") in RANGED
-    return (2.0 if stiff else 1.5) * np.pi * work_of(ds) * radius
+    return (2.0 if stiff else 1.5) * np.pi * total_work(ds) * radius
 
 
 def reduction(ds: xr.Dataset) -> xr.Dataset:

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import ANGLES, angles, at_humidity, share_of_work
+from ..bodies.liquid import ANGLES, angles, humidity_coordinates, share_of_work
 from ..contact.problem import known_hardness
 from ..scans import level
 from ..scans.tip import erode
@@ -75,7 +75,7 @@ FACTORS: dict[str, Factor] = {
     "humidity": Factor(
         (-0.05, 0.05),
         "humidity {}",
-        lambda ds, more: (f"{more:+.3g}", ds.assign_coords(at_humidity(ds, float(ds["humidity"]) + more))),
+        lambda ds, more: (f"{more:+.3g}", ds.assign_coords(humidity_coordinates(ds, float(ds["humidity"]) + more))),
     ),
     "contact angle": Factor((-5.0, 5.0), "contact angles {}", _with_larger_angles),
 }

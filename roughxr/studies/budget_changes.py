@@ -17,7 +17,7 @@ from ..contact.adhesive_options import preload_problem
 from ..contact.batch import place_cases, pull_offs
 from ..contact.cycle import EDGED, resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
-from ..jobs.progress import say
+from ..jobs.progress import print_line
 from ..statistics.sampling import shares
 from .assumptions import FACTORS
 from .roughness_scale import quietly
@@ -77,7 +77,7 @@ def changes(
                 cases.append(Case(factor, value, words))
             except ValueError as refused:
                 cases.append(Case(factor, value, str(value), reason=str(refused)))
-    say(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
+    print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     solved, weight = _solved([each for pair in pairs.values() for each in pair], places), shares(places).values
     for k, (changed, reference) in pairs.items():
         change = mean_change(solved[changed.key], solved[reference.key], weight)

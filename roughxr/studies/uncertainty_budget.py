@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import work_of
-from ..bodies.pair import range_of
+from ..bodies.liquid import total_work
+from ..bodies.pair import attraction_range
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import longest_step
 from ..contact.cycle import EDGED
@@ -160,7 +160,7 @@ def budget_of(
         del settings["mesh"]
         entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"])
     some = regions.sample(solved, places)
-    bare, law = ds.assign_coords(adhesion_range=range_of(ds)), solved.attrs["law"]
+    bare, law = ds.assign_coords(adhesion_range=attraction_range(ds)), solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
     if law not in EDGED:
         cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
@@ -277,7 +277,7 @@ def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
     """Raise if bodies do not adhere, or a factor does not exist for this pair."""
-    if work_of(ds) <= 0:
+    if total_work(ds) <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
     for factor in settings or ():
         schema.one_of(factor, FACTORS, "settings")

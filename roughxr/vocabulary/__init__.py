@@ -1,11 +1,11 @@
-"""The vocabulary: names, units and signs of everything that a Dataset holds.
+"""The vocabulary: names, units and signs of all variables, conversion of units, and formatting of numbers.
 
-variables   the table of names
+table       the table of names
 schema      validation of input, labels of results, pixels and heights of a scan
-provenance  the steps that made a Dataset
-text        what stands in others' files, as it may be shown; warnings
+provenance  the history of a Dataset
+text        escaping of control characters, suggestions for misspelt words, warnings
 units       conversion of input, by pint
-numbers     numbers as they are printed
+numbers     formatting of numbers
 """
 
 import lazy_loader

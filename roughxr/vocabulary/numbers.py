@@ -1,11 +1,11 @@
-"""How numbers are written for readers: in reports, figures, tables and the shell alike."""
+"""Formatting of numbers with units, for reports, figures, tables and the command line."""
 
 from __future__ import annotations
 
 import math
 from typing import SupportsFloat
 
-#: Prefixes of units, the largest first, and their size.
+#: Units with prefixes, the largest first, and their size in the unit of the table.
 _PREFIXES = {
     "nN": (("mN", 1e6), ("µN", 1e3), ("nN", 1.0), ("pN", 1e-3)),
     "nm": (("mm", 1e6), ("µm", 1e3), ("nm", 1.0)),
@@ -14,10 +14,10 @@ _PREFIXES = {
     "Pa": (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("Pa", 1.0)),
 }
 
-#: Numbers from the first to below the second are written without a power of ten.
+#: Range of numbers that are written without a power of ten.
 _PLAIN_RANGE = 1e-4, 1e7
 
-#: Largest ratio of the ends of an interval that is printed as numbers; wider ones come from too few values.
+#: Largest ratio of the ends of an interval that is printed as numbers: wider ones are estimated from too few values.
 _WIDEST = 50.0
 _TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}, too few values"
 
@@ -25,7 +25,7 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: SupportsFloat, unit: str = "", digits: int = 3) -> str:
-    """Return a number to some significant digits, with its unit; whole places are never dropped; a dash for NaN."""
+    """Return a number to some significant digits, at least to whole numbers, with its unit; a dash for NaN."""
     value = float(value)
     if math.isnan(value):
         return "–"
@@ -48,14 +48,14 @@ def percent(share: SupportsFloat) -> str:
 
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:
-    """Return the unit in which such a value has its digits before the point, and that unit's size."""
+    """Return the largest unit in which a value is at least one, and that unit's size."""
     known = _PREFIXES.get(units, ((units, 1.0),))
     rounded = float(f"{abs(largest):.3g}") if math.isfinite(largest) else 0.0
     return next(((unit, size) for unit, size in known if rounded >= size), (units, 1.0))
 
 
 def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
-    """Return a value in the prefix that suits it."""
+    """Return a value in the unit with the appropriate prefix."""
     unit, size = prefixed(value, units)
     return number(value / size, unit, digits)
 
@@ -63,7 +63,7 @@ def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
 def with_error(value: float, error: float, *others: float, unit: str = "") -> tuple[str, ...]:
     """Return a value, its error and other values of the same kind to the second digit of the error.
 
-    None has more than three digits, and each has at least one.
+    Each has at least one and at most three digits.
     """
     numbers = (value, error, *others)
     known = max(abs(value), abs(error))
@@ -87,8 +87,8 @@ def _to_place(value: float, place: int, unit: str) -> str:
     return number(value, unit)
 
 
-def sure(value: float, low: float, high: float, units: str = "nN") -> str:
-    """Return a value with its 95 % interval, both in the prefix that suits the value."""
+def with_interval(value: float, low: float, high: float, units: str = "nN") -> str:
+    """Return a value with its 95 % interval, both in one unit."""
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if is_too_wide(low, high):
@@ -98,12 +98,12 @@ def sure(value: float, low: float, high: float, units: str = "nN") -> str:
 
 
 def is_too_wide(low: float, high: float) -> bool:
-    """Return whether the ends of an interval are so far from each other that they are no numbers to print."""
+    """Return whether an interval is too wide to be printed as numbers."""
     return low > 0 and high > _WIDEST * low
 
 
 def interval(low: float, high: float, units: str = "") -> str:
-    """Return the ends of an interval with one unit, the prefix by the upper end."""
+    """Return the ends of an interval in one unit, chosen by the larger end."""
     if math.isnan(low) or math.isnan(high):
         return "–"
     if is_too_wide(low, high):

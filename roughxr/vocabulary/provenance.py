@@ -1,4 +1,4 @@
-"""Where a Dataset comes from: the steps that made it, and the hash of a scan."""
+"""The provenance of a Dataset: the history of operations that produced it, and the hash of a scan."""
 
 from __future__ import annotations
 
@@ -92,12 +92,12 @@ def height_hash(ds: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def _ends(values: np.ndarray) -> dict[str, Any]:
+def _first_last_size(values: np.ndarray) -> dict[str, Any]:
     return {"first": values.flat[0].item(), "last": values.flat[-1].item(), "size": int(values.size)}
 
 
-def as_json(value: Any, long: Callable[[np.ndarray], Any] = _ends) -> Any:
-    """Return ``value`` as something JSON can hold; arrays of more than 64 values as ``long`` shortens them."""
+def as_json(value: Any, long: Callable[[np.ndarray], Any] = _first_last_size) -> Any:
+    """Return ``value`` in types of JSON; ``long`` converts arrays of more than 64 values."""
     if isinstance(value, xr.Dataset):
         value = {name: value[name].values for name in value.variables}
     if is_dataclass(value) and not isinstance(value, type):

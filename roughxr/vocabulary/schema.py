@@ -27,10 +27,10 @@ __all__ = [
     "validate",
 ]
 
-#: What an assigned pair has of a size, each one positive number; adhesion may be none.
+#: Coordinates of an assigned pair that must be positive numbers; the work of adhesion may be 0.
 _SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
 
-#: Choices of where delta = 0.
+#: Choices of the origin of delta.
 DATUMS = ("highest_peak", "first_contact")
 
 
@@ -66,10 +66,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def entered(data: Any) -> Any:
-    """Return a Dataset or DataArray with every known name in the units of `VARIABLES`; itself where it already is.
-
-    None, and what else states its units itself, is returned as it is.
-    """
+    """Return a Dataset or DataArray with every known variable in the units of `VARIABLES`; other types unchanged."""
     if not isinstance(data, (xr.Dataset, xr.DataArray)):
         return data
     coords = _in_table(data.coords.variables)
@@ -85,7 +82,7 @@ def entered(data: Any) -> Any:
 
 
 def _in_table(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
-    """Return, in the table's units, those of the variables that are not."""
+    """Return the variables whose units differ from the table's, converted."""
     known = {name: VARIABLES[name].units for name in variables if name in VARIABLES and VARIABLES[name].units}
     converted = {name: in_units(variables[name], units, name) for name, units in known.items()}
     return {name: variable for name, variable in converted.items() if variable is not variables[name]}
@@ -150,7 +147,7 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         spacing(ds[axis])
     out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
-    if bare:  # the size that follows if numbers are nm
+    if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
         sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
         heights = "" if out.chunks else f" and heights over {float(out['height'].max() - out['height'].min()):.4g} nm"
         warn(
@@ -205,7 +202,7 @@ def square_pixel(ds: xr.Dataset) -> float:
 
 
 def travelling(ds: xr.Dataset) -> dict[str, xr.DataArray]:
-    """Return those of `TRAVELLING` that a Dataset has, as coordinates of what is made of it."""
+    """Return the coordinates of the pair that a Dataset has, for results computed from it."""
     return {name: ds[name] for name in TRAVELLING if name in ds.coords}
 
 
@@ -215,7 +212,7 @@ def is_wet(ds: xr.Dataset) -> bool:
 
 
 def pair(ds: xr.Dataset, *names: str, humid: bool = False) -> tuple[float, ...]:
-    """Return assigned values by name; raise where one is missing, or the pair is humid and the caller not (``wet``)."""
+    """Return assigned values by name; raise if one is missing, or the pair is humid and ``humid`` is not set."""
     if not humid and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair, found condensed liquid (Kelvin radius "
@@ -233,7 +230,7 @@ def pair(ds: xr.Dataset, *names: str, humid: bool = False) -> tuple[float, ...]:
 
 
 def _assigned(value: xr.DataArray, name: str) -> float:
-    """Return a number of the pair, which may have been changed since it was assigned, or joined with another's."""
+    """Return one value of the pair as a number; raise if it has been made an array or implausible since assignment."""
     if value.ndim:
         raise ValueError(
             f"{name}: expected one value, found {value.size} along {value.dims}; select or solve one at a time"

@@ -1,7 +1,7 @@
-"""Every name of a roughxr Dataset, its units, sign and meaning: `variables.csv`, read once.
+"""Units, sign and meaning of every variable of a roughxr Dataset, read from `variables.csv`.
 
-Signs: heights point out of the material; ``delta`` > 0 brings the bodies together; ``force`` and ``pressure`` > 0 push,
-< 0 pull; ``gap`` >= 0; a pull-off force is a positive magnitude.
+Signs: heights point out of the material; ``delta`` > 0 brings the bodies together; ``force`` and ``pressure`` are > 0
+in compression, < 0 in tension; ``gap`` >= 0; a pull-off force is a positive magnitude.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class Variable(NamedTuple):
-    """The meaning of one name: its units (UDUNITS; empty for another's, as of an ``estimate``), label, and sign."""
+    """The meaning of one name: its units (UDUNITS; empty where they are another variable's), label, and sign."""
 
     units: str
     long_name: str
@@ -29,7 +29,7 @@ def _read() -> dict[str, Variable]:
 #: Every variable and coordinate name that roughxr writes.
 VARIABLES = _read()
 
-#: What each kind of Dataset must hold: variable name -> dimensions.
+#: Required variables of each kind of Dataset, and their dimensions.
 KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "scan": {"height": ("x", "y")},
     "asperities": {
@@ -43,7 +43,7 @@ KINDS: dict[str, dict[str, tuple[str, ...]]] = {
     "line": {"height": ("x",)},
 }
 
-#: Scalar coordinates of a scan once a pair is assigned; they travel into every result and archive.
+#: Scalar coordinates of a scan with an assigned pair, which every result and archive keeps.
 PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 
 #: The same, with the optional coordinates of a pair.

@@ -1,4 +1,4 @@
-"""Text from files and users: control characters escaped, the known word nearest to a misspelt one, warnings."""
+"""Text from files and users: escaping of control characters, suggestions for misspelt words, warnings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _CONTROL_CATEGORIES = {"Cc", "Cf", "Cs", "Co", "Zl", "Zp"}
 
 
 def printable(text: str, *, keep: str = "") -> str:
-    r"""Return text with control characters, such as those of a terminal, written out; ``keep`` are left as they are."""
+    r"""Return text with control characters escaped, except those in ``keep``."""
     if text.isascii() and text.isprintable():
         return text
     hidden = {
@@ -29,7 +29,7 @@ def sentences_on_lines(text: str) -> str:
 
 
 def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
-    """Return a question that names the nearest of some words, nothing where none is near."""
+    """Return a question that suggests the most similar of some words, empty where none is similar."""
     from difflib import get_close_matches
 
     near = get_close_matches(str(value).lower(), [str(name) for name in allowed], n=1)
@@ -37,7 +37,7 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
 
 
 def warn(words: str, category: type[Warning] = UserWarning) -> None:
-    """Warn at the line of the user's own code, however deep in the package."""
+    """Warn at the line of the user's code that called the package."""
     frame, above = sys._getframe(), 1
     while frame.f_back and str(frame.f_globals.get("__name__")).partition(".")[0] == __package__.partition(".")[0]:
         frame, above = frame.f_back, above + 1

@@ -1,4 +1,4 @@
-"""Conversion of input by pint: every length, force or modulus leaves here in coherent nano-units."""
+"""Conversion of input by pint to the units of roughxr: nm, nN, GPa, J/m²."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from typing import Any, SupportsFloat, TypeAlias
 import numpy as np
 import xarray as xr
 
-#: What an option with units takes: a number in the documented units, text such as "3 um", or a quantity as of pint.
+#: A number in the documented units, text such as "3 um", or a pint quantity.
 Quantity: TypeAlias = SupportsFloat | str
 
-#: One or several of them.
+#: One or several quantities.
 Quantities: TypeAlias = Quantity | Sequence[Quantity] | np.ndarray | xr.DataArray
 
-#: Where the sphere lands: a grid (nx, ny), x and y of the centres (nm), or a Dataset that has centres, see `centres`.
+#: Contact centres: a grid (nx, ny), x and y of the centres (nm), or a Dataset that has centres, see `centres`.
 Places: TypeAlias = Sequence[int] | Sequence[Quantities] | xr.Dataset | None
 
-# UDUNITS also reads "J/m^2", where pint wants "J m**-2"; the power of ten in "6.5e-20 J" is none of them.
+# Powers without an operator, "J m-2", which UDUNITS reads and pint does not; not the power of ten in "6.5e-20 J".
 _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 
 
-#: Letters, powers, products and quotients; pint would read "~m" as m to the power of -1.
+#: Text that can be units: letters, powers, products and quotients; pint would read "~m" as 1/m.
 _UNIT_TEXT = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
-#: A quantity in words begins with its number: pint would read "um" as one micrometre.
+#: The beginning of a quantity in words, its number: pint would read "um" as one micrometre.
 _NUMBER = re.compile(r"\s*[-+]?\.?\d")
 
 
@@ -41,7 +41,7 @@ def _registry():
 
 @lru_cache(maxsize=256)
 def factor(source: str, target: str) -> float:
-    """Return the number by which values in ``source`` units are multiplied to give ``target`` units."""
+    """Return the factor that converts values in ``source`` units to ``target`` units."""
     import pint
 
     if source == target:
@@ -80,7 +80,7 @@ def carries_units(value: Any) -> bool:
 
 
 def plain(value: Any, units: str, name: str) -> Any:
-    """Return ``value`` in ``units`` where it states its own, else as it is."""
+    """Return ``value`` converted to ``units`` if it states units, else unchanged."""
     if isinstance(value, (list, tuple)) and carries_units(value):
         return [plain(item, units, name) for item in value]
     if isinstance(value, (Real, np.ndarray, list, tuple, range)):
@@ -111,7 +111,7 @@ def _quantity(text: str, units: str) -> Any:
 
 
 def single(value: Any, units: str, name: str, words: str, fits: Callable[[float], bool]) -> float:
-    """Return ``value`` as one float in ``units``; raise, with the words for it, unless it is one number that fits."""
+    """Return ``value`` as one float in ``units``; raise, with ``words``, unless it is one number and ``fits`` it."""
     number = magnitude(value, units, name)
     if not isinstance(number, float) or not fits(number):
         raise ValueError(f"{name}: expected {words}, found {value!r}")
@@ -124,7 +124,7 @@ def positive(value: Any, units: str, name: str) -> float:
 
 
 def is_whole(value: Any) -> bool:
-    """Return whether ``value`` is a whole number; True and False are not."""
+    """Return whether ``value`` is an integer, not a bool."""
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
@@ -142,7 +142,7 @@ def fraction(value: Any, name: str) -> float:
 
 
 def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
-    """Return a variable in ``units``: converted if it states others, as it is if it states none; lazy as it was."""
+    """Return a variable in ``units``, converted if it states others; lazy data stay lazy."""
     stated = variable.attrs.get("units")
     if stated == units or variable.dtype.kind not in "fiu":
         return variable

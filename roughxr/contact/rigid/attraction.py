@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bodies.liquid import Menisci, menisci_of
-from ...bodies.pair import DEFAULT_RANGE, closest_approach, range_of
+from ...bodies.liquid import Menisci, pair_menisci
+from ...bodies.pair import DEFAULT_RANGE, attraction_range, closest_approach
 from ...kernels.adhesion import potentials
 from ...specimen import Specimen
 from ...vocabulary import schema
@@ -39,11 +39,11 @@ def read_options(specimen: Specimen, law: str) -> Options:
     """Return the options of `rigid`; raise if nothing attracts."""
     ds = specimen.bodies
     schema.one_of(law, RIGID_LAWS, "law")
-    (w,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), menisci_of(ds)
+    (w,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
     wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
-    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else range_of(ds, law)
+    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else attraction_range(ds, law)
     potential = potentials.potential(law, w, length, wavelength)
     if menisci is not None:
         potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)
