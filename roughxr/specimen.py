@@ -1,4 +1,4 @@
-"""A scan and its pair of bodies, read once and passed down in place of the Dataset."""
+"""The specimen: a validated scan in memory with its pair of bodies, as the solvers take it."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def bare_runs():
     parts = [part for part in analysis._PARTS if part.name != "extrapolated"]
     with (
         patch("roughxr.report.report_page._pictures", lambda run, figures: []),
-        patch.dict(analysis.execute.__kwdefaults__, drawn=lambda run: iter(())),
+        patch.dict(analysis.execute.__kwdefaults__, draw_figures=lambda run: iter(())),
         patch.object(analysis, "_PARTS", parts),
     ):
         yield

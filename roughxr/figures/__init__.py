@@ -1,7 +1,7 @@
-"""Figures: every kind of result drawn for one column of a paper, units on every axis.
+"""Figures of results, one column of a paper wide, with units on every axis.
 
-Each function takes Datasets and, as ``ax``, the Axes to draw on (several panels: a sequence of them), by default those
-of a new figure, and returns the Axes. matplotlib is imported only when something is drawn.
+Each function takes Datasets and, as ``ax``, the Axes of the panel (a sequence of Axes for several panels), by default
+those of a new figure, and returns the Axes. matplotlib is imported at the first figure.
 """
 
 from .any_result import plot

@@ -1,4 +1,4 @@
-"""One verb for any result: the figure that shows it best."""
+"""The function `plot`, which draws any result in the figure for its kind."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def plot(
         parts = set(map(str, [*ds.data_vars, *ds.dims]))
         if (draw := next((draw for needs, draw in _OWN_FIGURES if needs <= parts), None)) is not None:
             return draw(ds, ax=ax, **options)
-        swept = "force" in ds and "delta" in ds["force"].dims  # it may hold its pull-off as well
+        swept = "force" in ds and "delta" in ds["force"].dims  # it may contain the pull-off as well
         names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
         name = next((main for main in [*names, *map(str, ds.data_vars)] if main in ds.data_vars), "")
     if name not in ds:
@@ -67,7 +67,7 @@ def plot(
     return _variable(ds, name, ax, options)
 
 
-#: Variables and dimensions by which a result has a figure of its own.
+#: Figures of particular results, each with the variables and dimensions that identify the result.
 _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
     ({"relative_error", "entry"}, error_budget),

@@ -11,8 +11,7 @@ from ..vocabulary.units import Quantity, magnitude
 from .images import COLOURS, image
 from .style import BLACK, BLUE, TEXT, Axes, axes, label_axes, styled
 
-#: Level of the outline of a mask. Below a half, so that cells that meet at a corner share one outline, as they count as
-#: one patch.
+#: Level of the outline of a mask, below a half, so that diagonal neighbours have one outline: they are one patch.
 _OUTLINE_LEVEL = 0.49
 
 
@@ -54,7 +53,7 @@ def field_map(
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
     inside, whole = contact["pressure"].notnull(), float(max(np.abs(extent)))
     largest = max(float(abs(contact[axis]).where(inside).max()) for axis in ("x", "y"))
-    view = min(1.5 * largest, whole) if largest > 0 else whole  # 1.5 times the contact, as far as there are data
+    view = min(1.5 * largest, whole) if largest > 0 else whole  # 1.5 times the contact, within the data
     ax.set(xlim=(-view, view), ylim=(-view, view))
     ax.locator_params(nbins=4)
     return label_axes(ax, "indenter_x", "indenter_y")
@@ -77,7 +76,7 @@ def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> x
 
 
 def _heights(contact: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:
-    """Return the scan's heights on the pixels of a contact's fields, NaN beyond the scan."""
+    """Return the scan's heights on the pixels of a contact's fields, NaN outside the scan."""
     positions = {}
     for axis in ("x", "y"):
         offset = float(contact[f"subpixel_{axis}"]) if f"subpixel_{axis}" in contact else 0.0

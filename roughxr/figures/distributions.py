@@ -22,17 +22,17 @@ from .style import (
     Axes,
     Panels,
     axes,
-    in_unit,
-    in_words,
     label_axis,
     legend,
     panels,
+    printed_label,
     stroke,
     styled,
+    unit_formatter,
 )
 
-#: With fewer samples than this each is drawn, and no density.
-_FEWEST = 10
+#: Smallest number of samples for a density: fewer are drawn one by one.
+_FEWEST_SAMPLES = 10
 
 #: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
@@ -75,7 +75,7 @@ def distribution(
     values = values[np.isfinite(values)]
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, color, order, interval)
-    if values.size < _FEWEST:
+    if values.size < _FEWEST_SAMPLES:
         share = (np.arange(values.size) + 0.5) / max(values.size, 1)
         ax.plot(np.sort(values), share, color=color, linestyle="none", marker="o", label=label)
         ax.set(ylim=(0, 1), ylabel="share of samples below")
@@ -92,7 +92,7 @@ def distribution(
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
     entries = len(ax.get_legend_handles_labels()[1])
-    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + _LEGEND_LINE * entries))  # the legend stands above the bars
+    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + _LEGEND_LINE * entries))  # room for the legend above the bars
     return legend(ax, loc="upper right")
 
 
@@ -133,14 +133,14 @@ def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr
 def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> np.ndarray:
     """Draw the statistics of a catalogue of asperities on four Axes: heights, ln(B/A), axis ratio and orientation.
 
-    Saddles have no contact ellipse and are included in the heights only. A logarithmic density shows a few debris
-    particles beside thousands of peaks. Orientations stand beside the uniform density, two standard deviations of
-    chance as a band.
+    Saddles have no contact ellipse and are included in the heights only, whose density is logarithmic to show few
+    debris particles among thousands of peaks. Orientations are compared with the uniform density, with a band of two
+    standard deviations of a random sample.
     """
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)
     distribution(catalogue, "height", ax=heights, interval=None)
-    heights.set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST else "linear")
+    heights.set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST_SAMPLES else "linear")
     heights.relim()
     heights.autoscale(axis="y")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
@@ -160,7 +160,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
 
 
 def _orientations(ax, peaks: xr.Dataset):
-    """Draw the orientations, with the band within which directions without preference lie by chance."""
+    """Draw the orientations, with the uniform density and two standard deviations of a random sample."""
     bins = 18
     distribution(peaks, "orientation", ax=ax, interval=None, bins=np.linspace(-np.pi / 2, np.pi / 2, bins + 1))
     spread = 2 * np.sqrt(bins / max(peaks.sizes["asperity"], 1))
@@ -172,8 +172,8 @@ def _orientations(ax, peaks: xr.Dataset):
 
 
 def label_density(ax, name: str):
-    """Label the variable on the horizontal axis, and the density, in its inverse, on the vertical one."""
+    """Label the horizontal axis by the variable, and the vertical one by the density in its inverse units."""
     unit, size = label_axis(ax.xaxis, name)
-    ax.yaxis.set_major_formatter(in_unit(1 / size))
-    ax.set_ylabel(in_words("pdf", density_units(unit)))
+    ax.yaxis.set_major_formatter(unit_formatter(1 / size))
+    ax.set_ylabel(printed_label("pdf", density_units(unit)))
     return ax

@@ -15,7 +15,7 @@ from ..vocabulary.units import Places
 from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, styled
 
-#: Colours of the modes of detachment; light where there is none.
+#: Colours of the modes of detachment; grey for places without one.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT, NO_REST), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8", "#969696")))
 
 #: Depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn.

@@ -18,13 +18,13 @@ from .style import (
     SMALL,
     Axes,
     axes,
-    in_unit,
-    in_words,
     label_axes,
     legend,
     log_ticks,
+    printed_label,
     stroke,
     styled,
+    unit_formatter,
 )
 
 
@@ -64,9 +64,9 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     for label in rose.get_yticklabels():
         label.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
     unit, size = prefixed(rose.get_rmax(), "nN nm")
-    rose.yaxis.set_major_formatter(in_unit(size))
+    rose.yaxis.set_major_formatter(unit_formatter(size))
     places = f"median and middle half of {moment.sizes['subregion']} places"
-    rose.set_xlabel(f"{in_words('resisting_moment', unit)}\n{places}")
+    rose.set_xlabel(f"{printed_label('resisting_moment', unit)}\n{places}")
     return rose
 
 
@@ -79,7 +79,7 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     ax = axes(ax)
     speed = ds["friction_velocity"].values
     valid = ds["in_range"].values if "in_range" in ds else np.ones(speed.size, bool)
-    outside = ~valid | np.r_[~valid[1:], False] | np.r_[False, ~valid[:-1]]  # their neighbours too: both lines meet
+    outside = ~valid | np.r_[~valid[1:], False] | np.r_[False, ~valid[:-1]]  # with neighbours: the lines meet
     for order in range(ds.sizes["time"]):
         now, look = ds.isel(time=order), stroke(order)
         if "remaining_low" in ds:

@@ -15,7 +15,7 @@ from .distributions import distribution
 from .maps import scan_map
 from .style import BLACK, PAGE, TITLE, styled
 
-#: The methods whose pull-off is drawn, and their labels.
+#: Methods of the pull-off distributions, and their labels.
 _METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperities"}
 
 
@@ -48,7 +48,7 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
         distribution(ds, label=f"{_METHODS[name]}, mean {quantity(mean)}", order=order, ax=ax)
     if not pulls:
         alone = any(bool(ds["pull_off_force"].notnull().any()) for ds in groups.values())
-        words = "one place pulls" if alone else "no place pulls"
+        words = "one place with adhesion" if alone else "no place with adhesion"
         ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
         ax.set_axis_off()
         return

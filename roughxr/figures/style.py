@@ -1,7 +1,7 @@
-"""One style for all figures: sized for one column, suitable for colour-blind readers and for print in grey.
+"""The style of all figures: size, fonts, colours for colour-blind readers and grey print, and labels with units.
 
-Data stay in the schema's units on every axis (nm, nN, GPa), so that figures can be drawn over one another; only the
-labels of ticks and axes change to the prefix that suits them (µm, µN).
+Data are drawn in the schema's units (nm, nN, GPa), so that several results can share the Axes; only the labels of
+ticks and axes have prefixes (µm, µN).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from ..vocabulary.numbers import SUPERSCRIPTS, prefixed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 else:
-    Axes = Any  # matplotlib is imported once something is drawn
+    Axes = Any  # matplotlib is imported at the first figure
 
-#: Several of them, as matplotlib's ``subplots`` returns them.
+#: Several Axes, as matplotlib's ``subplots`` returns them.
 Panels: TypeAlias = Sequence[Axes] | np.ndarray
 
 #: Width of one column, and of two, inches.
@@ -31,7 +31,7 @@ COLUMN, PAGE = 85 / 25.4, 175 / 25.4
 #: Font sizes in points: tick labels and small print; axis labels and legends; titles.
 SMALL, TEXT, TITLE = 6.5, 7.0, 8.0
 
-#: Replace the user's settings while a figure is drawn, and are restored after it.
+#: matplotlib's settings while a figure is drawn; the user's are restored afterwards.
 SETTINGS: dict[Any, Any] = {
     "font.size": TEXT,
     "axes.labelsize": TEXT,
@@ -53,7 +53,7 @@ SETTINGS: dict[Any, Any] = {
     "figure.constrained_layout.use": False,
 }
 
-#: Of seaborn's "colorblind" palette, then black and grey.
+#: Colours of seaborn's "colorblind" palette, then black and grey.
 BLUE, ORANGE, GREEN, VERMILION, PURPLE = "#0173b2", "#de8f05", "#029e73", "#d55e00", "#cc78bc"
 BLACK, GREY = "#222222", "#8a8a8a"
 
@@ -66,11 +66,11 @@ STROKES = (
     {"color": BLACK, "linestyle": (0, (7, 1.5, 1, 1.5, 1, 1.5))},
 )
 
-#: A dashed line, for what is marked.
+#: Dashes (points) of lines that mark a value.
 DASHED = (0, (4, 2))
 
 
-def in_unit(size: float):
+def unit_formatter(size: float):
     """Return a formatter of ticks in a unit of this size."""
     from matplotlib.ticker import FuncFormatter
 
@@ -78,7 +78,7 @@ def in_unit(size: float):
 
 
 def log_ticks(axis) -> None:
-    """Put labelled ticks on a logarithmic axis, the closer the narrower its range, and no powers of ten on them."""
+    """Put ticks with plain numbers on a logarithmic axis, more of them for a narrower range."""
     from matplotlib.ticker import LogLocator
 
     low, high = axis.get_view_interval()
@@ -104,7 +104,7 @@ def styled(function: Callable) -> Callable:
             drawn = function(*map(_in_table_units, arguments), **options)
             figure = drawn if hasattr(drawn, "draw_without_rendering") else np.ravel(drawn)[0].figure
             layout = figure.get_layout_engine() if options.get("ax") is None else None
-            # constrained layout makes room for maps of equal scale only the second time
+            # constrained layout fits maps of equal scale only in a second pass
             if layout and any(ax.get_aspect() != "auto" for ax in figure.axes):
                 layout.execute(figure)
             return drawn
@@ -124,7 +124,7 @@ def stroke(order: int) -> dict[str, Any]:
 
 
 def tidy(ax):
-    """Return the Axes with small ticks; these are made late, after the settings have been restored."""
+    """Return the Axes with small ticks, set explicitly because ticks are made after the settings are restored."""
     ax.tick_params(which="major", labelsize=SMALL, width=0.6, length=2.5, pad=2)
     ax.tick_params(which="minor", width=0.4, length=1.5)
     return ax
@@ -148,27 +148,27 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
     return np.array([tidy(panel) for panel in made.flat])
 
 
-def in_words(name: str, unit: str = "") -> str:
-    """Return the schema's label of a name, with this unit, or the schema's, as printed in a book."""
+def printed_label(name: str, unit: str = "") -> str:
+    """Return the schema's label of a variable with its unit, powers as superscripts."""
     label = f"{schema.VARIABLES[name].long_name} [{unit}]" if unit not in ("1", "") else schema.axis_label(name)
     return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), label)
 
 
 def label_axis(axis, name: str) -> tuple[str, float]:
-    """Label a matplotlib axis from the schema, in the prefix that suits its range; return that unit and its size."""
+    """Label a matplotlib axis from the schema, in the unit that suits its range; return that unit and its size."""
     if name not in schema.VARIABLES:
         axis.set_label_text(name)
         return "1", 1.0
     unit, size = prefixed(float(np.abs(axis.get_view_interval()).max()), schema.VARIABLES[name].units)
-    axis.set_label_text(in_words(name, unit))
+    axis.set_label_text(printed_label(name, unit))
     round_ticks(axis)
     if size != 1.0:
-        axis.set_major_formatter(in_unit(size))
+        axis.set_major_formatter(unit_formatter(size))
     return unit, size
 
 
 def round_ticks(axis):
-    """Let a linear axis count in steps of one, two or five."""
+    """Put the ticks of a linear axis at steps of one, two or five."""
     from matplotlib.ticker import MaxNLocator
 
     locator = axis.get_major_locator()

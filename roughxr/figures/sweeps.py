@@ -23,7 +23,7 @@ from .style import (
     styled,
 )
 
-#: A tension that is a smaller part of the force axis is not visible.
+#: Smallest tension, over the largest force, that is visible on a linear axis.
 _LEAST_VISIBLE = 0.05
 
 #: Largest number of displacements with an interval: more would hide the line.
@@ -59,7 +59,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
-    background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross it
+    background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross the legend
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **background)
 
 
@@ -133,6 +133,6 @@ def _along_delta(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _zero_line(ax, force: xr.DataArray):
-    """Draw the line between push and tension where there is any tension."""
+    """Draw the line of zero force if there is any tension."""
     if float(force.min()) < 0:
         ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)

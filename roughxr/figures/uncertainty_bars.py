@@ -58,7 +58,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
 
 
 def _words(value: float, error: float, change: float, is_bias: bool) -> str:
-    """Return an error (%) with its own, the sign of its change, and of a known bias what was subtracted."""
+    """Return the label of an entry (%): its error with the sign of the change, standard error, and subtracted bias."""
     if not np.isfinite(value):
         return "not computed"
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
@@ -87,7 +87,7 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=DASHED, label="shown by the scan", zorder=0)
     ax.set_xscale("log")
-    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # a factor of four has no tick of its own
+    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # within a decade
     ax.set_xticks([], minor=True)
     if (means > 0).any():
         ax.set(yscale="log")

@@ -65,7 +65,7 @@ def open_curve_file(path: Path, kind: str, given: Calibration) -> CurveFile:
         raise UnreadableScan(path, "expected force-distance curves, found none")
     for name in set(stated) - set(used):
         own = [curve[name] for curve in curves if name in curve]
-        if own or name == "sensitivity":  # a spring constant beside forces bends the cantilever
+        if own or name == "sensitivity":  # a spring constant given with forces corrects the displacement for bending
             raise UnreadableScan(
                 path,
                 f"{name.replace(' ', '_')}: the file states {f'{own[0]:.6g}' if own else 'forces'}; leave it out; if "

@@ -1,4 +1,4 @@
-"""The comparison with the paper, which no other room knows: its plan, its printed values and its figures 2–16."""
+"""Reproduction of Cheng, Dunn & Brach: their plan, their printed values and their figures 2–16."""
 
 from .numbered_figures import paper_figures
 from .run import contact_table, paper, scan_table

@@ -1,4 +1,4 @@
-"""What Cheng, Dunn & Brach print: their pair of bodies, and their values by the rows of our tables, with notes."""
+"""The values printed by Cheng, Dunn & Brach: their pair of bodies, and the rows of our tables, with notes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The paper's analysis repeated on the twin of its scan, and its main numbers beside those that it prints."""
+"""The paper's analysis repeated on a synthetic twin of its scan, with its main numbers compared to the printed ones."""
 
 from __future__ import annotations
 
@@ -73,11 +73,11 @@ def paper(
     folder = Path(output)
     wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
 
-    def drawn(run: Run) -> Iterator[tuple[str, object]]:
+    def draw_figures(run: Run) -> Iterator[tuple[str, object]]:
         yield "overview", figures.overview(run)
         yield from paper_figures(run)
 
-    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN], "drawn": drawn}
+    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN], "draw_figures": draw_figures}
     groups = execute(scan, wanted, folder / "paper.nc", folder, command=command, **files)
     print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
     return groups

@@ -177,7 +177,7 @@ def execute(
     command: str = "",
     tables: Callable = report.tables,
     notes: Sequence[str] = (),
-    drawn: Callable = lambda run: [("overview", figures.overview(run))],
+    draw_figures: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
     """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
     task = _Task(specimen, plan)
@@ -202,7 +202,7 @@ def execute(
         printed = _tables_text(made, notes, groups)
         if folder is not None:
             stages("pages")
-            _write_folder(groups, made, printed, path, folder, drawn)
+            _write_folder(groups, made, printed, path, folder, draw_figures)
     if folder is None:
         print(printed.rstrip("\n"))
     return groups
@@ -504,7 +504,12 @@ def _parts(task: _Task) -> list[_Part]:
 
 
 def _write_folder(
-    groups: dict[str, xr.Dataset], tables: dict[str, Any], printed: str, path: Path, folder: Path, drawn: Callable
+    groups: dict[str, xr.Dataset],
+    tables: dict[str, Any],
+    printed: str,
+    path: Path,
+    folder: Path,
+    draw_figures: Callable,
 ) -> None:
     """Write tables, figures and report, and remove the temporary files of a killed process."""
     remove_leftovers(folder)
@@ -519,7 +524,7 @@ def _write_folder(
     with atomic_write(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
-    for name, figure in drawn(groups):
+    for name, figure in draw_figures(groups):
         with atomic_write(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=220)
     with atomic_write(folder / "report.html") as temporary:

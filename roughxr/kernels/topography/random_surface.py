@@ -20,7 +20,7 @@ import numpy as np
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
 
-#: Model error of ln C over a factor e of wavelengths, beside the sampling error: no surface follows the model exactly.
+#: Model error of ln C over a factor e of wavelengths, added to the sampling error: no surface is exactly self-affine.
 _MODEL_ERROR = 0.05
 
 #: Period of a band of nested roughness, in its longest wavelengths; ratio of its longest to its shortest wavelength.
