@@ -328,7 +328,11 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
         assert row["wall_shear_stress [Pa]"] == pytest.approx(float(summary.wall_shear_stress), rel=1e-3)
         sentence = report.headline(groups)
         assert f"{name}: {sentence}" in lines
-        for page in ("report.html", "table.txt"):
+        summary.contact.answer()
+        assert " ".join(capsys.readouterr().out.split()) == sentence
+        assert main(["explore", f"wafer/{Path(name).stem}"]) == 0
+        capsys.readouterr()
+        for page in ("report.html", "explore.html", "table.txt", "../index.html"):
             text = (tmp_path / "wafer" / Path(name).stem / page).read_text(encoding="utf-8")
             assert sentence in " ".join(html.unescape(text).split())
         assert pd.read_csv(f"wafer/{Path(name).stem}/places.csv").columns[0] == "scan"

@@ -289,3 +289,14 @@ def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count
     ends = [_small_sample_ends("mean", found, count, 0.95) for found in each]
     assert np.mean([low <= mean <= high for low, high in ends]) > 0.9
     assert np.median([high / low for low, high in ends]) > 1.2
+
+
+@pytest.mark.parametrize(("count", "widest"), [(3, 25.0), (4, 15.0), (9, 5.0)])
+@pytest.mark.parametrize("sigma", [0.3, 0.45, 0.7])
+def test_intervals_of_few_scattered_places_are_no_wider_than_needed(count, widest, sigma):
+    """Of 2000 intervals of 95 %, 1850 hold; nine of ten are narrower than a factor at which Cox's alone are not."""
+    draws = np.random.default_rng(count).lognormal(0.0, sigma, (2000, count))
+    low, high = np.array([_small_sample_ends("mean", Samples(row, None, None, 0), count, 0.95) for row in draws]).T
+    truth = np.exp(sigma**2 / 2)
+    assert ((low <= truth) & (truth <= high)).sum() >= 1850
+    assert np.quantile(high / low, 0.9) < widest

@@ -17,6 +17,7 @@ from ..bodies.substances import MATERIALS
 from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
 from ..statistics.headline import headline
+from ..studies.roughness_scale import quietly
 from ..vocabulary.text import sentences_on_lines
 from .file_commands import read_scan
 from .options import AIR, BODIES
@@ -45,7 +46,7 @@ def _run_each(options: Namespace, output: Path) -> None:
     unread: dict[str, str] = {}
     for file in options.scan:  # before minutes are spent on the others
         try:
-            scans.describe(file)
+            quietly(scans.describe, file)  # its run warns
         except REFUSALS as error:
             unread[file] = error_text(error).removeprefix(f"{file}: ")
             print_error(f"{file}: cannot be read and is left out: {unread[file]}")

@@ -35,8 +35,8 @@ _ON_MEASURED_SURFACES = (
 #: Errors of the best estimate that a finer scan of the surface would remove.
 _UNSEEN = ("spectrum", "finer roughness")
 
-#: Significant digits of a table of places.
-_DIGITS = 4
+#: Significant digits of tables for readers: of values, and of errors.
+_DIGITS, _ERROR_DIGITS = 4, 2
 
 #: Columns of the table of places: group, variable, name, and method in words. Directions are averaged.
 _COLUMNS = (
@@ -185,7 +185,7 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
         error = few["pull_off_force"] * few["pull_off_error"]
         words = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
         few = few.assign(pull_off_error=error.assign_attrs(words)).rename(pull_off_error="pull_off_force_error")
-    few = few.map(lambda c: c.copy(data=few_digits(c.values)) if c.dtype.kind == "f" else c, keep_attrs=True)
+    few = few.map(lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" else c, keep_attrs=True)
     count = few.sizes["subregion"]
     position = {name: few[name] for name in _POSITION if name in few}
     first = xr.Dataset({"place": ("subregion", np.arange(count)), **position})
@@ -193,9 +193,10 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
     return table.assign_coords(scan=[label] * count)
 
 
-def few_digits(values: np.ndarray) -> list[float]:
-    """Return numbers rounded to the digits of a published table."""
-    return [float(f"{value:.{_DIGITS}g}") for value in values]
+def few_digits(values: np.ndarray, name: str) -> list[float]:
+    """Return the numbers of a column rounded to the digits of a published table."""
+    digits = _ERROR_DIGITS if str(name).endswith("_error") else _DIGITS
+    return [float(f"{value:.{digits}g}") for value in values]
 
 
 def _at_all_places(places: xr.Dataset | xr.DataArray, some: xr.DataArray) -> xr.DataArray:

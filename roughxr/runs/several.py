@@ -18,7 +18,7 @@ from ..report.report_page import pair_facts, render_template, title
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
 from ..statistics import pooled
-from ..statistics.headline import SCALARS, scalar_values
+from ..statistics.headline import SCALARS, headline, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import interval, number, percent, quantity, with_interval
@@ -96,8 +96,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         table=f"{output.name}{endings[-1]}",
         answer=answer,
         pair=next(iter(finished.values())).pair,
-        rows=[(name, Path(name).stem, _cells(run)) for name, run in finished.items()],
-        cautions={name: run.cautions for name, run in finished.items() if run.cautions},
+        rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
         refused=refused,
     )
     with atomic_write(output / "index.html") as temporary:
@@ -107,13 +106,15 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
 
 def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     """Return the summaries as one row for each scan, without empty columns."""
-    out = xr.Dataset({"label": ("scan", [run.label for run in finished.values()])}, {"scan": list(finished)})
+    out = xr.Dataset(coords={"scan": list(finished)})
+    if any(run.label != name for name, run in finished.items()):
+        out["label"] = ("scan", [run.label for run in finished.values()])
     rows = [scalar_values(run.summary) for run in finished.values()]
     for name, (units, meaning) in SCALARS.items():
         values = np.array([row[name] for row in rows])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
         if np.isfinite(values).any():
-            shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values)
+            shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values, name)
             out[column] = ("scan", shown, {"units": units, "long_name": meaning})
         if name == "largest_error" and column in out:
             out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])

@@ -59,8 +59,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`. Of several
-        preloads the first.
+        A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`, or the group
+        ``statistics/summary`` of a run. Of several preloads the first.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         mean = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
         mean.attrs["assumed"] = ds.attrs["assumed"]
     else:
-        mean = mean_pull_off(ds)
+        mean = ds if "solved_places" in ds else mean_pull_off(ds)  # a run's summary is one already
     print(sentences_on_lines(headline(mean)))
     return mean
 

@@ -6,8 +6,10 @@ means have the standard deviation s/√n for n independent places. Percentiles o
 taken at the levels of Student's t (Hesterberg 2015, "expanded percentile"). Intervals of quantiles need no resamples:
 the share of samples below a quantile is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998).
 
-Fewer than thirty samples are taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005); if
-any of them is negative, as normal, with Student's t. The interval of std is then from χ², of quantiles Owen's (1968).
+Fewer than thirty samples are taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005). A
+prior above the scatter of measured scans joins it where that shortens the interval, since few samples overstate their
+scatter by chance. If any sample is negative, they are taken as normal, with Student's t. The interval of std is from
+χ², of quantiles Owen's (1968).
 """
 
 from __future__ import annotations
@@ -35,6 +37,9 @@ _VALUES_AT_ONCE = 5_000_000
 
 #: Lower bound of samples, as a fraction of the mean, before the logarithm.
 _SMALLEST_SHARE = 0.01
+
+#: Prior of a logarithm's standard deviation, and its degrees of freedom: fifteen measured scans have 0.02 … 0.78.
+_PRIOR_SPREAD, _PRIOR_FREEDOM = 0.8, 3
 
 
 class Resampling(NamedTuple):
@@ -81,9 +86,9 @@ def bootstrap(
 
     Notes
     -----
-    Coverage of nominal 95 % intervals in trials. Fewer than thirty log-normal samples (σ = 0.5): mean and quantiles 92
-    to 97 %, std 78 to 91 %. More samples, on normal fields with 8 to 22 independent places: mean and median 95 to 98 %,
-    std and 95 % quantile 76 to 95 %.
+    Coverage of nominal 95 % intervals in trials. Three to nine log-normal samples: mean 94 to 95 % (σ up to 0.7), 92 to
+    93 % (σ = 1). Up to thirty (σ = 0.5): quantiles 92 to 97 %, std 78 to 91 %. More samples, on normal fields with 8 to
+    22 independent places: mean and median 95 to 98 %, std and 95 % quantile 76 to 95 %.
 
     References
     ----------
@@ -297,9 +302,16 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
     middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2
     if label == "mean":
-        own = variance if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
-        half = np.sqrt(variance / count + own**2 / (2 * (count - 1)))
-        ends = middle + own / 2 + t.ppf(tails, count - 1) * half
+        spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior
+        if positive:
+            more = count - 1 + _PRIOR_FREEDOM
+            spreads += [((variance * (count - 1) + _PRIOR_SPREAD**2 * _PRIOR_FREEDOM) / more, more)]
+        every = []
+        for spread, freedom in spreads:
+            own = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
+            half = np.sqrt(spread / count + own**2 / (2 * freedom))
+            every += [middle + own / 2 + t.ppf(tails, freedom) * half]
+        ends = min(every, key=np.ptp)
     else:
         away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
