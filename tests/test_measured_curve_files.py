@@ -232,7 +232,7 @@ def test_the_command_line_tells_what_became_of_the_curves(volume, tmp_path, caps
     again = roughxr.open_pull_off(tmp_path / "pulls.csv")
     np.testing.assert_allclose(again.pull_off_force, roughxr.open_pull_off(volume[0]).pull_off_force)
     assert main(["measured", str(volume[0]), "--spring-constant", "3"]) == 1
-    assert "spring_constant: the file states" in capsys.readouterr().err
+    assert "--spring-constant: the file states" in capsys.readouterr().err
 
 
 def test_one_curve_prints_its_force(tmp_path, capsys):
