@@ -34,17 +34,17 @@ def test_a_run_is_compared_with_what_was_measured(run, capsys):
     command = ["compare", str(run), str(run / "own.csv"), "--method", "energy", "--picture", str(run / "both.png")]
     assert main(command) == 0
     said = capsys.readouterr().out
-    assert "places: shift found, by " in said and "ratio_low" in said
+    assert "places: shift found, by " in said and "measured / predicted" in said
     assert float(said.partition("shift found, by ")[2].split()[0]) == pytest.approx(60, abs=15)  # of steps of 59 nm
     assert (run / "both.png").stat().st_size > 10_000
 
 
 def test_what_a_command_lacks_is_said(run, capsys):
     assert main(["compare", str(run), str(run / "own.csv")]) == 1
-    assert "method: expected one of 'energy', found 'adhesive'" in capsys.readouterr().err
+    assert "--method: expected one of 'energy', found 'adhesive'" in capsys.readouterr().err
     (run / "bare.csv").write_text("adhesion\n1\n2\n")
     assert main(["measured", str(run / "bare.csv")]) == 1
-    assert "give them, such as units='nN'" in capsys.readouterr().err
+    assert "give them, such as --units nN" in capsys.readouterr().err
     assert main(["measured", str(run / "bare.csv"), "--units", "V", "--sensitivity", "12 nN/V"]) == 0
     assert "places: not known" in capsys.readouterr().out
 

@@ -104,6 +104,6 @@ def _pulls(ds: xr.Dataset) -> bool:
 def _shift(compared: xr.Dataset) -> str:
     if "measured_force" not in compared:
         return ""
-    words = f"shifted by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
+    words = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
     correlation, p_value = (number(compared[f"place_{name}"], digits=2) for name in ("correlation", "p_value"))
     return f", {words}; correlation {correlation}, p = {p_value}"
