@@ -7,7 +7,7 @@ import numpy as np
 from roughxr.kernels.asperity import jkr
 from roughxr.kernels.asperity.asperity_laws import ENERGY, Contact, asperity_contact, pick
 from roughxr.kernels.asperity.elliptic_jkr import EllipseState
-from roughxr.kernels.asperity.elliptic_table import lookup, mark
+from roughxr.kernels.asperity.elliptic_table import lookup, mark_at_row
 from roughxr.kernels.jit import kernel
 
 
@@ -37,8 +37,8 @@ def asperity_events(scales, law):
         nothing = EllipseState(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)
     if law.code >= ENERGY:
-        P, a = mark(law.marks, scales.row, 1), mark(law.marks, scales.row, 2)
-        b, delta = mark(law.marks, scales.row, 3), mark(law.marks, scales.row, 4)
+        P, a = mark_at_row(law.marks, scales.row, 1), mark_at_row(law.marks, scales.row, 2)
+        b, delta = mark_at_row(law.marks, scales.row, 3), mark_at_row(law.marks, scales.row, 4)
         P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)
     else:
         P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0

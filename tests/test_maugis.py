@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from roughxr.kernels.asperity import maugis
-from roughxr.kernels.asperity.elliptic_table import lookup, mark
+from roughxr.kernels.asperity.elliptic_table import lookup, mark_at_row
 
 from . import asperity_tables
 
@@ -14,9 +14,9 @@ def test_the_table_holds_the_closed_form(parameter):
     table, row = maugis.table(), maugis.table_row(parameter)
     P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-6, 1e7, 20001))
     end = int(np.argmin(delta))
-    tabulated_end = mark(table.marks, row, 0)
+    tabulated_end = mark_at_row(table.marks, row, 0)
     assert tabulated_end == pytest.approx(delta[end], abs=2e-5)
-    assert mark(table.marks, row, 1) == pytest.approx(P.min(), abs=1e-5)
+    assert mark_at_row(table.marks, row, 1) == pytest.approx(P.min(), abs=1e-5)
     away = [k for k in range(end) if 1e-3 < delta[k] - tabulated_end < 50]  # the turn itself: square roots
     read = np.array([lookup(table.spline, row, delta[k] - tabulated_end)[:2] for k in away])
     assert np.max(np.abs(read[:, 0] - P[away]) / np.maximum(1, abs(P[away]))) < 1e-3
@@ -34,4 +34,4 @@ def test_a_table_made_again_begins_with_hertz_and_keeps_its_rows():
     for row in (0.0, 1.0, 2.0):
         P, a, _ = lookup(made.spline, row, 1e8)
         assert pytest.approx(1e12, rel=2e-3) == P and a == pytest.approx(1e4, rel=2e-3)
-    assert mark(made.marks, 0.0, 1) == pytest.approx(-2 / 3 * maugis.pull_off(maugis.SMALLEST), rel=1e-3)
+    assert mark_at_row(made.marks, 0.0, 1) == pytest.approx(-2 / 3 * maugis.pull_off(maugis.SMALLEST), rel=1e-3)

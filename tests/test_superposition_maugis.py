@@ -11,7 +11,7 @@ from roughxr.asperity.superposition import superpose
 from roughxr.contact.estimates import tabor
 from roughxr.kernels.asperity import branches, maugis
 from roughxr.kernels.asperity.ellipse import axis_ratio
-from roughxr.kernels.asperity.elliptic_table import mark
+from roughxr.kernels.asperity.elliptic_table import mark_at_row
 from roughxr.kernels.asperity.pull_off_search import _TABLE_ERROR
 from roughxr.statistics import pull_off
 
@@ -162,7 +162,7 @@ def test_no_branch_falls_below_its_mark():
     for parameter in PARAMETERS:
         line = a_line(parameter)
         least = min(branches.line_force(line, at)[0] for at in np.linspace(1e-5, 1.5, 3001) ** 2)
-        assert least >= mark(maugis.table().marks, maugis.table_row(parameter), 1) * (1 + _TABLE_ERROR)
+        assert least >= mark_at_row(maugis.table().marks, maugis.table_row(parameter), 1) * (1 + _TABLE_ERROR)
 
 
 @pytest.mark.parametrize("work, z0", [(1.35, 0.3), (1.35, 1.5), (0.1, 0.3), (0.1, 1.0), (0.02, 3.0)])

@@ -160,7 +160,7 @@ class HumidAir:
     film: Any = None
 
 
-def condensed(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
+def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple | None) -> dict[str, float]:
     """Return the coordinates that describe the condensed liquid of a pair, see `assign_pair`.
 
     ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.

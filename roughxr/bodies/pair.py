@@ -195,7 +195,7 @@ def assign_pair(
     if air is not None:
         own = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values = {"work_of_adhesion": 0.0} | values | under_liquid
-        values |= liquids.condensed(values, air, bodies=own)
+        values |= liquids.liquid_coordinates(values, air, bodies=own)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:

@@ -94,7 +94,7 @@ def hertz(
     A, B = _paraboloid(radius, curvature_min, curvature_max)
     states = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
     names = {"P": "force", "a": "semi_axis_a", "b": "semi_axis_b", "area": "contact_area", "p0": "pressure"}
-    return _along("delta", delta, {name: [getattr(state, key) for state in states] for key, name in names.items()})
+    return _curves("delta", delta, {name: [getattr(state, key) for state in states] for key, name in names.items()})
 
 
 def jkr_sphere(
@@ -134,7 +134,7 @@ def jkr_sphere(
     a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
     force = units.P * a**1.5 * (a**1.5 - 2)
     radius_of = units.a * a
-    out = _along("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
+    out = _curves("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
     return out.assign_attrs(branch_end=jkr.END_DELTA * units.delta)
 
 
@@ -270,7 +270,7 @@ def meniscus_sphere(
     constants = np.array([_meniscus(gap_value, radius, kelvin_radius, *angles) for gap_value in D])
     thin = 2 * radius * np.maximum(sum(np.cos(angles)) - D / kelvin_radius, 0.0)
     forces = {"force": constants, "thin_force": thin}
-    return _along("distance", D, {name: 0 - np.pi * surface_tension * each for name, each in forces.items()})
+    return _curves("distance", D, {name: 0 - np.pi * surface_tension * each for name, each in forces.items()})
 
 
 def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float) -> float:
@@ -447,7 +447,7 @@ def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -
     return 0.5 * flat, 0.5 * sharp
 
 
-def _along(axis: str, values: np.ndarray, curves: dict[str, Any]) -> xr.Dataset:
+def _curves(axis: str, values: np.ndarray, curves: dict[str, Any]) -> xr.Dataset:
     """Return labelled curves along an axis with these values."""
     data = {name: (axis, np.asarray(numbers, dtype=float)) for name, numbers in curves.items()}
     return schema.label(xr.Dataset(data, {axis: values}))

@@ -87,7 +87,7 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=DASHED, label="shown by the scan", zorder=0)
     ax.set_xscale("log")
-    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # within a decade
+    ax.set_xticks(wavelengths, [f"{length:.3g}" for length in wavelengths])  # there may be no decade tick
     ax.set_xticks([], minor=True)
     if (means > 0).any():
         ax.set(yscale="log")

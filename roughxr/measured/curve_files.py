@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..archive import open_locked_raw
 from ..scans.channel import UnreadableScan, first_bytes, read_in_process
-from ..scans.force_curve_formats import TEXTS, ZIP, curves_in
+from ..scans.force_curve_formats import TEXTS, ZIP, curve_format
 from ..scans.netcdf import HDF5
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
@@ -32,7 +32,7 @@ class CurveFile(NamedTuple):
 
 def curve_kind(path: Path, family: str, given: Calibration) -> str | None:
     """Return the kind of a file of curves, by its content; None for any other file."""
-    kind, head = curves_in(path), first_bytes(path, 4096)
+    kind, head = curve_format(path), first_bytes(path, 4096)
     if head.startswith(ZIP):
         return "zip"
     if head.startswith(HDF5):

@@ -73,14 +73,14 @@ def _opened(path: str, kind: str, known: tuple, texts: tuple, *_state: int) -> t
     if kind == "igor":
         return "Asylum Research (binarywave)", [_asylum(path, dict(known))]
     if kind != "zip":
-        return _by_afmformats(Path(path), kind, dict(known))
+        return _read_with_afmformats(Path(path), kind, dict(known))
     archive = zipfile.ZipFile(path)
     if "header.properties" in archive.namelist():
         return "JPK Instruments (binary data)", _Jpk(archive, dict(known)).curves()
-    return _texts_in(archive, dict(known), dict(texts))
+    return _read_texts(archive, dict(known), dict(texts))
 
 
-def _by_afmformats(path: Path, kind: str, known: dict[str, float]) -> tuple[str, list[dict[str, Any]]]:
+def _read_with_afmformats(path: Path, kind: str, known: dict[str, float]) -> tuple[str, list[dict[str, Any]]]:
     from afmformats.formats import formats_available
 
     module = f"afmformats.formats.{_MODULES[kind]}"
@@ -90,7 +90,7 @@ def _by_afmformats(path: Path, kind: str, known: dict[str, float]) -> tuple[str,
     raise ValueError("expected force-distance curves, found none that afmformats can read")
 
 
-def _texts_in(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[str, bytes]) -> tuple[str, list]:
+def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[str, bytes]) -> tuple[str, list]:
     """Return the curves of all texts in an archive, in the order of their names."""
     name, curves = "", []
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +101,7 @@ def _texts_in(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[str
                 if kind is not None:
                     file = Path(folder) / "text"
                     file.write_bytes(head + packed.read(_LARGEST_TEXT))
-                    name, own = _by_afmformats(file, kind, known)
+                    name, own = _read_with_afmformats(file, kind, known)
                     curves += [{**curve, "kind": kind} for curve in own]
     if not curves:
         raise ValueError("expected force-distance curves, found an archive without any that afmformats can read")

@@ -181,7 +181,7 @@ def _evaluated(z: np.ndarray, force: np.ndarray, stiffness: float, share: float)
         return pull._replace(reason="the force does not rise in contact")
     if far[at] or line.choice_error(z[at]) > _LARGEST_CHOICE * -flat[at]:
         return pull._replace(reason="the pull reaches into the baseline")
-    if _clipped(force, at, far):
+    if _is_saturated(force, at, far):
         return pull._replace(reason="the detector's range ends before the largest pull")
     travel = float(z[zero] - z[at] + (flat[at] - flat[zero]) / stiffness)
     work = float(np.trapezoid(flat[zero:], z[zero:]))
@@ -223,8 +223,8 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.force(point))}
 
 
-def _clipped(force: np.ndarray, at: int, far: np.ndarray) -> bool:
-    """Return whether the lowest force is one value over many samples, as where a detector is saturated."""
+def _is_saturated(force: np.ndarray, at: int, far: np.ndarray) -> bool:
+    """Return whether the detector is saturated: the lowest force is one value over many samples."""
     equal = _longest_run(force[max(at - 200, 0) : at + 200] == force.min())
     return equal >= max(_SATURATED_RUN, 2 * (1 + _longest_run(np.diff(force[far]) == 0)))
 

@@ -51,7 +51,7 @@ _Rows = list[tuple[int, list[str]]]
 
 def read_table(path: Path, pull_offs: bool = False) -> list[Column]:
     """Return the columns of numbers of a table; with ``pull_offs`` raise for rows below an empty line."""
-    names, cells, comma, lines = (_in_spreadsheet if is_spreadsheet(path) else _in_text)(path)
+    names, cells, comma, lines = (_read_spreadsheet if is_spreadsheet(path) else _read_text)(path)
     gaps = np.flatnonzero(np.diff(lines) > 1)
     if pull_offs and 0 < gaps.size < len(lines) - 1:  # a mean, or another table
         line = lines[gaps[0] + 1]
@@ -69,7 +69,7 @@ def is_spreadsheet(path: Path) -> bool:
     return head.startswith(b"PK") and any(name in head for name in (b"[Content_Types].xml", b"_rels/", b"docProps/"))
 
 
-def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
+def _read_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     """Return names (from the first row that is not empty) and rows of a workbook's first sheet, as `_in_text`."""
     try:
         frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
@@ -81,7 +81,7 @@ def _in_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     return rows[0][1], rows[1:], False, [k for k, _ in rows[1:]]
 
 
-def _in_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
+def _read_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     """Return names and rows of a text, whether numbers have a decimal comma, and the lines that are not empty."""
     lines = [(k + 1, line) for k, line in enumerate(decoded(path.read_bytes()).splitlines()) if line.strip()]
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
@@ -95,7 +95,7 @@ def _in_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     delimiter, comma = _separators(rows[first][1])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
     comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
-    names = _split(rows[0][1], delimiter) if first else _names_in(path, comments, delimiter, len(cells[0][1]))
+    names = _split(rows[0][1], delimiter) if first else _column_names(path, comments, delimiter, len(cells[0][1]))
     return names, cells, comma, [k for k, _ in lines if cells[0][0] <= k <= cells[-1][0]]
 
 
@@ -105,7 +105,7 @@ def _separators(line: str) -> tuple[str | None, bool]:
     return ("\t" if delimiter is None and "\t" in line.strip() else delimiter), comma
 
 
-def _names_in(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
+def _column_names(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
     """Return the names in the last comment that names every column; a single column needs no name."""
     for line in reversed(comments):
         for names in (_split(line, delimiter), _split(line, None)):

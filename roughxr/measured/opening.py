@@ -231,7 +231,7 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
 
 def _read_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:
     """Return an image's pixels as places: the picture's top row at the largest y, as in a scan."""
-    channel = files.sized(channel, size, path)
+    channel = files.with_size(channel, size, path)
     assert channel.size is not None
     rows = np.asarray(files.guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:

@@ -60,7 +60,7 @@ def best_match(predicted: Samples, measured: Samples) -> Match | None:
     varied = np.ptp(at_measured[both]) and np.ptp(measured.values[both])
     correlation = float(np.corrcoef(*scores)[0, 1]) if varied else 0.0
     independent = _independent_pairs(*scores, measured.places[both])
-    return Match(shift, at_measured, correlation, _by_chance(correlation, independent, tried))
+    return Match(shift, at_measured, correlation, _p_value(correlation, independent, tried))
 
 
 def _grid(predicted: Samples) -> Grid | None:
@@ -85,7 +85,7 @@ def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray
     return float(np.clip(first.size**2 / (first.size + 2 * common), 1.0, first.size))
 
 
-def _by_chance(correlation: float, independent: float, tried: float) -> float:
+def _p_value(correlation: float, independent: float, tried: float) -> float:
     """Return the p-value of the best correlation among independent shifts, by Fisher's transform."""
     from scipy.stats import norm
 
@@ -142,15 +142,15 @@ def _correlations(first, first_known, second, second_known) -> tuple[np.ndarray,
     """Return, at every shift of the second map, the correlation over pixels known in both, and their number."""
     from scipy.signal import correlate
 
-    def across(a, b):
+    def cross_correlate(a, b):
         return correlate(np.asarray(a, float), np.asarray(b, float), method="fft")
 
     a, b, m, n = first * first_known, second * second_known, first_known, second_known
-    count = np.maximum(np.rint(across(m, n)), 0)
+    count = np.maximum(np.rint(cross_correlate(m, n)), 0)
     some = np.maximum(count, 1)
-    sums = across(a, n), across(m, b)
-    covariance = across(a, b) - sums[0] * sums[1] / some
-    variances = across(a**2, n) - sums[0] ** 2 / some, across(m, b**2) - sums[1] ** 2 / some
+    sums = cross_correlate(a, n), cross_correlate(m, b)
+    covariance = cross_correlate(a, b) - sums[0] * sums[1] / some
+    variances = cross_correlate(a**2, n) - sums[0] ** 2 / some, cross_correlate(m, b**2) - sums[1] ** 2 / some
     scale = np.sqrt(np.maximum(variances[0], 0) * np.maximum(variances[1], 0))
     return np.divide(covariance, scale, out=np.zeros_like(scale), where=scale > 1e-6 * some), count
 

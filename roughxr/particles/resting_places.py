@@ -98,7 +98,7 @@ def resting(
         share = "subregion", count / max(count.sum(), 1)
         out = out.isel(subregion=rest).assign_coords(landing_share=share)  # labels stay those of all resting positions
     if on is not None:
-        out = _on_vertices(out, schema.validate(on, "asperities"), surface)
+        out = _move_to_vertices(out, schema.validate(on, "asperities"), surface)
     out = out.assign_coords(schema.travelling(scan))
     off = float((settled.labels == basins.OFF).mean())
     out.attrs = {"share_off_scan": off}
@@ -283,7 +283,7 @@ def _with_barriers(scan: xr.Dataset, surface: basins.Surface, settled: _RestingP
     return out.assign(truncated=("subregion", touches | (off < far)))
 
 
-def _on_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Surface) -> xr.Dataset:
+def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Surface) -> xr.Dataset:
     """Move resting positions to the nearest resting positions on the vertices of asperities."""
     summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))

@@ -74,7 +74,7 @@ def is_length(units: str | None) -> bool:
         return False
 
 
-def direction_in(name: str) -> str:
+def stated_direction(name: str) -> str:
     """Return "trace" or "retrace" if a channel's name states it, else ""."""
     if re.search("retrace|backward", name, re.IGNORECASE):
         return "retrace"
@@ -158,14 +158,14 @@ def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str |
     A sensor's image is preferred to the piezo voltage of the same movement, without a warning.
     """
     fitting = channels_in_direction(channels_named(channels, None), direction)
-    tied = [image for image in fitting if _by_sensor(image) == _by_sensor(chosen)]
+    tied = [image for image in fitting if _is_sensor(image) == _is_sensor(chosen)]
     if len(tied) < 2:
         return ""
     numbers = ", ".join(f"{channels.index(image)}: {image.name!r}" for image in tied)
     return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
 
 
-def _by_sensor(channel: Channel) -> bool:
+def _is_sensor(channel: Channel) -> bool:
     return bool(re.search("sensor|measured", channel.name, re.IGNORECASE))
 
 

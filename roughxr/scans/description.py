@@ -12,7 +12,7 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import factor
 from .channel import Channel, is_length
-from .files import file_hash, guarded, labelled, list_channels, reader_of, regular_file, sized
+from .files import file_hash, guarded, labelled, list_channels, reader_of, regular_file, with_size
 from .levelling import level
 from .plausibility import doubts
 
@@ -65,7 +65,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
     if channel.size and is_length(channel.lateral_units):
         row |= zip(("size_x", "size_y"), (v * factor(channel.lateral_units, "nm") for v in channel.size))
         if channel.is_length:
-            ds = labelled(sized(channel, None, path), values, path)
+            ds = labelled(with_size(channel, None, path), values, path)
             row |= {"lowest": float(ds["height"].min()), "highest": float(ds["height"].max())}
             row["s_q"] = float(level(ds)["height"].std())
             row["doubts"] += doubts(ds) if channel.is_topography else []

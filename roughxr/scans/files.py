@@ -115,8 +115,8 @@ def read_scan(
     if family == "netcdf":
         return _labelled_netcdf(path, given)
     channels = guarded(path, read, path)
-    chosen = choose(_completed(channels, height_units, path), channel, direction, path)
-    chosen = sized(chosen, size, path)
+    chosen = choose(_with_units(channels, height_units, path), channel, direction, path)
+    chosen = with_size(chosen, size, path)
     ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, family, chosen, channels))
     tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
@@ -152,7 +152,7 @@ def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Datase
     return record(ds, "open_scan", file=path.name, **given)
 
 
-def _completed(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
+def _with_units(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
     """Return the channels, with the given units if they state none."""
     if height_units is None:
         return channels
@@ -163,7 +163,7 @@ def _completed(channels: list[Channel], height_units: str | None, path: Path) ->
     return [channel if channel.units else channel._replace(units=height_units) for channel in channels]
 
 
-def sized(channel: Channel, size: Any, path: Path) -> Channel:
+def with_size(channel: Channel, size: Any, path: Path) -> Channel:
     """Return the channel with its lateral size in nm, stated by the file or given, never assumed."""
     rows, columns = channel.shape
     if rows < 2 or columns < 2:

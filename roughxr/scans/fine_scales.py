@@ -56,13 +56,16 @@ class Spectrum(NamedTuple):
     lay: complex = 0.0  # see `lay_factor`
 
     @property
-    def reach(self) -> float:
+    def shortest_measured(self) -> float:
         """The shortest wavelength with measured power, nm."""
         return self.shown if self.measured is None else 2 * np.pi * float(np.exp(-self.measured[0][-1]))
 
     def density(self, q):
         """Return C(q), nm⁴."""
-        density, known = k_correlation(q, self.plateau, self.rolloff, self.hurst), np.log(2 * np.pi / self.reach)
+        density, known = (
+            k_correlation(q, self.plateau, self.rolloff, self.hurst),
+            np.log(2 * np.pi / self.shortest_measured),
+        )
         if self.measured is not None:
             density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - known, 0.0)
@@ -112,7 +115,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     True
     """
     scan = validate(ds, "scan")
-    hurst, shown = None if hurst is None else hurst_exponent(hurst), _shown(shown, scan)
+    hurst, shown = None if hurst is None else hurst_exponent(hurst), _given_wavelength(shown, scan)
     model = _fitted_parts(wavelength.scan_parts(scan["height"].values), pixel(scan), hurst, shown)
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
@@ -341,7 +344,7 @@ def hurst_exponent(value: Any) -> float:
     return single(value, "1", "hurst", "a number from 0 to 1", lambda number: HURST[0] <= number <= HURST[1])
 
 
-def _shown(value: Any, scan: xr.Dataset) -> float | None:
+def _given_wavelength(value: Any, scan: xr.Dataset) -> float | None:
     """Return the given shortest wavelength (nm), None to estimate it."""
     if value is None:
         return None

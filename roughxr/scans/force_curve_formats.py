@@ -21,7 +21,7 @@ ZIP = b"PK\x03\x04"
 METADATA = ("index.json", "meta.yml")
 
 
-def curves_in(path: Path) -> str:
+def curve_format(path: Path) -> str:
     """Return the format of a file's force curves, empty if there are none; raise for NanoScope's."""
     head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
@@ -41,7 +41,7 @@ def curves_in(path: Path) -> str:
 
 def refuse_curves(path: Path) -> None:
     """Raise for a file of force curves or a container of scans, with advice on how to open it."""
-    kind = curves_in(path)
+    kind = curve_format(path)
     if set(METADATA) & set(_zip_names(path)):
         raise UnreadableScan(
             path,

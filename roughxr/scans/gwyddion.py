@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .channel import Channel, UnreadableScan, direction_in, optional
+from .channel import Channel, UnreadableScan, optional, stated_direction
 
 GSF = b"Gwyddion Simple Field 1.0\n"
 GWY = b"GWYP"
@@ -35,7 +35,7 @@ def gsf_channels(path: Path) -> list[Channel]:
             size=(header["XReal"], header["YReal"]) if {"XReal", "YReal"} <= set(header) else None,
             lateral_units=header.get("XYUnits"),
             read=partial(np.asarray, values, dtype=float),
-            direction=direction_in(header.get("Title", "")),
+            direction=stated_direction(header.get("Title", "")),
             header=header,
         )
     ]
@@ -69,7 +69,7 @@ def _gwy_channel(container: dict[str, Any], number: int) -> Channel:
         size=None if None in size else size,
         lateral_units=field.get("si_unit_xy", {}).get("unitstr") or None,
         read=partial(_gwy_rows, field, container.get(f"/{number}/mask")),
-        direction=direction_in(title),
+        direction=stated_direction(title),
         header=container.get(f"/{number}/meta", {}),
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor
-from .channel import Channel, UnreadableScan, direction_in
+from .channel import Channel, UnreadableScan, stated_direction
 
 NPY = b"\x93NUMPY"
 
@@ -60,7 +60,7 @@ def text_channels(path: Path) -> list[Channel]:
             size=size,
             lateral_units=lateral_units,
             read=lambda: rows,
-            direction=direction_in(name),
+            direction=stated_direction(name),
             header=header,
             counted=False,
         )

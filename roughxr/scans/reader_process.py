@@ -45,9 +45,9 @@ def answer(path: Path, reader: str, **options: Any) -> dict[str, Any]:
             result = pickle.load(process.stdout)  # type: ignore[arg-type]
         except (EOFError, OSError, pickle.UnpicklingError):
             late = clock.finished.is_set()
-            raise ReadingFailed(_reason(late, limit, _ended(process))) from None
+            raise ReadingFailed(_reason(late, limit, _kill(process))) from None
         except BaseException:
-            _ended(process)  # interrupted: a late answer would belong to the next question
+            _kill(process)  # interrupted: a late answer would belong to the next question
             raise
         finally:
             clock.cancel()
@@ -61,7 +61,7 @@ def _process(reader: str) -> subprocess.Popen:
     process = _running.get((os.getpid(), reader))
     if process is None or process.poll() is not None:
         if process is not None:
-            _ended(process)
+            _kill(process)
         process = subprocess.Popen(
             [sys.executable, "-P", __file__, reader, *sys.path],
             stdin=subprocess.PIPE,
@@ -72,7 +72,7 @@ def _process(reader: str) -> subprocess.Popen:
     return process
 
 
-def _ended(process: subprocess.Popen) -> int:
+def _kill(process: subprocess.Popen) -> int:
     """End a process and return its exit code."""
     process.kill()
     for pipe in (process.stdin, process.stdout):

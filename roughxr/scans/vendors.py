@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import vendor_reader
-from .channel import IGOR, Channel, UnreadableScan, direction_in, first_bytes, is_igor, is_length, read_in_process
+from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
 
 #: First bytes that belong to one format only, even if other readers accept the file.
 SIGNATURES = {
@@ -83,4 +83,4 @@ def _direction(name: str, raw: dict[str, Any]) -> str:
         return line
     if raw.get("forward") in (0, 1):
         return "trace" if raw["forward"] else "retrace"
-    return direction_in(name)
+    return stated_direction(name)

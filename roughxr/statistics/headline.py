@@ -209,10 +209,10 @@ def headline(summary: xr.Dataset) -> str:
     if source := summary.attrs.get("largest_source"):
         words = "choice of places" if source == "sampling" else source
         sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
-    return " ".join(filter(None, [*sentences, _next(summary, value)]))
+    return " ".join(filter(None, [*sentences, _next_step(summary, value)]))
 
 
-def _next(summary: xr.Dataset, value: Mapping[str, float]) -> str:
+def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return one sentence on the next step; empty if the errors suggest none."""
     advice = summary.attrs.get("advice") or _REMEDIES.get(summary.attrs.get("largest_source", ""))
     if not summary.attrs.get("advice") and is_too_wide(value["low"], value["high"]):

@@ -164,7 +164,7 @@ def extrapolated(
     model = own if spectrum is None else known_spectrum(spectrum, own.shown, own.lay)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    measured = model.reach < _DIAGONAL * pixel
+    measured = model.shortest_measured < _DIAGONAL * pixel
     unlike = "" if measured else _unlike_self_affine(ds, model.shown)
     between = not measured and (bool(unlike) or model.rolloff < _POWER_LAW * model.shown)
     bodies, hardness = with_hardness(ds)
@@ -199,7 +199,7 @@ def extrapolated(
 
 
 def not_extrapolated(ds: xr.Dataset, why: str) -> xr.Dataset:
-    """Return what `extrapolated` finds of a scan that cannot be extrapolated: nothing, and the reason."""
+    """Return the result of `extrapolated` for a scan that cannot be extrapolated: no numbers, and the reason."""
     names = ("pull_off_mean", "pull_off_lower", "pull_off_upper", "shortest_wavelength")
     out = xr.Dataset({**dict.fromkeys(names, np.nan), "converged": False})
     out = out.assign_coords(schema.travelling(ds))
@@ -386,7 +386,7 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
         guesses.append(next_guess(pulls, guesses[-1]))
         if end is None:
             low = band_rms(model.density, wavelengths[-1], wavelengths[-1] / 2) < _NEGLIGIBLE_RMS * length
-            converged = low or _settled(_means(forces), parts, accuracy)
+            converged = low or _has_converged(_means(forces), parts, accuracy)
             costly = len(forces) > parts and bool(np.nanmean(pulls[..., 2]) > _MOST_CELLS)
         if converged or costly or wavelengths[-1] <= smallest * (1 + 1e-9):
             break
@@ -424,7 +424,7 @@ def _means(pulls: list[np.ndarray]) -> np.ndarray:
     return stacked[:, solved].mean(axis=1) if solved.any() else np.full(len(pulls), np.nan)
 
 
-def _settled(means: np.ndarray, parts: int, accuracy: float) -> bool:
+def _has_converged(means: np.ndarray, parts: int, accuracy: float) -> bool:
     """Return whether neither the last octave nor its parts changed the mean by more than the accuracy."""
     return len(means) > parts + 1 and bool(np.ptp(np.log(means[-parts - 1 :])) < accuracy)
 

@@ -44,7 +44,7 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
 
 
 def flat(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return values with those of inner mappings by names such as "mesh.refine", without None."""
+    """Return a mapping without inner mappings, whose values get names such as "mesh.refine", and without None."""
     out: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):

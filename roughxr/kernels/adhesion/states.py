@@ -89,7 +89,7 @@ class Solver:
         for _ in range(_MOST_DENTS):
             if not solved.state.pressure.max() > (1.0 + _EXCESS) * self.cap:
                 break
-            dented = solved._replace(residual_height=self._dented(solved))
+            dented = solved._replace(residual_height=self._indented(solved))
             rounds, solved = solved.rounds, self.solve(delta, dented, exact=exact)
             solved = solved._replace(rounds=solved.rounds + rounds)
         else:
@@ -97,7 +97,7 @@ class Solver:
             solved = solved._replace(converged=solved.converged and within_cap)
         return solved
 
-    def _dented(self, solved):
+    def _indented(self, solved):
         """Return the residual height of the surface, dented at fixed attraction where pressures exceed the hardness."""
         at, state, most = (solved.rows, solved.columns), solved.state, traction(0.0, self.law)[0]
         attraction = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
@@ -142,7 +142,7 @@ class Solver:
         return grown, bool(((grown[rows, columns] > 0) & (marks == 0) & (gap < self.law.range)).any())
 
     def _solve_in_box(self, rows, columns, delta, last, near, exact):
-        state, left = self._state_on(last, rows, columns), last.residual_height
+        state, left = self._moved_state(last, rows, columns), last.residual_height
         separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
         if self.edge_width:
             separation[last.attracting[rows, columns] == 0] = np.inf
@@ -192,11 +192,11 @@ class Solver:
                 return True
         return False
 
-    def _state_on(self, known, rows, columns):
+    def _moved_state(self, known, rows, columns):
         """Return a state on another box; cells outside the old box have no traction."""
         shape = rows.stop - rows.start, columns.stop - columns.start
         state = ContactState(np.zeros(shape), np.full(shape, np.inf), np.zeros(shape, bool))
-        (a, b), (c, d) = _shared(known.rows, rows), _shared(known.columns, columns)
+        (a, b), (c, d) = _overlap(known.rows, rows), _overlap(known.columns, columns)
         for old, new in zip(known.state, state):
             new[b, d] = old[a, c]
         return state
@@ -216,7 +216,7 @@ def _rounded_slice(places, size, margin):
     return slice(first, first + length)
 
 
-def _shared(old, new):
+def _overlap(old, new):
     """Return the intersection of two slices, relative to each of them."""
     first, end = max(old.start, new.start), max(min(old.stop, new.stop), max(old.start, new.start))
     return slice(first - old.start, end - old.start), slice(first - new.start, end - new.start)

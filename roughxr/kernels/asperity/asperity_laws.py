@@ -27,7 +27,7 @@ import numpy as np
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.branches import closed_contact
 from roughxr.kernels.asperity.ellipse import shape, stiffness
-from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark, table_row
+from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark_at_row, table_row
 from roughxr.kernels.jit import kernel
 
 #: Laws without range, and those with a range.
@@ -99,7 +99,7 @@ def asperity_scales(A, B, E_star, w, law):
         row = maugis.table_row(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
     else:
         row = table_row(B / A)
-    return Scales(unit.a, unit.P, unit.delta, lam, mark(law.marks, row, END), row)
+    return Scales(unit.a, unit.P, unit.delta, lam, mark_at_row(law.marks, row, END), row)
 
 
 @kernel

@@ -14,7 +14,7 @@ from math import sqrt
 
 from ..jit import kernel
 from . import jkr
-from .elliptic_table import CELLS_ALONG, A, B, P, across, spline_value, spline_weights
+from .elliptic_table import CELLS_ALONG, A, B, P, coefficient_at_row, spline_value, spline_weights
 
 #: Number of coefficients along a branch.
 LENGTH = CELLS_ALONG + 3
@@ -24,7 +24,7 @@ LENGTH = CELLS_ALONG + 3
 def collapse(table, row, column, out):
     """Sum a column of a law's table across at the position ``row``: ``out`` has shape (LENGTH,)."""
     for j in range(out.size):
-        out[j] = across(table, row, j, column)
+        out[j] = coefficient_at_row(table, row, j, column)
 
 
 @kernel

@@ -74,15 +74,15 @@ def table_row(ratio):
 
 
 @kernel
-def mark(marks, row, column):
-    """Return a column of ``marks`` at the position ``row``."""
+def mark_at_row(marks, row, column):
+    """Return a column of ``marks``, interpolated at the position ``row``."""
     i = min(int(row), marks.shape[0] - 4)
     w = spline_weights(row - i)
     return spline_value(w, marks[i, column], marks[i + 1, column], marks[i + 2, column], marks[i + 3, column])
 
 
 @kernel
-def across(spline, row, j, column):
+def coefficient_at_row(spline, row, j, column):
     """Return a coefficient along the branch, for the asperity at the position ``row``."""
     i = min(int(row), spline.shape[0] - 4)
     w = spline_weights(row - i)
@@ -98,18 +98,22 @@ def lookup(spline, row, above_end):
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
     w = spline_weights(along - j)
-    p, a, b = _along(spline, row, j, P, w), _along(spline, row, j, A, w), _along(spline, row, j, B, w)
+    p, a, b = (
+        _branch_value(spline, row, j, P, w),
+        _branch_value(spline, row, j, A, w),
+        _branch_value(spline, row, j, B, w),
+    )
     return p * size * size * size, a * size, b * size
 
 
 @kernel
-def _along(spline, row, j, column, w):
+def _branch_value(spline, row, j, column, w):
     return spline_value(
         w,
-        across(spline, row, j, column),
-        across(spline, row, j + 1, column),
-        across(spline, row, j + 2, column),
-        across(spline, row, j + 3, column),
+        coefficient_at_row(spline, row, j, column),
+        coefficient_at_row(spline, row, j + 1, column),
+        coefficient_at_row(spline, row, j + 2, column),
+        coefficient_at_row(spline, row, j + 3, column),
     )
 
 

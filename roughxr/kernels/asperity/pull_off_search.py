@@ -33,7 +33,7 @@ from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
 from .branches import LENGTH, P, closed_force, collapse, line_force
 from .contact_sums import Field
-from .elliptic_table import LEAST, mark
+from .elliptic_table import LEAST, mark_at_row
 
 #: Results per centre: the least force nN (0 without adhesion), its displacement nm (NaN then), the displacement nm of
 #: the first touch of a vertex, the number of asperities in contact at the least force, the number of these at the
@@ -106,11 +106,11 @@ class Least(NamedTuple):
 
 def build_grid(field, law, radius, profile):
     """Return the asperities of ``field`` as an ``AsperityGrid``, for a law and a sphere."""
-    field = _selected(field, field.scales.end < 0)  # only adhesive asperities
+    field = _subset(field, field.scales.end < 0)  # only adhesive asperities
     least = np.full(field.x.size, -1.0) if law.spline.size == 0 else _marks(law.marks, field.scales.row)
     adhesion = -least * field.scales.P * (1 + _TABLE_ERROR)
     cells, order = _cells(field, adhesion)
-    field = _selected(field, order)
+    field = _subset(field, order)
     if field.x.size == 0:
         return AsperityGrid(field, adhesion, 0.0, cells, 1.0)
     highest = (field.depth + field.scales.end * field.scales.delta).min()
@@ -120,7 +120,7 @@ def build_grid(field, law, radius, profile):
     return AsperityGrid(field, adhesion[order], float(highest), cells, float(highest + reach))
 
 
-def _selected(field, which):
+def _subset(field, which):
     """Return the asperities ``which`` of a field, in that order."""
     return Field(*(a[which] for a in field[:-1]), type(field.scales)(*(a[which] for a in field.scales)))
 
@@ -129,7 +129,7 @@ def _selected(field, which):
 def _marks(marks, rows):
     out = np.empty(rows.size)
     for i in range(rows.size):
-        out[i] = mark(marks, rows[i], LEAST)
+        out[i] = mark_at_row(marks, rows[i], LEAST)
     return out
 
 
@@ -163,7 +163,7 @@ def pull_offs(x, y, grid, table, radius, profile):
             least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
             total = total_force(reach, near.onset.size, near, grid)
             row[EVALUATIONS] += rough + count + near.onset.size
-            if _proved(x[c], y[c], reach, total, near, least, grid, radius, profile):
+            if _is_bounded_beyond(x[c], y[c], reach, total, near, least, grid, radius, profile):
                 break
             reach = grid.highest + _GROWTH * (reach - grid.highest)
             near = nearby(x[c], y[c], reach, grid, table, radius, profile)
@@ -338,7 +338,7 @@ def total_force(delta, n, near, grid):
 
 
 @kernel
-def _proved(x, y, reach, total, near, least, grid, radius, profile):
+def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F provably stays above ``least`` beyond ``reach``, with all distant asperities."""
     if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet

@@ -21,7 +21,7 @@ import numpy as np
 from ..jit import kernel
 from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
-from .working_set import Guess, box_below, contact_in
+from .working_set import Guess, box_below, solve_contact
 
 #: In a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching.
 _JOINING_PART = 0.1
@@ -72,7 +72,7 @@ def sweep_arrays(
         box = box_below(lowest, delta)
         depth = delta - separation[box]
         guess = extrapolated(older, last, delta, box, depth, cap) if last[0] > -np.inf else None
-        contact = contact_in(depth, tolerance, max_iterations, cap, guess)
+        contact = solve_contact(depth, tolerance, max_iterations, cap, guess)
         describe(states[k], contact, depth, cap, limit)
         pressure, displacement = (field[k % len(field)] for field in fields)  # boxes grow: older ones are overwritten
         pressure[box], displacement[box] = contact.pressure, contact.displacement

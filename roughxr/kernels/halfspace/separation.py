@@ -41,11 +41,11 @@ def map_separation(height, datum, x, y, map_x, map_y, map_height):
 
     depth = map_height.max() - map_height
     between = RegularGridInterpolator((map_x, map_y), depth, bounds_error=False, fill_value=np.inf)
-    x, y = _on_rim(x, map_x), _on_rim(y, map_y)
+    x, y = _snap_to_rim(x, map_x), _snap_to_rim(y, map_y)
     return datum - height + between(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
 
 
-def _on_rim(x, map_x):
+def _snap_to_rim(x, map_x):
     """Return x, with points that are outside the map by rounding only moved back to its rim."""
     inside = np.clip(x, map_x[0], map_x[-1])
     return np.where(np.abs(x - inside) < 1e-6 * (map_x[1] - map_x[0]), inside, x)

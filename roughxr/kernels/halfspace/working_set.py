@@ -46,7 +46,7 @@ def box_below(lowest, delta):
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
-def contact_in(depth, tolerance, max_iterations, cap, guess=None):
+def solve_contact(depth, tolerance, max_iterations, cap, guess=None):
     """Return the `Contact` in a box, from a guess or by nested iteration."""
     if guess is not None:
         return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap)
@@ -78,14 +78,14 @@ def refined(coarse, depth, cap):
     """Return the guess in a box of depths from a solution on cells twice as large, its pressures below the cap."""
     rows, columns = (np.arange(size) // 2 for size in depth.shape)
     pressure = np.minimum(0.5 * coarse.pressure[rows[:, None], columns], cap)  # E*/dx is twice as large
-    displacement = _between(_between(coarse.displacement).T).T[: depth.shape[0], : depth.shape[1]]
+    displacement = _refine_rows(_refine_rows(coarse.displacement).T).T[: depth.shape[0], : depth.shape[1]]
     gap, margin = displacement - depth, _MARGIN * depth.max()
     with np.errstate(invalid="ignore"):
         touching = ((gap < 0.0) | ((pressure > 0.0) & (pressure > gap))) & (pressure < cap)
         return Guess(pressure, touching, touching | ~(gap >= margin))
 
 
-def _between(field):
+def _refine_rows(field):
     """Interpolate a coarse field linearly to the centres of cells half as long along the first axis."""
     out = np.repeat(0.75 * field, 2, axis=0)
     out[2::2] += 0.25 * field[:-1]

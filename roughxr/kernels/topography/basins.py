@@ -66,7 +66,7 @@ _OFFSETS = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
 
 
 @kernel
-def on_border(shape, i, j):
+def is_on_border(shape, i, j):
     """Return whether a pixel belongs to the outermost ring."""
     return i == 0 or j == 0 or i == shape[0] - 1 or j == shape[1] - 1
 
@@ -94,7 +94,7 @@ def _fill(z, start, pixel, labels, lowest, plateau):
     while done < count:
         i, j = plateau[done] // ny, plateau[done] % ny
         done += 1
-        off |= on_border(z.shape, i, j)
+        off |= is_on_border(z.shape, i, j)
         for di, dj in _OFFSETS:
             p, q = i + di, j + dj
             if not (0 <= p < nx and 0 <= q < ny and z[p, q] == z[i, j]):
@@ -365,7 +365,7 @@ def settle_near(rows, places, ball, largest, farthest):
 
 
 @kernel
-def _on_different_summits(a, b, pixel):
+def _are_on_different_summits(a, b, pixel):
     """Return whether two contacts lie on different summits."""
     return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
 
@@ -428,7 +428,7 @@ def _lowest_saddle(rows, planes, start, least, labels, pair, surface):
     nearest = _PASS_DISTANCE * largest
     for p in range(len(planes)):
         for q in range(p):
-            if not _on_different_summits(planes[p], planes[q], surface.pixel):
+            if not _are_on_different_summits(planes[p], planes[q], surface.pixel):
                 continue
             px, py = _crossing(planes[p], planes[q], x, y)
             off = np.hypot(px - x, py - y)
@@ -490,7 +490,7 @@ def _summits(planes, pixel):
         changed = False
         for k in range(len(planes)):
             for m in range(len(planes)):
-                if top[m] < top[k] and not _on_different_summits(planes[order[k]], planes[order[m]], pixel):
+                if top[m] < top[k] and not _are_on_different_summits(planes[order[k]], planes[order[m]], pixel):
                     top[k], changed = top[m], True
         if not changed:
             break

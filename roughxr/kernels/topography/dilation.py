@@ -97,7 +97,7 @@ def patches(z, x, y, pixel, radius, reach):
 
 
 @kernel
-def _fall(r2, radius):
+def _sphere_rise(r2, radius):
     """Return the rise (nm) of the sphere's profile at a squared distance from its axis; inf beyond it."""
     return r2 / (radius + np.sqrt(radius * radius - r2)) if r2 < radius * radius else np.inf
 
@@ -134,7 +134,7 @@ def touch(row, x, y, ball):
         v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
     rx, ry = rx - u, ry - v
-    return min(height - _fall(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
+    return min(height - _sphere_rise(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
 
 
 @kernel
@@ -145,8 +145,8 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
         row = rows[candidates[n]]
         near_x, near_y = max(x0 - row[X], row[X] - x1, 0.0), max(y0 - row[Y], row[Y] - y1, 0.0)
         far_x, far_y = max(row[X] - x0, x1 - row[X]), max(row[Y] - y0, y1 - row[Y])
-        highest[n] = row[H] + row[RISE] - _fall(near_x * near_x + near_y * near_y, radius)
-        floor = max(floor, row[H] - _fall(far_x * far_x + far_y * far_y, radius))
+        highest[n] = row[H] + row[RISE] - _sphere_rise(near_x * near_x + near_y * near_y, radius)
+        floor = max(floor, row[H] - _sphere_rise(far_x * far_x + far_y * far_y, radius))
     visible, count = np.zeros(candidates.size, np.int64), 0
     for n in range(candidates.size):
         if highest[n] >= floor and highest[n] > -np.inf:
@@ -156,7 +156,7 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
 
 
 @kernel
-def _falls(part, x, y, radius, heights):
+def _sphere_heights(part, x, y, radius, heights):
     """Fill in the sphere's heights on pixels' centres (rows of ``part``: x, y, height), its axis at x, y."""
     for n in range(heights.size):
         r2 = (x - part[0, n]) ** 2 + (y - part[1, n]) ** 2
@@ -186,7 +186,7 @@ def _fill_box(rows, visible, x, y, box, ball, z):
     margin = _MARGIN * wide * steeper
     for i in range(box[0], box[1]):
         for j in range(box[2], box[3]):
-            _falls(part, x[i], y[j], ball.radius, heights)
+            _sphere_heights(part, x[i], y[j], ball.radius, heights)
             first = 0
             for n in range(1, visible.size):
                 first = n if heights[n] > heights[first] else first
