@@ -1,4 +1,4 @@
-"""A small run of all kinds of solves, for the tests to disturb: it takes about a second."""
+"""A small run with solves of every kind, about a second long, for tests of interruption and resumption."""
 
 import functools
 import os
@@ -36,8 +36,8 @@ def solutions(ds):
     }
 
 
-def one_by_one(ds):
-    """Yield the groups as they are found, more than one of them with the map."""
+def yield_solutions(ds):
+    """Yield the groups one by one, the last several together."""
     yield {"solutions/direct": direct(ds, **ARGUMENTS)}
     yield {"solutions/contact": direct(ds, fields=True, **ARGUMENTS)}
     yield solutions(ds)
@@ -45,13 +45,13 @@ def one_by_one(ds):
 
 def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **options):
     ds = surface(seed)
-    compute = one_by_one if stages else solutions
+    compute = yield_solutions if stages else solutions
     with use_scheduler(scheduler):
         return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def in_a_process(output, stops_after=None, ends_by=signal.SIGKILL, **options):
-    """Run, as a child that can be killed, or until it stored so much."""
+def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, **options):
+    """Run as a child process, which ends itself after ``stops_after`` stored batches."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if stops_after is not None:
         put, stored = Checkpoint.put, []

@@ -1,4 +1,4 @@
-"""Small AFM files of every format that can be written here, each holding a given picture.
+"""Small AFM files of every format that the tests can write, each with the same heights.
 
 A picture is (rows, columns) in nm, the first row at the top. `WRITERS` maps a format's name to
 `write(folder, rows, size) -> path`, the size being (along x, along y) in nm.
@@ -19,19 +19,19 @@ ROWS, COLUMNS, PIXEL = 18, 24, 5.0
 
 
 def picture(rows: int = ROWS, columns: int = COLUMNS) -> np.ndarray:
-    """Return heights in nm, (rows, columns), that no turn or mirror maps onto themselves."""
+    """Return heights in nm, (rows, columns), without any symmetry."""
     v, u = np.mgrid[:rows, :columns]
     waves = np.sin(0.7 * u + 0.2 * v) + 0.8 * np.cos(0.5 * v) + 0.05 * u
     waves[0, 0] += 2.0  # the top left corner, marked
     return np.round(waves, 4)
 
 
-def size_of(rows: np.ndarray, pixel: tuple[float, float] = (PIXEL, PIXEL)) -> tuple[float, float]:
+def image_size(rows: np.ndarray, pixel: tuple[float, float] = (PIXEL, PIXEL)) -> tuple[float, float]:
     return rows.shape[1] * pixel[0], rows.shape[0] * pixel[1]
 
 
-def scan_of(rows: np.ndarray, size: tuple[float, float]) -> xr.Dataset:
-    """Return the scan that every one of these files must open as."""
+def expected_scan(rows: np.ndarray, size: tuple[float, float]) -> xr.Dataset:
+    """Return the scan that `open_scan` must return for each of these files."""
     heights = np.ascontiguousarray(rows[::-1].T)
     coords = {
         axis: (axis, (np.arange(n) + 0.5) * length / n, {"units": "nm"})
@@ -41,7 +41,7 @@ def scan_of(rows: np.ndarray, size: tuple[float, float]) -> xr.Dataset:
 
 
 def write_gsf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    return scans.to_file(scan_of(rows, size), folder / "scan.gsf")
+    return scans.to_file(expected_scan(rows, size), folder / "scan.gsf")
 
 
 def write_gwy(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
@@ -74,7 +74,7 @@ def write_npy(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path
 
 
 def write_native(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    return scans.to_netcdf(scan_of(rows, size), folder / "native.nc")
+    return scans.to_netcdf(expected_scan(rows, size), folder / "native.nc")
 
 
 def write_surfacetopography(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
@@ -91,8 +91,8 @@ def write_surfacetopography(folder: Path, rows: np.ndarray, size: tuple[float, f
 
 
 def write_cf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
-    """Write a labelled map of another making: (lat-like order) y before x, y descending, in um and m."""
-    scan = scan_of(rows, size).rename(height="topography").transpose("y", "x").isel(y=slice(None, None, -1))
+    """Write a labelled map as another program does: y before x, y descending, in um and m."""
+    scan = expected_scan(rows, size).rename(height="topography").transpose("y", "x").isel(y=slice(None, None, -1))
     scan["topography"] = (scan["topography"] * 1e-9).assign_attrs(units="m")
     for axis in "xy":
         scan[axis] = (scan[axis] / 1e3).assign_attrs(units="um")
@@ -201,5 +201,5 @@ ROUNDING = {"bruker": 0.04, "gsf": 1e-6, "igor": 1e-6, "park": 1e-6}
 
 
 def given(name: str, size: tuple[float, float]) -> dict[str, object]:
-    """Return what must be given beside a file of a format that does not state it."""
+    """Return the options that must be given with a file whose format does not state them."""
     return {"size": size, "height_units": "nm"} if name == "npy" else {}

@@ -1,4 +1,4 @@
-"""One asperity after another, and at what it detaches and comes into contact, for tests."""
+"""Contacts of single asperities computed one by one, and their detachment and first contact, for tests."""
 
 from typing import NamedTuple
 

@@ -31,7 +31,7 @@ def fitted(samples, cells):
     return np.tensordot(np.linalg.pinv(design), samples, axes=1)
 
 
-def table_of(rows, marks, cells):
+def tabulate(rows, marks, cells):
     """The table of samples (P*/(1+q)³, a*/(1+q), b*/(λ(1+q))) along rows, and of their marks."""
     samples = np.concatenate([np.ones((len(rows), 1, 3)), np.array(rows)], axis=1)  # Hertz at z = 0
     both = fitted(fitted(samples, cells).swapaxes(0, 1), CELLS_ALONG).swapaxes(0, 1)
@@ -77,7 +77,7 @@ def elliptic():
     z = sites(CELLS_ALONG)[1:] / CELLS_ALONG
     ratios = LARGEST_RATIO ** (sites(CELLS_ACROSS)[1:] / CELLS_ACROSS)
     rows, marks = zip(sphere_row(z), *(elliptic_row(ratio, z) for ratio in ratios))
-    return table_of(rows, marks, CELLS_ACROSS)
+    return tabulate(rows, marks, CELLS_ACROSS)
 
 
 # ---------------------------------------------------------------- Maugis's sphere
@@ -96,16 +96,16 @@ def maugis_row(parameter, z):
     return np.stack([load / (1 + wanted) ** 3, radius, radius], -1), marks
 
 
-def of_maugis(cells=maugis.ACROSS):
+def maugis_table(cells=maugis.ACROSS):
     """The table of Maugis's sphere, of so many cells across."""
     z = sites(CELLS_ALONG)[1:] / CELLS_ALONG
     parameters = maugis.SMALLEST * (maugis.LARGEST / maugis.SMALLEST) ** (sites(cells) / cells)
-    return table_of(*zip(*(maugis_row(parameter, z) for parameter in parameters)), cells)
+    return tabulate(*zip(*(maugis_row(parameter, z) for parameter in parameters)), cells)
 
 
 def main():
     """Write both files."""
-    for file, table in ((elliptic_table.FILE, elliptic()), (maugis.FILE, of_maugis())):
+    for file, table in ((elliptic_table.FILE, elliptic()), (maugis.FILE, maugis_table())):
         np.savez_compressed(file, branch=table.spline, marks=table.marks)
 
 

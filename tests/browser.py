@@ -1,4 +1,4 @@
-"""The system's Chromium, headless, for tests of pages: windows as narrow as a telephone's, clicks and keys."""
+"""The system's Chromium, headless, for tests of pages: window sizes, clicks and keys."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Browser:
         webdriver.ActionChains(self.driver).send_keys(getattr(Keys, key)).perform()
 
     def complaints(self) -> list[str]:
-        """Return the errors in the console since the page was opened, and what it requested from a network."""
+        """Return the errors in the console since the page was opened, and its requests to the network."""
         errors = [entry["message"] for entry in self.driver.get_log("browser") if entry["level"] == "SEVERE"]
         requested = self.value("performance.getEntriesByType('resource').map(entry => entry.name)")
         return errors + [url for url in requested if not url.startswith(("file:", "data:", "blob:"))]

@@ -9,7 +9,7 @@ from roughxr.kernels.asperity import maugis
 
 
 def potential(law, work, length, retardation=np.inf):
-    """Return a law of attraction whose work from ``length`` on is ``work``, retarded or not."""
+    """Return a law of attraction whose work from the gap ``length`` to infinity is ``work``, retarded or not."""
     built = potentials.potential(law, work, length, retardation)
     if built.code == potentials.RETARDED:
         return built._replace(work=work**2 / float(potentials.energy(length, built)))
@@ -17,7 +17,7 @@ def potential(law, work, length, retardation=np.inf):
 
 
 def energy_beyond(g, law):
-    """Return V(g) = ∫U from g on, nN/nm."""
+    """Return V(g), the integral of U from g to infinity, nN/nm."""
     g = np.asarray(g, dtype=float)
     if law.filled == -np.inf:
         return _solids_beyond(g, law)
@@ -32,7 +32,7 @@ def energy_beyond(g, law):
 
 
 def _solids_beyond(g, law):
-    """Return V₀, that of the solids alone."""
+    """Return V₀(g), the same integral for the solids alone."""
     x = law.length / np.maximum(g, 1e-300)
     if law.code == potentials.EXPONENTIAL:
         return law.work * law.length * np.exp(-g / law.length)
@@ -46,8 +46,8 @@ def _solids_beyond(g, law):
     return law.work * law.length**2 * potentials._GREGORY / law.wavelength * (y + spence(1.0 + y))
 
 
-def sphere_pull(z, radius, law):
-    """Return the pull (nN) of a rigid sphere whose lowest point lies z above a plane."""
+def sphere_attraction(z, radius, law):
+    """Return the attraction (nN) of a rigid sphere whose lowest point is z above a plane."""
     far = z + 2.0 * radius
     beyond = energy_beyond(z, law) - energy_beyond(far, law)
     return 2.0 * np.pi * (radius * (potentials.energy(z, law) + potentials.energy(far, law)) - beyond)
@@ -55,7 +55,7 @@ def sphere_pull(z, radius, law):
 
 def rigid_sphere(distance, *, radius, work_of_adhesion, length, law="hamaker"):
     """Return the force between a rigid sphere and a flat half space, integrated over the true sphere (Hamaker 1937)."""
-    return -sphere_pull(np.asarray(distance, float), radius, potential(law, work_of_adhesion, length))
+    return -sphere_attraction(np.asarray(distance, float), radius, potential(law, work_of_adhesion, length))
 
 
 def maugis_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range):
@@ -89,7 +89,7 @@ def punch_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range=
 
 
 def flattened_pull_off(*, radius, contact_modulus, work_of_adhesion, hardness):
-    """Return the pull-off of an asperity that was pressed flat, its whole contact, of radius a, at the hardness H.
+    """Return the pull-off of an asperity pressed flat: the hardness H on the whole contact, of radius a.
 
     The largest of √(8π w E* a³) s^{3/2} − 2Ha² [arcsin s − s √(1 − s²)] over s ≤ 1, where s a is the contact's radius
     on unloading. The contact recovers to a convex shape, 0.73 H a/E* higher in its middle than at its rim, and peels

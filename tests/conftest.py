@@ -1,4 +1,4 @@
-"""What several tests need."""
+"""Fixtures and the order of the test files."""
 
 import contextlib
 import multiprocessing
@@ -13,13 +13,12 @@ import pytest
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
 
-#: Files in the order in which they begin, the others after them: what takes longest does not come last, and of two
-#: that compile much each compiles another part, which the rest find compiled.
+#: Files that run first, in this order: they take longest, and compile most kernels for the others.
 _FIRST = ("test_adhesive", "test_runs", "test_direct", "test_cli", "test_figures")
 
 
 def pytest_collection_modifyitems(items):
-    """Let the longest files begin first, so that no worker is left alone with one."""
+    """Put the longest files first, so that all workers end at about the same time."""
     order = {name: k for k, name in enumerate(_FIRST)}
     items.sort(key=lambda item: order.get(item.path.stem, len(order)))
 
@@ -30,15 +29,15 @@ def pytest_configure():
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-#: What the server that forks worker processes has imported and compiled already; one serves all tests of a process.
+#: Modules that the server of forked worker processes imports and compiles once for all tests.
 PRELOADED = ["distributed", "tests.a_run_compiled"]
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _forked_workers():
-    """Let the tests' own worker processes be forked by a server, in a tenth of the time that it takes to spawn them.
+    """Fork the tests' worker processes from a server, in a tenth of the time of spawning.
 
-    Those of the processes that tests start (``a_run``, the command line) are spawned, as everywhere else.
+    Processes that tests start themselves (``a_run``, the command line) spawn theirs, as users' programs do.
     """
     if sys.platform == "win32":
         yield
@@ -64,7 +63,7 @@ def shared_scans():
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """Yield a function that gives a folder's disk so many bytes, and makes it at the first call; needs root."""
+    """Yield a function that mounts or resizes a small disk of some bytes and returns its folder; needs root."""
     folder = tmp_path / "disk"
     folder.mkdir()
 

@@ -16,7 +16,7 @@ def field(side, length, rng):
     return (smooth / norm)[margin:-margin, margin:-margin]
 
 
-def on_grid(values, spacing=625.0, name="pull_off_force", units="nN"):
+def grid_samples(values, spacing=625.0, name="pull_off_force", units="nN"):
     """Return values (nx, ny) as a Dataset along ``subregion`` with the centres of a grid."""
     x, y = ((axis.ravel() + 0.5) * spacing for axis in np.mgrid[: values.shape[0], : values.shape[1]])
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}

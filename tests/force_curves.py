@@ -1,4 +1,4 @@
-"""Force-distance curves of JKR spheres, as an instrument records them, and the files that hold them."""
+"""Synthetic force-distance curves of JKR spheres with an instrument's noise, and files of them in each format."""
 
 import struct
 
@@ -9,24 +9,24 @@ PULL = 1.5 * np.pi * WORK * RADIUS
 
 
 def sphere(piezo, work=WORK, stiffness=STIFFNESS):
-    """Return the force (nN), without noise, of a JKR sphere on a spring: jumping on (loading) or torn off."""
+    """Return the force (nN), without noise, of a JKR sphere on a spring, with the jumps of loading or retraction."""
     a = np.linspace(1.0, 140.0, 20000)
     force = 4 * MODULUS * a**3 / (3 * RADIUS) - np.sqrt(8 * np.pi * work * MODULUS * a**3)
     travel = a**2 / RADIUS - np.sqrt(2 * np.pi * work * a / MODULUS) + force / stiffness
-    fold = int(np.argmin(travel))  # where the spring tears it off
+    fold = int(np.argmin(travel))  # where the contact becomes unstable on the spring
     away = piezo[0] > piezo[-1]
     touching = piezo > (travel[fold] if away else 0.0)
     return np.where(touching, np.interp(piezo, travel[fold:], force[fold:]), 0.0)
 
 
-def recorded(rng, piezo, noise=1.0, **sphere_options):
+def noisy_force(rng, piezo, noise=1.0, **sphere_options):
     """Return a sphere's force with noise, an offset, a drift in time and a virtual deflection."""
     drift = rng.normal(0, 5) * np.linspace(0, 1, piezo.size)
     line = rng.normal(0, 30) + rng.normal(0, 0.02) * piezo
     return sphere(piezo, **sphere_options) + line + drift + rng.normal(0, noise, piezo.size)
 
 
-def with_a_tail(rng, kind):
+def retraction_with_tail(rng, kind):
     """Return piezo, force and pull-off force (nN) of a retraction of the given kind, with noise, offset and tilt."""
     length, n = rng.uniform(1000, 4000), int(rng.choice([400, 1000, 3000]))
     z, pull, noise = np.linspace(length, 0, n), rng.uniform(50, 900), 10 ** rng.uniform(-0.5, 1.0)
@@ -52,7 +52,7 @@ def with_a_tail(rng, kind):
 def cycle(rng, n=800, **options):
     """Return piezo (nm) and force (nN) of both branches."""
     there = np.linspace(-800.0, 150.0, n)
-    return [(piezo, recorded(rng, piezo, **options)) for piezo in (there, there[::-1])]
+    return [(piezo, noisy_force(rng, piezo, **options)) for piezo in (there, there[::-1])]
 
 
 def write_afmformats(path, count=4, fmt="hdf5", seed=0, **options):
@@ -77,13 +77,13 @@ def _contents(path, number, side, both):
     piezo, force = (np.concatenate(parts) for parts in zip(*both))
     segment = np.repeat([0, 1], [both[0][0].size, both[1][0].size]).astype(np.uint8)
     data = {"force": force * 1e-9, "height (measured)": -piezo * 1e-9, "segment": segment}
-    told = {"spring constant": STIFFNESS, "sensitivity": 5e-8, "imaging mode": "force-distance", "enum": number}
-    told |= {"position x": (number // side) * 5e-7, "position y": (number % side) * 5e-7, "path": path}
-    return data, told | {"point count": force.size}
+    header = {"spring constant": STIFFNESS, "sensitivity": 5e-8, "imaging mode": "force-distance", "enum": number}
+    header |= {"position x": (number // side) * 5e-7, "position y": (number % side) * 5e-7, "path": path}
+    return data, header | {"point count": force.size}
 
 
 def write_workshop(path, both, volts=True):
-    """Write a cycle as AFM Workshop does: without what a volt is, or in forces."""
+    """Write a cycle as AFM Workshop does: in volts without their sensitivity, or in forces."""
     (there, pushed), (back, drawn) = both
     unit, scale = ("T-B(V)", 1 / (50.0 * STIFFNESS)) if volts else ("Force(nN)", 1.0)
     head = ["Force-Distance Curve", "File Format:\t3", "", "Date:\tWednesday, August 1, 2018", "Time:\t1:06:09 PM"]
@@ -113,7 +113,7 @@ def write_chiaro(path, both):
 
 
 def write_asylum(path, both):
-    """Write a cycle as an Igor wave of version 5 of three columns: Raw, Defl, ZSnsr in m, nothing marks the turn."""
+    """Write a cycle as an Igor wave of version 5 of three columns, Raw, Defl, ZSnsr in m, without a turning point."""
     piezo, force = (np.concatenate(parts) for parts in zip(*both))
     columns = np.stack([piezo, force / STIFFNESS, piezo]).astype("<f4") * np.float32(1e-9)
     note = "\r".join(f"{key}:{value}" for key, value in _NOTE.items()).encode()
@@ -152,10 +152,10 @@ def write_jpk(path, cycles, places=None, stated=True):
         archive.writestr("header.properties", "jpk-data-file=spm-forcefile\ntype=force-scan-map\n")
         archive.writestr("index/", "")
         for k, (both, place) in enumerate(zip(cycles, places)):
-            told = "".join(f"force-scan-series.header.position.{a}={v * 1e-9!r}\n" for a, v in zip("xy", place))
-            told += f"force-scan-series.header.position-index={k}\n"
+            header = "".join(f"force-scan-series.header.position.{a}={v * 1e-9!r}\n" for a, v in zip("xy", place))
+            header += f"force-scan-series.header.position-index={k}\n"
             archive.writestr(f"index/{k}/", "")
-            archive.writestr(f"index/{k}/header.properties", told)
+            archive.writestr(f"index/{k}/header.properties", header)
             archive.writestr(f"index/{k}/segments/", "")
             for segment, (piezo, force) in enumerate(both):
                 _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", segment, piezo, force, stated)
@@ -182,14 +182,14 @@ def _write_jpk_segment(archive, folder, segment, piezo, force, stated):
 
 
 def _jpk_channel(archive, folder, name, values, slots):
-    """Write a channel's integers; return the properties that tell its values of them, and what these are worth."""
+    """Write a channel's integers; return the properties that convert them to values with units."""
     step = np.abs(values).max() / 2**30
     archive.writestr(f"{folder}channels/{name}.dat", np.rint(values / step).astype(">i4").tobytes())
-    said = {"data.encoder.type": "signedinteger", "data.encoder.scaling.offset": 0.0}
-    said |= {"data.encoder.scaling.multiplier": step, "conversion-set.conversions.base": "volts"}
+    properties = {"data.encoder.type": "signedinteger", "data.encoder.scaling.offset": 0.0}
+    properties |= {"data.encoder.scaling.multiplier": step, "conversion-set.conversions.base": "volts"}
     for slot, base, times, unit in slots:
         scaling = {"offset": 0.0, "multiplier": times, "unit.unit": unit}
-        said |= {f"conversion-set.conversion.{slot}.scaling.{key}": value for key, value in scaling.items()}
-        said[f"conversion-set.conversion.{slot}.base-calibration-slot"] = base
-        said[f"conversion-set.conversion.{slot}.name"] = slot
-    return "".join(f"channel.{name}.{key}={value!s}\n" for key, value in said.items())
+        properties |= {f"conversion-set.conversion.{slot}.scaling.{key}": value for key, value in scaling.items()}
+        properties[f"conversion-set.conversion.{slot}.base-calibration-slot"] = base
+        properties[f"conversion-set.conversion.{slot}.name"] = slot
+    return "".join(f"channel.{name}.{key}={value!s}\n" for key, value in properties.items())

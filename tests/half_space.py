@@ -1,4 +1,4 @@
-"""The half space's solver for a single contact, or several, each with its fields: for tests and benchmarks."""
+"""Solutions of the half space with their fields, for one displacement or several, for tests and benchmarks."""
 
 from typing import NamedTuple
 

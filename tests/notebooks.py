@@ -29,7 +29,7 @@ _FIRST = ("the-paper", "rigid-bodies", "adhesion-verdict")
 
 
 def small(notebook):
-    """Return a notebook with small pictures, without standard error, times or a kernel's own marks."""
+    """Return a notebook with small pictures, without standard error, times or metadata of the kernel."""
     for cell in notebook.cells:
         cell.metadata.pop("execution", None)
         cell.metadata.pop("outputs_of", None)
@@ -53,7 +53,7 @@ def _small_picture(encoded: str) -> str:
 
 
 def execute(path: Path, store: bool) -> tuple[str, bool]:
-    """Execute a notebook; return what came of it in words, and whether a cell raised."""
+    """Execute a notebook; return its outcome in words, and whether a cell raised."""
     start, notebook = time.perf_counter(), nbformat.read(path, as_version=4)
     quick = [] if store else [new_code_cell(line) for line in [notebook.metadata.get("quick", "")] if line]
     notebook.cells = quick + notebook.cells

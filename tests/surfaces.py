@@ -1,4 +1,4 @@
-"""Surfaces that the tests press on."""
+"""Surfaces and pairs of bodies for the tests."""
 
 from contextlib import contextmanager
 from unittest.mock import patch
@@ -14,14 +14,14 @@ from roughxr.kernels.halfspace.separation import PROFILES
 
 @contextmanager
 def paraboloids():
-    """Put Hertz's paraboloid, of which closed forms hold, in the place of the sphere."""
+    """Replace the sphere by Hertz's paraboloid, for which the closed forms are exact."""
     with patch.dict(PROFILES, sphere=PROFILES["parabola"]):
         yield
 
 
 @contextmanager
 def bare_runs():
-    """Leave out of runs what takes long and is asserted elsewhere: pictures, and the extrapolation below the pixel."""
+    """Run without figures and without the extrapolation below the pixel, which take long and have their own tests."""
     from roughxr.runs import analysis
 
     parts = [part for part in analysis._PARTS if part.name != "extrapolated"]
@@ -40,7 +40,7 @@ def scan(height, pixel=9.77, **attrs):
     return xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes, attrs=attrs)
 
 
-def rigid_pull(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
+def rigid_pull_off(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
     """Return the mean pull-off (nN) of rigid bodies on a scan, its roughness cut off or added down to ``wave`` (nm)."""
     pixel = float(ds.x[1] - ds.x[0])
     cells = int(np.ceil(max(8 * pixel / wave, pixel)))  # of 1 nm at most
@@ -51,7 +51,7 @@ def rigid_pull(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
     return float(rigid(ds, subregions=subregions, delta=[0.0], law=law, refine=cells).pull_off_force.mean())
 
 
-def turned(ds):
+def rotated(ds):
     """Return a scan of square pixels after a quarter turn anticlockwise."""
     return scan(np.rot90(ds["height"].values, axes=(0, 1)), float(ds["x"][1] - ds["x"][0])).assign_coords(
         {name: ds[name] for name in ds.coords if ds[name].ndim == 0}

@@ -18,7 +18,7 @@ from roughxr.scans.self_affinity import unlike_self_affine
 from roughxr.studies import extrapolation
 from roughxr.studies.extrapolation import Surface, _two_sides, not_extrapolated, resolved_spectrum
 
-from .surfaces import rigid_pull
+from .surfaces import rigid_pull_off
 
 PAIR = {"sphere_radius": 300, "contact_modulus": 40, "work_of_adhesion": 0.15}
 
@@ -181,7 +181,7 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
     sigma = [np.hypot(0.9, band_rms(model.density, model.shown, wave)) for wave in waves]
     left = [reference.gaussian_work(rms=one, length=3.0) for one in sigma]
     how = {"law": "lennard_jones", "subregions": ([640.0], [640.0])}
-    pull = [np.mean([rigid_pull(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]
+    pull = [np.mean([rigid_pull_off(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]
     assert left[0] < 0.7 * left[-1]
     np.testing.assert_allclose(pull / pull[-1], np.divide(left, left[-1]), rtol=0.08)
 
@@ -193,7 +193,7 @@ def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
     how = {"shortest": [10, 20, 40], "seeds": 2, "subregions": ([190.0, 150.0], [190.0, 230.0])}
     bent = roughxr.scale_dependence(ground, **how).pull_off_force.mean(["subregion", "seed"])
     places = how["subregions"]
-    rigid = [np.mean([rigid_pull(ground, w, seed=s, subregions=places) for s in range(2)]) for w in how["shortest"]]
+    rigid = [np.mean([rigid_pull_off(ground, w, seed=s, subregions=places) for s in range(2)]) for w in how["shortest"]]
     assert rigid[0] < 0.5 * rigid[-1]
     np.testing.assert_allclose(bent, rigid, rtol=0.1)
 

@@ -9,7 +9,7 @@ import roughxr
 from roughxr.scans.fine_scales import without_noise
 from roughxr.scans.synthetic import self_affine
 
-from .surfaces import glass_pair, scan, turned
+from .surfaces import glass_pair, rotated, scan
 
 PIXEL = 5000 / 512
 
@@ -206,12 +206,12 @@ def test_waves_are_added_with_the_lay_of_those_that_are_shown():
     for seed in range(3):
         truth = drawn_out(seed)
         seen = roughxr.scans.smooth(truth, shortest=24)
-        fits = [roughxr.scans.self_affine_fit(one, shown=24) for one in (seen, turned(seen))]
+        fits = [roughxr.scans.self_affine_fit(one, shown=24) for one in (seen, rotated(seen))]
         assert float(fits[1].lay_strength) == pytest.approx(float(fits[0].lay_strength), rel=1e-6)
         lays = [float(one.lay_direction) for one in fits]
         assert abs(np.sin(np.radians(lays[0]))) < 0.15 and abs(lays[0] - lays[1]) == pytest.approx(90, abs=1e-6)
         along, across = slopes(added_to(seen))
-        turned_along, turned_across = slopes(added_to(turned(seen)))
+        turned_along, turned_across = slopes(added_to(rotated(seen)))
         rest = (roughxr.scans.smooth(truth, shortest=17).height - seen.height).values[20:-20, 20:-20]
         assert 0.8 < across / along / np.divide(*slopes(rest)[::-1]) < 1.15
         assert turned_along / turned_across == pytest.approx(across / along, rel=0.1)
@@ -231,7 +231,7 @@ def test_white_noise_is_removed_from_a_smooth_surface_and_nothing_else():
     noisy = smooth.assign(height=smooth.height + noise)
     assert float((without_noise(noisy).height - smooth.height).std()) < 0.15
     assert float((without_noise(smooth).height - smooth.height).std()) < 1e-3
-    turned = noisy.assign(height=(("x", "y"), noisy.height.values[::-1]))
-    np.testing.assert_allclose(without_noise(turned).height, without_noise(noisy).height.values[::-1], atol=1e-9)
+    rotated = noisy.assign(height=(("x", "y"), noisy.height.values[::-1]))
+    np.testing.assert_allclose(without_noise(rotated).height, without_noise(noisy).height.values[::-1], atol=1e-9)
     scaled = noisy.assign(height=7 * noisy.height)
     np.testing.assert_allclose(without_noise(scaled).height, 7 * without_noise(noisy).height, rtol=1e-9, atol=1e-9)

@@ -19,8 +19,8 @@ from roughxr.particles.simulated_moments import rigid_moments
 from roughxr.scans import regions
 from roughxr.specimen import specimen_of
 
-from .closed_forms import maugis_pull_off, sphere_pull
-from .surfaces import bare_runs, paraboloids, rigid_pull, rough, scan
+from .closed_forms import maugis_pull_off, sphere_attraction
+from .surfaces import bare_runs, paraboloids, rigid_pull_off, rough, scan
 
 GAMMA, LEAST = 0.072, 0.524253
 FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
@@ -106,7 +106,7 @@ def test_the_law_of_the_gap_is_the_sum_of_both_attractions(law):
     for z in (0.31, 1.0, 5.0):
         direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(found.filled - z, 0))
         direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(found.filled - z, 0), 1000)
-        assert float(sphere_pull(z, 500.0, found)) == pytest.approx(direct, rel=1e-6)
+        assert float(sphere_attraction(z, 500.0, found)) == pytest.approx(direct, rel=1e-6)
 
 
 @pytest.mark.parametrize("radius", FLAT)
@@ -335,7 +335,7 @@ def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
     changes = []
     for humidity in (None, 0.9):
         pair = scan_.contact.assign_pair(sphere_radius=500, materials="glass", humidity=humidity)
-        shown, smoothed = (rigid_pull(pair, wave, law="hamaker") for wave in (40, 160))
+        shown, smoothed = (rigid_pull_off(pair, wave, law="hamaker") for wave in (40, 160))
         changes.append(smoothed / shown)
     assert changes[0] - 1 > 2 * (changes[1] - 1) > 0
 
@@ -433,7 +433,7 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
         pair, how = wet(ground, humidity, 300.0), {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
         bent = pair.contact.scale_dependence(**how).pull_off_force
         left[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
-        rough, smooth = (rigid_pull(pair, wave, law="hamaker") for wave in how["shortest"])
+        rough, smooth = (rigid_pull_off(pair, wave, law="hamaker") for wave in how["shortest"])
         assert left[humidity] == pytest.approx(rough / smooth, abs=0.1)
     assert left[0.6] < left[0.9] < 1.02
     flooded = wet(ground, 0.95, 300.0).contact.extrapolated(subregions=(1, 1), seeds=1)

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 import roughxr
 
-from .verb_calls import QUICK, named, saved, surface
+from .verb_calls import QUICK, archived, named, surface
 
 #: Verbs and their options. What is compared lies along places, or is one number for the whole scan.
 VERBS = {
@@ -129,11 +129,11 @@ def in_single_precision(now, draw):
 
 
 def saved_and_loaded(now, draw):
-    return now._replace(scan=saved(now.scan.compute()))
+    return now._replace(scan=archived(now.scan.compute()))
 
 
 def result_saved(now, draw):
-    return now._replace(through=lambda compute: saved(compute().compute()))
+    return now._replace(through=lambda compute: archived(compute().compute()))
 
 
 def in_other_units(now, draw):

@@ -30,7 +30,7 @@ def test_tabor_parameter_of_glass(radius, expected):
 
 def test_a_table_made_again_begins_with_hertz_and_keeps_its_rows():
     """Of two cells across: far above its end a branch is Hertz's, and at a row's own parameter the marks are exact."""
-    made = asperity_tables.of_maugis(2)
+    made = asperity_tables.maugis_table(2)
     for row in (0.0, 1.0, 2.0):
         P, a, _ = lookup(made.spline, row, 1e8)
         assert pytest.approx(1e12, rel=2e-3) == P and a == pytest.approx(1e4, rel=2e-3)

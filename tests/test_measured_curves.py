@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 
-from .force_curves import PULL, RADIUS, STIFFNESS, WORK, sphere, with_a_tail
+from .force_curves import PULL, RADIUS, STIFFNESS, WORK, retraction_with_tail, sphere
 
 
 def retraction(n=2000):
@@ -63,7 +63,7 @@ def test_the_stated_error_includes_the_choice_of_the_baseline():
     """Over tails, fringes, ruptures and slow noise; with a fixed share of the travel it covered a quarter to three."""
     off = {}
     for kind in KINDS:
-        made = [with_a_tail(np.random.default_rng(seed), kind) for seed in range(30)]
+        made = [retraction_with_tail(np.random.default_rng(seed), kind) for seed in range(30)]
         found = [of_one(*both) for *both, _ in made]
         known = [
             (float(one.pull_off_force) - pull) / float(one.pull_off_uncertainty)

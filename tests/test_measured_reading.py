@@ -11,7 +11,7 @@ import roughxr
 from roughxr.measured.vendor_scales import nanoscope_scale
 from roughxr.scans import UnreadableScan
 
-from .afm_files import picture, size_of, write_bruker, write_park
+from .afm_files import image_size, picture, write_bruker, write_park
 
 TABLE = "place,x [um],y [um],adhesion [pN],remark\na,0,0,12500,ok\nb,1.5,0,,lost\nc,0,-2,9500,ok\n"
 
@@ -147,7 +147,7 @@ def write_adhesion(folder, rows, units):
     """Write a picture as the second channel of a Gwyddion file, its values in units."""
     from gwyfile.objects import GwyContainer, GwyDataField
 
-    container, size = GwyContainer(), size_of(rows)
+    container, size = GwyContainer(), image_size(rows)
     sides = {"xreal": size[0] * 1e-9, "yreal": size[1] * 1e-9, "si_unit_xy": "m"}
     container["/0/data/title"] = "Height"
     container["/0/data"] = GwyDataField(rows * 1e-9, si_unit_z="m", **sides)
@@ -176,12 +176,12 @@ def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
     np.savetxt(tmp_path / "map.txt", rows)
     expected = roughxr.open_pull_off(write_adhesion(tmp_path, rows, "N"), channel="Adhesion")
     for name in ("map.npy", "map.txt"):
-        found = roughxr.open_pull_off(tmp_path / name, size=size_of(rows), units="nN")
+        found = roughxr.open_pull_off(tmp_path / name, size=image_size(rows), units="nN")
         known = expected.pull_off_force.notnull()
         np.testing.assert_allclose(found.pull_off_force[known], expected.pull_off_force[known], rtol=1e-9)
         np.testing.assert_allclose(found.subregion_y, expected.subregion_y)
         with pytest.raises(UnreadableScan, match="give them, such as units='nN'"):
-            roughxr.open_pull_off(tmp_path / name, size=size_of(rows))
+            roughxr.open_pull_off(tmp_path / name, size=image_size(rows))
 
 
 def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
@@ -193,14 +193,14 @@ def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
 
 
 def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
-    path = write_bruker(tmp_path, picture(), size_of(picture()))
+    path = write_bruker(tmp_path, picture(), image_size(picture()))
     with pytest.raises(UnreadableScan, match=r"expected an image of adhesion, found none among 0: 'Height'"):
         roughxr.open_pull_off(path)
 
 
 def write_peak_force(folder, rows, sensitivity, units="V"):
     """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 and a sensitivity."""
-    path = write_bruker(folder, rows, size_of(rows))
+    path = write_bruker(folder, rows, image_size(rows))
     header, mark, data = path.read_bytes().partition(b"\x1a")
     first, second = header.split(b"\\*Ciao image list")[:1], header.split(b"\\*Ciao image list")[1:]
     image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
@@ -241,7 +241,7 @@ def test_forces_in_arbitrary_units_are_scaled_by_their_sensitivity(tmp_path, sta
 
 
 def test_a_vendors_image_of_unknown_scale_is_refused(tmp_path):
-    path = write_park(tmp_path, picture() + 5.0, size_of(picture()))
+    path = write_park(tmp_path, picture() + 5.0, image_size(picture()))
     path.write_bytes(path.read_bytes().replace("um".encode("utf-16-le"), "nN".encode("utf-16-le")))
     with pytest.raises(UnreadableScan):
         roughxr.open_pull_off(path, channel=0)
@@ -262,7 +262,7 @@ def test_foreign_files_are_refused(tmp_path):
 
 def test_the_scale_of_forces_is_that_by_which_a_second_reader_scales_heights(tmp_path):
     rows = picture()
-    path = write_bruker(tmp_path, rows, size_of(rows))
+    path = write_bruker(tmp_path, rows, image_size(rows))
     units, scale = nanoscope_scale(path, 1, "Height")
     counts = np.frombuffer(path.read_bytes()[-2 * rows.size :], "<i2").reshape(rows.shape)[::-1]
     heights = roughxr.open_scan(path, channel=1).height

@@ -1,4 +1,4 @@
-"""The names under which the package can be reached."""
+"""The names of modules, functions and variables."""
 
 import ast
 import importlib
@@ -14,7 +14,17 @@ MODULES = sorted(module.name for module in pkgutil.walk_packages(roughxr.__path_
 
 #: Names that say nothing of the quantity.
 VAGUE = {"found", "told", "said", "asked", "held", "kept", "one", "those", "here", "there", "back", "well", "wet"}
-VAGUE |= {"gain", "apart", "sharper", "beside", "around", "among"}
+VAGUE |= {"gain", "apart", "sharper", "beside", "around", "among", "tell", "say", "worth", "ground", "lands", "waves"}
+
+
+def test_no_two_modules_share_a_name():
+    """Modules only: a package may have the name of a module elsewhere."""
+    names = [
+        module.name.rpartition(".")[2]
+        for module in pkgutil.walk_packages(roughxr.__path__, "roughxr.")
+        if not module.ispkg
+    ]
+    assert sorted(names) == sorted(set(names))
 
 
 def test_no_function_hides_a_module():
@@ -32,6 +42,7 @@ def test_no_name_is_vague():
         names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
         names |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
         assert not {name for name in names if name.strip("_") in VAGUE}, module
+        assert not {name for name in names if name.strip("_").startswith("of_")}, module
 
 
 @pytest.mark.parametrize(

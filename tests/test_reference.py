@@ -9,7 +9,7 @@ from scipy.integrate import quad
 from roughxr import reference
 from roughxr.kernels.adhesion import potentials
 
-from .closed_forms import maugis_pull_off, potential, rigid_sphere, sphere_pull
+from .closed_forms import maugis_pull_off, potential, rigid_sphere, sphere_attraction
 
 W, R = 0.1, 100.0
 MAUGIS = [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)]
@@ -88,7 +88,7 @@ def test_work_is_the_integral_of_traction_and_a_sphere_that_of_its_surface(law, 
     radius, z = 50.0, start + 0.05
     rings = [0, 0.24, 1, 10, 2 * radius]
     direct = over(lambda S: 2 * np.pi * (radius - S) * potentials.traction(z + S, found), rings)
-    assert float(sphere_pull(z, radius, found)) == pytest.approx(direct, rel=1e-6)
+    assert float(sphere_attraction(z, radius, found)) == pytest.approx(direct, rel=1e-6)
 
 
 def test_retardation_is_gregorys():
@@ -98,7 +98,7 @@ def test_retardation_is_gregorys():
     for D in (0.2, 5.0, 40.0):
         x = 5.32 * D / 100
         expected = A * 1e6 / (6 * D**2) * (1 - x * np.log(1 + 1 / x))
-        assert float(sphere_pull(D, 1e6, law)) == pytest.approx(expected, rel=3e-4)
+        assert float(sphere_attraction(D, 1e6, law)) == pytest.approx(expected, rel=3e-4)
 
 
 def test_largest_traction_of_lennard_jones():

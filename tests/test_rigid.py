@@ -12,8 +12,8 @@ from roughxr.kernels.adhesion import potentials
 from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.scans.synthetic import self_affine
 
-from .closed_forms import rigid_sphere, sphere_pull
-from .surfaces import scan, turned
+from .closed_forms import rigid_sphere, sphere_attraction
+from .surfaces import rotated, scan
 
 RADIUS = 3000.0
 LAWS = ("hamaker", "lennard_jones", "exponential", "dugdale")
@@ -82,7 +82,7 @@ def test_what_lies_beyond_nothing_is_all_of_the_sphere(law, length):
         x, y = (fine(low, high) for low, high in (rectangle[:2], rectangle[2:]))
         rise = _rise(x[0][:, None] ** 2 + y[0] ** 2, 700.0)
         inside = [float(x[1] @ tractions(gap + rise, found) @ y[1]) for gap in gaps]
-        assert beyond + inside == pytest.approx(sphere_pull(gaps, 700.0, found), rel=2e-6)
+        assert beyond + inside == pytest.approx(sphere_attraction(gaps, 700.0, found), rel=2e-6)
 
 
 def fine(low, high, n=400):
@@ -127,7 +127,7 @@ def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
 def test_a_moved_scan_pulls_alike_and_a_turned_one_too(rough):
     moved = rough.assign(height=rough.height + 7.0)
     moved["height"].attrs = rough.height.attrs
-    pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, turned(turned(rough)))]
+    pulls = [ds.contact.rigid(delta=[-1.0]).pull_off_force.values for ds in (rough, moved, rotated(rotated(rough)))]
     np.testing.assert_allclose(pulls[1], pulls[0], rtol=1e-9)
     np.testing.assert_allclose(pulls[2], pulls[0], rtol=1e-9)
 
@@ -231,8 +231,8 @@ def test_what_a_cut_at_eleven_lengths_leaves_out_grows_with_roughness(rms, least
     pair = {"sphere_radius": 500, "contact_modulus": 40, "work_of_adhesion": 0.06, "adhesion_range": 0.3}
     ds = ds.assign(height=rms * ds.height).contact.assign_pair(**pair)
     place = {"law": "lennard_jones", "subregions": ([192.0], [192.0])}
-    turned = float(ds.contact.rigid(delta=[-20.0], **place).pull_off_delta[0])
-    found = ds.contact.rigid(delta=[turned], fields=True, **place)
+    rotated = float(ds.contact.rigid(delta=[-20.0], **place).pull_off_delta[0])
+    found = ds.contact.rigid(delta=[rotated], fields=True, **place)
     near = -found.pressure.where(found.gap < 12 * 0.3).sum()  # the gap counts from z0 within the potential
     assert least < 1 - float(near) * 2.0**2 / float(found.pull_off_force[0]) < most
 

@@ -43,7 +43,7 @@ def undisturbed(tmp_path_factory):
 
 
 def start(path, **options):
-    child = CONTEXT.Process(target=a_run.in_a_process, args=(path,), kwargs=options)
+    child = CONTEXT.Process(target=a_run.run_in_process, args=(path,), kwargs=options)
     child.start()
     return child
 

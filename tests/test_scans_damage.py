@@ -27,7 +27,7 @@ from roughxr.scans import (
 from roughxr.scans.plausibility import doubts
 from roughxr.scans.synthetic import self_affine
 
-from .afm_files import WRITERS, given, picture, size_of
+from .afm_files import WRITERS, given, image_size, picture
 from .surfaces import rough, scan
 
 SECONDS = 5
@@ -103,15 +103,15 @@ def same_axes(scan, whole):
 def vendors_reader(tmp_path_factory):
     """Start the process that reads vendors' files: what follows is the files' own time."""
     rows = picture()
-    open_scan(WRITERS["bruker"](tmp_path_factory.mktemp("sound"), rows, size_of(rows))).close()
+    open_scan(WRITERS["bruker"](tmp_path_factory.mktemp("sound"), rows, image_size(rows))).close()
 
 
 @pytest.mark.usefixtures("vendors_reader")
 @pytest.mark.parametrize("name", WRITERS)
 def test_damage(name, tmp_path):
     rows = picture()
-    path = WRITERS[name](tmp_path, rows, size_of(rows))
-    options = given(name, size_of(rows))
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    options = given(name, image_size(rows))
     whole = open_scan(path, **options).load()
     whole.close()
     data = path.read_bytes()
@@ -172,7 +172,7 @@ def pages(path, count):
 
 def test_a_file_that_keeps_its_reader_busy_is_given_up(tmp_path, monkeypatch):
     rows = picture()
-    sound = WRITERS["bruker"](tmp_path, rows, size_of(rows))
+    sound = WRITERS["bruker"](tmp_path, rows, image_size(rows))
     whole = open_scan(sound)  # the process is there: what follows is the file's own time
     process = reader_process._running[os.getpid(), vendor_reader.__file__]
     monkeypatch.setattr(reader_process, "SECONDS", 0.5)

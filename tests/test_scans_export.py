@@ -6,7 +6,7 @@ import xarray as xr
 
 from roughxr.scans import level, open_scan, to_file, to_netcdf
 
-from .afm_files import picture, scan_of, size_of
+from .afm_files import expected_scan, image_size, picture
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*not square")
 
@@ -16,7 +16,7 @@ def holed():
     """Return a scan that is neither square nor whole."""
     rows = picture()
     rows[2, 5:8] = np.nan
-    return scan_of(rows, size_of(rows, (5.0, 8.0)))
+    return expected_scan(rows, image_size(rows, (5.0, 8.0)))
 
 
 def test_gsffile_opens_its_file_with_the_same_numbers(holed, tmp_path):

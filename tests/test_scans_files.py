@@ -19,10 +19,10 @@ from roughxr.vocabulary import schema
 from .afm_files import (
     ROUNDING,
     WRITERS,
+    expected_scan,
     given,
+    image_size,
     picture,
-    scan_of,
-    size_of,
     write_bruker,
     write_cf,
     write_gsf,
@@ -49,9 +49,9 @@ def assert_same(scan, expected, atol=1e-9):
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_picture_without_symmetry_keeps_its_top_and_its_left(name, tmp_path):
     rows = picture()
-    path = WRITERS[name](tmp_path, rows, size_of(rows))
-    scan = open_scan(path, **given(name, size_of(rows)))
-    assert_same(scan, scan_of(rows, size_of(rows)), ROUNDING.get(name, 1e-9))
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    scan = open_scan(path, **given(name, image_size(rows)))
+    assert_same(scan, expected_scan(rows, image_size(rows)), ROUNDING.get(name, 1e-9))
     marked = scan["height"].isel(x=0, y=-1)  # the picture's top left corner is at the largest y
     assert float(marked) == pytest.approx(rows[0, 0], abs=ROUNDING.get(name, 1e-9))
 
@@ -59,7 +59,7 @@ def test_a_picture_without_symmetry_keeps_its_top_and_its_left(name, tmp_path):
 @pytest.mark.parametrize("name", WRITERS)
 def test_pixels_that_are_not_square_are_carried_and_remarked(name, tmp_path):
     rows = picture()
-    size = size_of(rows, (5.0, 8.0))
+    size = image_size(rows, (5.0, 8.0))
     path = WRITERS[name](tmp_path, rows, size)
     if name == "text":  # a cut file looks like this: the size must be said once more
         with pytest.raises(UnreadableScan, match=r"24 columns and 18 rows.*cut short"):
@@ -69,7 +69,7 @@ def test_pixels_that_are_not_square_are_carried_and_remarked(name, tmp_path):
     else:
         with pytest.warns(ImplausibleScan, match="not square: 5 x 8 nm"):
             scan = open_scan(path, **given(name, size))
-    assert_same(scan, scan_of(rows, size), ROUNDING.get(name, 1e-9))
+    assert_same(scan, expected_scan(rows, size), ROUNDING.get(name, 1e-9))
     with pytest.raises(ValueError, match="square pixels"):
         schema.square_pixel(scan)
 
@@ -78,15 +78,15 @@ def test_pixels_that_are_not_square_are_carried_and_remarked(name, tmp_path):
 def test_missing_pixels_stay_visible(name, tmp_path):
     rows = picture()
     rows[3:5, 7] = np.nan
-    path = WRITERS[name](tmp_path, rows, size_of(rows))
-    scan = open_scan(path, **given(name, size_of(rows)))
-    assert_same(scan, scan_of(rows, size_of(rows)), 1e-6)
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    scan = open_scan(path, **given(name, image_size(rows)))
+    assert_same(scan, expected_scan(rows, image_size(rows)), 1e-6)
     assert int(scan["height"].isnull().sum()) == 2
 
 
 def test_a_mask_of_surfacetopographys_is_honoured(tmp_path):
     rows = picture()
-    path = write_surfacetopography(tmp_path, rows, size_of(rows))
+    path = write_surfacetopography(tmp_path, rows, image_size(rows))
     ds = xr.load_dataset(path, engine="scipy")
     ds["mask"] = (("x", "y"), np.zeros(ds["heights"].shape, dtype="i1"))
     ds["mask"][2, 0] = 1  # y counts downwards from the top there
@@ -97,7 +97,7 @@ def test_a_mask_of_surfacetopographys_is_honoured(tmp_path):
 
 def test_what_a_file_says_is_kept(tmp_path):
     rows = picture()
-    path = write_bruker(tmp_path, rows, size_of(rows))
+    path = write_bruker(tmp_path, rows, image_size(rows))
     scan = open_scan(path)
     assert scan.attrs["source_file"] == "scan.spm"
     assert scan.attrs["source_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
@@ -109,7 +109,7 @@ def test_what_a_file_says_is_kept(tmp_path):
 
 def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
     rows = picture()
-    path = write_bruker(tmp_path, rows, size_of(rows))
+    path = write_bruker(tmp_path, rows, image_size(rows))
     forward, backward = open_scan(path), open_scan(path, direction="retrace")
     assert backward.attrs["direction"] == "retrace"
     np.testing.assert_allclose(forward["height"], -backward["height"])
@@ -150,37 +150,37 @@ def test_images_that_may_be_the_heights_as_well_are_listed(tmp_path):
 
 def test_a_channel_of_no_length_is_no_scan(tmp_path):
     rows = picture()
-    path = write_gwy(tmp_path, rows, size_of(rows))
+    path = write_gwy(tmp_path, rows, image_size(rows))
     with pytest.raises(UnreadableScan, match="found 'Phase' in units of deg; choose one, channel=, of 0: 'Height'"):
         open_scan(path, channel="Phase")
 
 
 def test_units_come_from_the_file_or_from_the_caller_and_never_from_nowhere(tmp_path):
     rows = picture()
-    path = write_npy(tmp_path, rows, size_of(rows))
+    path = write_npy(tmp_path, rows, image_size(rows))
     with pytest.raises(
         UnreadableScan, match=r"expected an image of heights, found none among 0: 'scan' \[\?\]; .*height_units="
     ):
-        open_scan(path, size=size_of(rows))
+        open_scan(path, size=image_size(rows))
     with pytest.raises(UnreadableScan, match=r"lateral size, found none.*size="):
         open_scan(path, height_units="nm")
     with pytest.raises(ValueError, match="size: expected two positive lengths"):
         open_scan(path, height_units="nm", size="120 nm")  # which of two unequal sides would that be?
     with pytest.raises(ValueError, match="height_units: expected units of a length"):
-        open_scan(path, height_units="deg", size=size_of(rows))
+        open_scan(path, height_units="deg", size=image_size(rows))
     scan = open_scan(path, height_units="angstrom", size=("0.12 um", 90))
-    np.testing.assert_allclose(scan["height"], 0.1 * scan_of(rows, size_of(rows))["height"])
+    np.testing.assert_allclose(scan["height"], 0.1 * expected_scan(rows, image_size(rows))["height"])
 
 
 def test_a_size_that_the_file_states_is_not_overruled(tmp_path):
     rows = picture()
-    path = write_gsf(tmp_path, rows, size_of(rows))
+    path = write_gsf(tmp_path, rows, image_size(rows))
     with pytest.raises(ValueError, match="the file states"):
         open_scan(path, size=(100, 100))
     with pytest.raises(ValueError, match="leave height_units= out"):
         open_scan(path, height_units="nm")
     with pytest.raises(ValueError, match="leave size= out"):
-        open_scan(write_native(tmp_path, rows, size_of(rows)), size=(100, 100))
+        open_scan(write_native(tmp_path, rows, image_size(rows)), size=(100, 100))
 
 
 @pytest.mark.parametrize("separator", ["\t", ",", ", ", "; ", "  "])
@@ -192,34 +192,34 @@ def test_text_in_all_its_dialects(separator, comma, tmp_path):
     lines = [separator.join(f"{value:.4f}" for value in row) for row in rows]
     path = tmp_path / "matrix.csv"
     path.write_text("\n".join(line.replace(".", ",") if comma else line for line in lines) + "\n")
-    assert_same(open_scan(path, size=(120, 90), height_units="nm"), scan_of(rows, (120, 90)))
+    assert_same(open_scan(path, size=(120, 90), height_units="nm"), expected_scan(rows, (120, 90)))
 
 
 @pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig", "latin-1"])
 def test_text_in_other_encodings(encoding, tmp_path):
     rows = picture()
-    path = write_text(tmp_path, rows, size_of(rows))
+    path = write_text(tmp_path, rows, image_size(rows))
     path.write_text(path.read_text(encoding="utf-8"), encoding=encoding)
-    assert_same(open_scan(path), scan_of(rows, size_of(rows)))
+    assert_same(open_scan(path), expected_scan(rows, image_size(rows)))
 
 
 def test_older_programs_text_in_a_gwyddion_file(tmp_path):
     from gwyfile.objects import GwyContainer, GwyObject
 
     rows = picture()
-    path = write_gwy(tmp_path, rows, size_of(rows))
+    path = write_gwy(tmp_path, rows, image_size(rows))
     container = GwyObject.fromfile(str(path))
     container["/0/meta"] = GwyContainer({"Scan size": "10 ~~"})
     container.tofile(str(path))
     path.write_bytes(path.read_bytes().replace(b"~~", b"\xb5\xb5"))
     scan = open_scan(path)
-    assert_same(scan, scan_of(rows, size_of(rows)))
+    assert_same(scan, expected_scan(rows, image_size(rows)))
     assert json.loads(scan.attrs["header"])["Scan size"] == "10 µµ"
 
 
 def test_text_that_is_no_matrix_is_refused(tmp_path):
     rows = picture()
-    path = write_text(tmp_path, rows, size_of(rows))
+    path = write_text(tmp_path, rows, image_size(rows))
     whole = path.read_text(encoding="utf-8")
     path.write_text(whole[: whole.rindex("\t")] + "\n", encoding="utf-8")
     with pytest.raises(UnreadableScan, match="number of columns changed"):
@@ -237,7 +237,7 @@ def test_text_that_is_no_matrix_is_refused(tmp_path):
 
 def test_cf_files_that_lack_a_label_are_refused(tmp_path):
     rows = picture()
-    ds = xr.load_dataset(write_cf(tmp_path, rows, size_of(rows)))
+    ds = xr.load_dataset(write_cf(tmp_path, rows, image_size(rows)))
 
     def refused(changed, match):
         changed.to_netcdf(tmp_path / "changed.nc", engine="netcdf4")
@@ -259,7 +259,7 @@ def test_cf_files_that_lack_a_label_are_refused(tmp_path):
 
 def test_our_own_file_comes_back_as_it_was(tmp_path):
     rows = picture()
-    scan = scan_of(rows, size_of(rows)).assign_coords(sphere_radius=((), 3000.0, {"units": "nm"}))
+    scan = expected_scan(rows, image_size(rows)).assign_coords(sphere_radius=((), 3000.0, {"units": "nm"}))
     scan = schema.record(schema.label(scan), "made", seed=3).assign_attrs(note="mine")
     again = open_scan(to_netcdf(scan, tmp_path / "own.nc"))
     xr.testing.assert_identical(again.load(), scan.assign_attrs(Conventions="CF-1.11"))
@@ -267,7 +267,7 @@ def test_our_own_file_comes_back_as_it_was(tmp_path):
 
 def test_the_scan_of_an_archive_opens(tmp_path):
     rows = picture()
-    scan = schema.label(scan_of(rows, size_of(rows)))
+    scan = schema.label(expected_scan(rows, image_size(rows)))
     path = archive.save({"scan": scan, "solutions/direct": xr.Dataset()}, tmp_path / "run.nc")
     assert_same(open_scan(path), scan)
 
@@ -275,8 +275,8 @@ def test_the_scan_of_an_archive_opens(tmp_path):
 @pytest.mark.parametrize("name", LABELLED)
 def test_netcdf_is_read_only_where_it_is_looked_at(name, tmp_path):
     rows = picture()
-    expected = scan_of(rows, size_of(rows))
-    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    expected = expected_scan(rows, image_size(rows))
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
     with warnings.catch_warnings(action="ignore"):  # that these chunks are not the file's
         lazy = open_scan(path, chunks={"x": 7, "y": 5})
     assert lazy.chunks["y"] == (5, 5, 5, 3)
@@ -290,7 +290,7 @@ def test_netcdf_is_read_only_where_it_is_looked_at(name, tmp_path):
 
 def test_the_engine_is_xarrays(tmp_path):
     rows = picture()
-    path = write_gsf(tmp_path, rows, size_of(rows))
+    path = write_gsf(tmp_path, rows, image_size(rows))
     direct = xr.open_dataset(path, engine=RoughxrBackend)
     xr.testing.assert_identical(direct, open_scan(path))
     assert "height" not in xr.open_dataset(path, engine=RoughxrBackend, drop_variables="height")
@@ -303,9 +303,9 @@ def test_the_engine_is_xarrays(tmp_path):
 @pytest.mark.parametrize("name", WRITERS)
 def test_the_content_decides(name, tmp_path):
     rows = picture()
-    path = WRITERS[name](tmp_path, rows, size_of(rows)).rename(tmp_path / "renamed.jpg")
-    with open_scan(path, **given(name, size_of(rows))) as scan:
-        assert_same(scan, scan_of(rows, size_of(rows)), ROUNDING.get(name, 1e-9))
+    path = WRITERS[name](tmp_path, rows, image_size(rows)).rename(tmp_path / "renamed.jpg")
+    with open_scan(path, **given(name, image_size(rows))) as scan:
+        assert_same(scan, expected_scan(rows, image_size(rows)), ROUNDING.get(name, 1e-9))
 
 
 def test_what_is_no_readable_file(tmp_path):
@@ -336,9 +336,9 @@ def test_heights_that_no_scan_has_are_refused(value, tmp_path):
     rows = picture()
     rows[2, 2] = value
     for name in ("npy", "cf"):
-        path = WRITERS[name](tmp_path, rows, size_of(rows))
+        path = WRITERS[name](tmp_path, rows, image_size(rows))
         with pytest.raises(UnreadableScan, match="expected heights that suit a scan"):
-            open_scan(path, **given(name, size_of(rows))).load()
+            open_scan(path, **given(name, image_size(rows))).load()
 
 
 @pytest.mark.parametrize(
@@ -357,21 +357,21 @@ def test_doubts_come_with_numbers(change, match, tmp_path):
     path = write_npy(tmp_path, rows, (0, 0))
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        open_scan(path, size=size_of(rows, (pixel, pixel)), height_units="nm")
+        open_scan(path, size=image_size(rows, (pixel, pixel)), height_units="nm")
     assert any(re.search(match, str(one.message)) for one in caught if one.category is ImplausibleScan)
 
 
 def test_a_description_lists_every_channel(tmp_path):
     rows = picture()
-    found = describe(write_gwy(tmp_path, rows, size_of(rows)))
+    found = describe(write_gwy(tmp_path, rows, image_size(rows)))
     assert found["name"].values.tolist() == ["Height", "Phase"]
     assert found["units"].values.tolist() == ["m", "deg"]
     np.testing.assert_allclose(found["size_x"], 120)
     assert float(found["highest"][0] - found["lowest"][0]) == pytest.approx(np.ptp(rows))
     assert np.isnan(found["s_q"][1])
-    native = describe(write_native(tmp_path, rows, size_of(rows)))
+    native = describe(write_native(tmp_path, rows, image_size(rows)))
     assert float(native["size_y"][0]) == pytest.approx(90)
-    several = xr.load_dataset(write_cf(tmp_path, rows, size_of(rows)))
+    several = xr.load_dataset(write_cf(tmp_path, rows, image_size(rows)))
     several["topography2"] = several["topography"] * 2
     several["topography2"].attrs = several["topography"].attrs
     several.to_netcdf(tmp_path / "several.nc")
@@ -384,11 +384,11 @@ def test_a_description_lists_every_channel(tmp_path):
 @pytest.mark.parametrize("name", WRITERS)
 def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tmp_path, monkeypatch):
     rows = picture()
-    path = WRITERS[name](tmp_path, rows, size_of(rows))
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
     for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile"):
         monkeypatch.setitem(sys.modules, module, None)
     if name in ("gwy", "text", "npy", *LABELLED):
-        assert_same(open_scan(path, **given(name, size_of(rows))), scan_of(rows, size_of(rows)))
+        assert_same(open_scan(path, **given(name, image_size(rows))), expected_scan(rows, image_size(rows)))
     else:
         with pytest.raises(ImportError, match=r'pip install \w+, .*pip install "\.\[afm\]"'):
             open_scan(path)

@@ -9,7 +9,7 @@ from roughxr.statistics.places import blocks, correlogram, independent_places
 from roughxr.statistics.sampling import Samples
 from roughxr.statistics.uncertainty import _small_sample_ends, density_intervals
 
-from .fields import field, on_grid
+from .fields import field, grid_samples
 
 REPEATS = 200
 
@@ -19,7 +19,7 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
     rng = np.random.default_rng(seed)
     held = []
     for _ in range(REPEATS):
-        ds = on_grid(law(field(side, length, rng)))
+        ds = grid_samples(law(field(side, length, rng)))
         found = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=199)
         held.append((found.low <= truth) & (truth <= found.high))
     return xr.concat(held, "repeat").mean("repeat")
@@ -88,7 +88,7 @@ def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
 @pytest.mark.parametrize("law", [lambda z: np.exp(3 * z), lambda z: np.maximum(z - 1, 0)], ids=["skewed", "mostly 0"])
 def test_no_interval_leaves_the_samples_range(law, length):
     """A median beside zero and a mean that one place carries: their logarithms must not be widened."""
-    ds = on_grid(law(field(8, length, np.random.default_rng(6))))
+    ds = grid_samples(law(field(8, length, np.random.default_rng(6))))
     values = ds.pull_off_force.values
     found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=199)
     assert (found.low >= values.min()).all() and (found.high <= values.max()).all()
@@ -148,7 +148,7 @@ def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
 
 
 def test_intervals_are_labelled_and_repeatable():
-    ds = on_grid(field(8, 1.0, np.random.default_rng(0)) + 10)
+    ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
     found = bootstrap(ds, "pull_off_force")
     assert list(found.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
     assert found.low.dims == ("statistic",) and found.low.units == "nN"
@@ -162,7 +162,7 @@ def test_intervals_are_labelled_and_repeatable():
 
 
 def test_missing_places_and_lazy_data_do_not_matter():
-    ds = on_grid(field(8, 1.0, np.random.default_rng(0)) + 10)
+    ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
     holes = ds.where(ds.pull_off_force > 9)
     kept = ds.isel(subregion=np.flatnonzero(ds.pull_off_force > 9))
     one, other = (bootstrap(part, "pull_off_force") for part in (holes, kept))
@@ -184,7 +184,7 @@ def test_reduction_is_a_part_of_the_smooth_spheres_pull():
 
 
 def test_histogram_bins_have_intervals_about_their_densities():
-    ds = on_grid(field(16, 1.0, np.random.default_rng(3)))
+    ds = grid_samples(field(16, 1.0, np.random.default_rng(3)))
     edges = np.linspace(-3, 3, 13)
     low, high = density_intervals(ds, "pull_off_force", bins=edges)
     density = np.histogram(ds.pull_off_force, edges, density=True)[0]
@@ -202,7 +202,7 @@ def test_histogram_bins_have_intervals_about_their_densities():
 )
 def test_bad_options_are_refused_in_words(options, says):
     with pytest.raises(ValueError, match=says):
-        bootstrap(on_grid(np.arange(16.0).reshape(4, 4)), "pull_off_force", **options)
+        bootstrap(grid_samples(np.arange(16.0).reshape(4, 4)), "pull_off_force", **options)
 
 
 @pytest.mark.parametrize("law", [lambda z: z, np.exp], ids=["normal", "log-normal"])
@@ -221,7 +221,7 @@ def test_fewer_places_of_a_surface_are_worth_no_more_independent_ones(law, lengt
 
 
 def test_part_of_the_places_takes_the_whole_surfaces_correlation():
-    ds = on_grid(field(16, 1.5, np.random.default_rng(8)) + 10)
+    ds = grid_samples(field(16, 1.5, np.random.default_rng(8)) + 10)
     part = ds.isel(subregion=np.flatnonzero(np.random.default_rng(0).random(256) < 0.1))
     alone, within = (bootstrap(part, "pull_off_force", within=whole).independent_places for whole in (None, ds))
     assert float(within) == min(float(alone), float(bootstrap(ds, "pull_off_force").independent_places))
@@ -238,13 +238,13 @@ def test_what_cannot_be_negative_has_no_interval_below_zero():
     """Forces of which most are none at all, and spreads."""
     for seed in range(20):
         z = field(8, 1.5, np.random.default_rng(seed))
-        ds = on_grid(np.maximum(np.exp(3 * z) - 1, 0), name="force")
+        ds = grid_samples(np.maximum(np.exp(3 * z) - 1, 0), name="force")
         if int((ds.force > 0).sum()) < 3:
             continue
         found = bootstrap(ds, "force", statistics=["mean", "std"], resamples=199)
         assert (found.low >= 0).all(), seed
         assert ((found.low <= found.estimate) & (found.estimate <= found.high)).all()
-    below = bootstrap(on_grid(field(8, 1.5, np.random.default_rng(0))), "pull_off_force", statistics=["mean"])
+    below = bootstrap(grid_samples(field(8, 1.5, np.random.default_rng(0))), "pull_off_force", statistics=["mean"])
     assert float(below.low.min()) < 0
 
 

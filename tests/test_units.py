@@ -23,11 +23,11 @@ from .verb_calls import (
     WRITES,
     assert_same,
     call,
+    kinds_read,
     made,
     named,
     public_verbs,
     unlabelled,
-    words_of,
 )
 
 #: Other units of the table's, three for each.
@@ -107,7 +107,7 @@ def test_every_name_of_a_result_has_its_row_with_units_and_words(verb, k):
 
 def holds(verb, k, draw):
     kinds, options = CALLS[verb][k]
-    datasets = made() | {kind: in_units(made()[kind], draw) for kind in words_of(kinds, options)}
+    datasets = made() | {kind: in_units(made()[kind], draw) for kind in kinds_read(kinds, options)}
     rtol = TEXT if verb in WRITES else SOLVED.get(verb, 1e-7)
     assert_same(call(verb, kinds, options, datasets), expected(verb, k), rtol=rtol, leave=LEFT, words=verb)
 

@@ -1,4 +1,4 @@
-"""A user's program, for a type checker to read and nothing to run: a verb of each kind, with the type that it returns.
+"""A user's program for the type checker, never run: a function of each kind, with the type that it returns.
 
 `mypy` (configured in pyproject.toml) checks it as strictly as a user may ask, and the package itself less so.
 """
@@ -37,7 +37,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
-    """Say what the samples say, beside what was measured."""
+    """Evaluate samples, and compare them with measurements."""
     pull: xr.Dataset = roughxr.statistics.reduction(roughxr.pull_off(solutions["superposed"]))
     density: xr.DataArray = roughxr.statistics.pdf(pull, "pull_off_force")
     fitted: xr.Dataset = roughxr.statistics.fit(pull, "pull_off_force", laws=["weibull"])
@@ -48,7 +48,7 @@ def statistics(solutions: dict[str, xr.Dataset], path: Path) -> pd.DataFrame:
 
 
 def particles(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
-    """Ask at what flow particles leave, and run all of it."""
+    """Compute the detachment of particles, and a whole run."""
     holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=roughxr.particles.resting(scan))
     lines: str = roughxr.particles.to_dem(holds, code="lammps", classes=3)
     left: xr.Dataset = roughxr.particles.resuspension(holds, friction_velocity=[0.1, 1.0])

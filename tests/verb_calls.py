@@ -1,4 +1,4 @@
-"""One small call of every public verb that takes a Dataset, with what it reads: for tests that hold for all of them."""
+"""One small call of every public function that takes a Dataset, for tests of all of them."""
 
 import functools
 import inspect
@@ -18,7 +18,7 @@ from roughxr.scans import regions
 
 from .surfaces import rough, scan
 
-#: Where the sphere is put down, nm.
+#: Contact centres, nm.
 PLACES = ([-31.0, 17.0, 52.0, -8.0], [12.0, -44.0, 33.0, 61.0])
 PAIR = {"sphere_radius": 800.0, "contact_modulus": 30.0, "work_of_adhesion": 0.2, "adhesion_range": 0.5}
 
@@ -77,7 +77,7 @@ def written(function, suffix, **options):
     return call
 
 
-def saved(ds):
+def archived(ds):
     """Return a Dataset as an archive holds it."""
     with tempfile.TemporaryDirectory() as folder:
         return archive.load(archive.save({"one": ds}, Path(folder) / "run.nc"))["one"].load()
@@ -173,7 +173,7 @@ def documented():
 
 
 def named(name):
-    """Return the public function of a name, at the top or in the room where it lies."""
+    """Return the public function of a name, from the package or its subpackages."""
     rooms = (roughxr, scans, statistics, measured, reference, particles)
     return next(getattr(room, name) for room in rooms if hasattr(room, name))
 
@@ -215,7 +215,7 @@ def call(verb, kinds, options, datasets):
         return function(*map(given, kinds), **{key: given(value) for key, value in options.items()})
 
 
-def words_of(kinds, options):
+def kinds_read(kinds, options):
     """Return the kinds of Datasets that a call reads."""
     flat = [one for word in (*kinds, *options.values()) for one in (word if isinstance(word, list) else [word])]
     return [one for one in flat if isinstance(one, str) and one in made()]
@@ -233,12 +233,12 @@ def numbers(result, leave=()):
     if isinstance(result, pd.DataFrame):
         return {str(name): result[name].to_numpy() for name in result.select_dtypes("number")}
     if isinstance(result, bytes):
-        return {"bytes": np.frombuffer(result, np.uint8).astype(float)} if b"," not in result else _of_text(result)
+        return {"bytes": np.frombuffer(result, np.uint8).astype(float)} if b"," not in result else _text_numbers(result)
     return {"values": np.asarray(result, float)}
 
 
 def unlabelled(result):
-    """Return the names in a result that have no row in the table of variables, no units or no words."""
+    """Return the names in a result without a row in the table of variables, without units or without a long name."""
     if not isinstance(result, xr.Dataset):
         return []
     bare = {
@@ -247,7 +247,7 @@ def unlabelled(result):
     return sorted(bare | {str(name) for name in result.variables if name not in roughxr.schema.VARIABLES})
 
 
-def _of_text(text):
+def _text_numbers(text):
     cells = text.decode("utf-8", "replace").replace("\n", ",").split(",")
     found = []
     for cell in cells:
