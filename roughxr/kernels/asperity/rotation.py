@@ -33,7 +33,7 @@ from .asperity_laws import asperity_contact, pick
 _STEPS = 100
 
 #: An asperity still adheres at the end of its branch. It counts as detached beyond this rounding error, in units of its
-#: own scale.
+#: own scale, and has up to as far within the end the contact there: at the end itself rounding would decide.
 _ROUNDING = 1e-9
 
 #: Largest number of steps; some 500 detach contacts a hundred times farther from the edge than they are wide.
@@ -91,10 +91,10 @@ def _edge(along, turned, delta, scales, spline, force, reach):
     """Write each asperity's load and contact support r (−1 if detached); return the position of the edge."""
     h = -np.inf
     for i in range(along.size):
-        reach[i], end = -1.0, scales.end[i] * scales.delta[i]
-        if delta[i] < end - _ROUNDING * scales.delta[i] or np.isnan(delta[i]):
+        reach[i], end, rounding = -1.0, scales.end[i] * scales.delta[i], _ROUNDING * scales.delta[i]
+        if delta[i] < end - rounding or np.isnan(delta[i]):
             continue
-        contact = asperity_contact(max(delta[i], end), pick(scales, i), spline)
+        contact = asperity_contact(max(delta[i], end + rounding), pick(scales, i), spline)
         force[i] = contact.P
         reach[i] = np.hypot(contact.a * np.cos(turned[i]), contact.b * np.sin(turned[i]))
         h = max(h, along[i] + reach[i])
