@@ -1,6 +1,7 @@
 """Soft bodies: attraction that acts across gaps on loading, and lengths that follow the body's own."""
 
 import time
+import warnings
 
 import numpy as np
 import pytest
@@ -37,6 +38,53 @@ def test_the_stated_error_includes_what_a_preload_changes(monkeypatch):
     assert off > 1.0
     assert float(found.settling_error[0]) == pytest.approx(off, rel=0.05)
     assert float(found.pull_off_error[0]) >= float(found.settling_error[0])
+
+
+def soft_place(seed, x, y, *, rms, modulus, work, law):
+    """Return a scan of 128 pixels under a sphere of 2 µm, and the options of one place."""
+    made = roughxr.scans.synthetic.self_affine((128, 128), 20.0, rms=rms, hurst=0.8, rolloff=1000, cutoff=80, seed=seed)
+    pair = {"sphere_radius": 2000, "contact_modulus": modulus, "work_of_adhesion": work, "adhesion_range": 0.3}
+    return made.contact.assign_pair(**pair), {"subregions": ([x], [y]), "law": law}
+
+
+def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
+    """Cells of half the side change this pull-off by 4 %, the last mesh by 2 % only."""
+    ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="griffith")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*heights between the pixels")
+        found = ds.contact.adhesive(**place)
+    before, last, finer = (
+        float(ds.contact.adhesive(mesh=roughxr.Mesh(n, None), **place).pull_off_force[0]) for n in (2, 4, 8)
+    )
+    assert int(found.refinement[0]) == 4 and float(found.pull_off_force[0]) == pytest.approx(last, rel=1e-3)
+    assert abs(last / finer - 1) > 1.5 * abs(last / before - 1)
+    assert float(found.mesh_error[0]) < abs(last / finer - 1) <= float(found.pull_off_error[0])
+
+
+@pytest.mark.filterwarnings("ignore:.*heights between the pixels:UserWarning")
+def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
+    """Its change from cells twice as large, on which it pulls more; there is no finer mesh to compare with."""
+    ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential")
+    found = ds.contact.adhesive(**place)
+    coarse = ds.contact.adhesive(mesh=roughxr.Mesh(8, None), **place)
+    assert int(found.refinement[0]) == 16
+    change = float(coarse.pull_off_force[0] / found.pull_off_force[0]) - 1
+    assert 0.02 < change == pytest.approx(float(found.mesh_error[0]), rel=1e-3)
+
+
+def test_the_first_cells_fit_the_contacts_and_a_coarse_scan_is_named():
+    """A real scan with pixels twice as wide as a smooth sphere's contact: finer cells do not show what lies between."""
+    scan = roughxr.open_sample("rough").isel(x=slice(96), y=slice(96)).load()
+    ds = scan.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = ds.contact.adhesive(subregions=(3, 3))
+    words = [str(each.message) for each in caught]
+    assert (found.refinement >= 8).all() and float(found.mesh_error.median()) < 0.05
+    few = int((found.interpolation_error > 0.05).sum())
+    assert few > 0 and any(
+        f"{few} of 9 subregions miss accuracy=0.05 since the heights between" in each for each in words
+    )
 
 
 def test_the_gap_of_snapping_in_grows_with_the_range_and_vanishes_with_it():

@@ -23,10 +23,10 @@ class Mesh:
     ----------
     refine : "auto" or int
         Each pixel is divided into refine × refine cells, with heights interpolated without wavelengths below two
-        pixels. "auto": at each place the mesh is refined until the estimated error of the pull-off is below
-        ``accuracy``.
+        pixels. "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``.
     accuracy : float or None
-        Relative error of the pull-off at which "auto" stops. None: take the coarsest mesh on which the law can be
+        Relative change of the pull-off, from cells twice as large, below which "auto" stops. The stated error may be
+        larger, without range three times as large. None: take the coarsest mesh on which the law can be
         solved, without an estimate of its error, in a fifth of the time or less.
     step : number, quantity or None
         Longest step of the displacement, nm. None: 0.83 of the pair's range of adhesion (0.25 nm for the usual 0.3),
