@@ -1,9 +1,9 @@
 """Does the error that the adhesive simulation states of its pull-off cover the true one?
 
 Places of the glass twin, and of rough surfaces on which nothing was tuned, are solved with ``mesh="auto"`` and
-``accuracy``; true is a mesh of twice the cells, at least eight to a pixel, in half the steps. Places that needed
-sixteen are left out. Printed are the share of places whose stated error covers the difference and how large both are.
-The four soft surfaces without range were chosen before any of their places was solved. An hour.
+``accuracy``; true is a mesh of twice the cells, at least eight to a pixel, in half the steps. Places that have no finer
+mesh are left out. Printed are the share of places whose stated error covers the difference and how large both are. The
+four soft surfaces without range were chosen before any of their places was solved. An hour.
 
     python tests/benchmarks/stated_error.py [--places 8] [--accuracy 0.05] [--only "soft 42"]
 """
@@ -46,7 +46,11 @@ def covered(scan, places, accuracy, law):
         if refinement[-1] > 8:
             continue
         finer = roughxr.Mesh(max(8, 2 * refinement[-1]), None, 0.125)
-        error = abs(float(scan.contact.adhesive(mesh=finer, **options).pull_off_force[0] / found.pull_off_force[0]) - 1)
+        try:
+            expected = scan.contact.adhesive(mesh=finer, **options).pull_off_force
+        except ValueError:  # too many cells
+            continue
+        error = abs(float(expected[0] / found.pull_off_force[0]) - 1)
         if np.isfinite(error + float(found.pull_off_error[0])):
             stated.append(float(found.pull_off_error[0]))
             true.append(error)
