@@ -56,7 +56,7 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
     with progress(stream := io.StringIO()), Stages({"mesh": 60, "adhesive": 300, "pages": 60}, words) as stage:
         stage("mesh")
         now[0] = 60.0
-        stage.expect(adhesive=900, none=1e9)
+        stage.expect("each place took 14 s", adhesive=900, none=1e9)
         stage("adhesive", " at 64 places")
         subregion_bar(32).close()  # too short to be shown in a file
         bar = subregion_bar(64)
@@ -68,7 +68,8 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
     lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
     assert [line for line in lines if "left" in line] == [
         "stage 1 of 3, about 7 min left: choice of the mesh",
-        "stage 2 of 3, about 16 min left: simulation with adhesion at 64 places",
+        "stage 2 of 3, about 16 min left (more than before: each place took 14 s): "
+        "simulation with adhesion at 64 places",
         "stage 3 of 3, about 1 min left: pages",
     ]
     assert "stage 2 of 3:  12%" in stream.getvalue() and "8/64" in stream.getvalue()

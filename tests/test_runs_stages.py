@@ -1,5 +1,7 @@
 """The archive of a run holds its stages as they end, whatever stops it, and says what is missing."""
 
+import io
+import re
 import warnings
 
 import pytest
@@ -7,10 +9,13 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, cli, report
-from roughxr.runs import analysis
+from roughxr.jobs.progress import Stages, progress
+from roughxr.runs import analysis, several
 from roughxr.scans.synthetic import self_affine
 
 from .surfaces import bare_runs
+
+PARTS = analysis._PARTS  # the fixture below leaves some out
 
 OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 
@@ -75,3 +80,67 @@ def test_one_preload_is_what_a_run_takes(surface, tmp_path):
         with pytest.raises(ValueError, match=r"preload: expected one force of at least 0 nN"):
             roughxr.run(surface, tmp_path / "run.nc", preload=preload, **OPTIONS)
     assert not list(tmp_path.iterdir())
+
+
+#: Durations of the stages of two runs of 64 places on two busy cores, s, and of the simulation at all places: the
+#: glass twin, and the grains of `shared/scans`.
+MEASURED = {
+    "glass": ([5.4, 142.8, 0.2, 11.1, 17.9, 15.5, 58.7, 210.5, 14.4], 104.0),
+    "grains": ([0.4, 16.5, 21.3, 1.3, 4.4, 1.0, 30.5, 17.7, 5.3], 12.0),
+}
+
+
+def minutes_left(line):
+    """Return the least and the most minutes that a line of progress may mean."""
+    if "less than a minute left" in line:
+        return 0.0, 1.0
+    value = float(re.search(r"about (\d+) min left", line)[1])
+    return value - 0.5, value + 0.5
+
+
+@pytest.mark.parametrize("surface", MEASURED)
+def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface, monkeypatch):
+    """Once all places are solved; before, and on other machines, it is that of most scans."""
+    (durations, solved), now = MEASURED[surface], [0.0]
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    expected = {part.name: part.fixed + 64 * part.each for part in PARTS} | {"pages": 10.0}
+    with progress(stream := io.StringIO()), Stages(expected, {}) as stage:
+        for name, duration in zip(expected, durations):
+            stage(name)
+            now[0] += duration
+            if name == "adhesive":
+                why, seconds = analysis._durations_after(solved, 64, 8)
+                stage.expect(why, **seconds)
+    lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
+    shown = [minutes_left(line) for line in lines]
+    for k in range(2, len(lines)):
+        left = sum(durations[k:]) / 60
+        assert shown[k][0] <= 2 * left and shown[k][1] >= left / 2
+    for before, after, line in zip(shown, shown[1:], lines[1:]):
+        assert after <= before or "(more than before: each place took" in line
+
+
+def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkeypatch):
+    """Scans that an earlier call has finished are no measure of the others."""
+    now, durations = [0.0], {"a": 3.0, "b": 120.0, "c": 60.0, "d": 600.0, "e": 90.0}
+    monkeypatch.setattr("roughxr.runs.several.time.monotonic", lambda: now[0])
+    (tmp_path / "a").mkdir()
+
+    monkeypatch.setattr(
+        several, "_scan_result", lambda groups: several.ScanResult("", [], None, xr.Dataset(), None, [])
+    )
+    scans = several.scan_folders([f"{name}.nc" for name in durations], tmp_path)
+
+    def timed(scan, folder):
+        now[0] += durations[scan.stem]
+        return {}
+
+    with progress(stream := io.StringIO()), pytest.raises(ValueError, match="at least one scan with a pull-off"):
+        several.run_each(scans, timed)
+    assert stream.getvalue().splitlines() == [
+        "scan 1 of 5: a.nc",
+        "scan 2 of 5: b.nc",
+        "scan 3 of 5: c.nc, about 6 min left for all of them",
+        "scan 4 of 5: d.nc, about 3 min left for all of them",
+        "scan 5 of 5: e.nc, about 4 min left (more than before: d.nc took about 10 min) for all of them",
+    ]

@@ -131,7 +131,7 @@ def _paper(commands: Any) -> None:
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
     words = "hardness of the best estimate, GPa; default: that of the materials, of glass 6; all else stays elastic"
     _add(command, ("--hardness", "H", words))
-    _add_budget(command)
+    _add_budget(command, 4)
     _flag(command, "-q --quiet", _QUIET)
 
 
@@ -289,6 +289,6 @@ def _add_reading(command: Any) -> None:
     )
 
 
-def _add_budget(command: Any) -> None:
+def _add_budget(command: Any, default: int = 8) -> None:
     words = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
-    _add(command, ("--budget", "PLACES", words), type=int, default=8)
+    _add(command, ("--budget", "PLACES", words), type=int, default=default)

@@ -6,6 +6,7 @@ the run, and names the bars of its solves.
 
 from __future__ import annotations
 
+import math
 import sys
 import time
 from collections.abc import Iterator, Mapping
@@ -17,6 +18,9 @@ from tqdm import tqdm
 
 #: Seconds between two updates of a bar: on a terminal, and in a file.
 _ON_TERMINAL, _IN_FILE = 0.1, 10.0
+
+#: Growth of a time left that is stated.
+_NOTABLE = 1.2
 
 #: Where progress is shown, if anywhere, and the stage of a run.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
@@ -86,6 +90,7 @@ class Stages:
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
         self._expected, self._words = dict(expected), words
         self._name, self._answer, self._begun = "", "", time.monotonic()
+        self._time_left, self._why = TimeLeft(), ""
         self._token: Token[str] | None = None
 
     def __enter__(self) -> Stages:
@@ -105,13 +110,14 @@ class Stages:
         self._name, self._begun = name, time.monotonic()
         names = list(self._expected)
         where = f"stage {names.index(name) + 1} of {len(names)}"
-        left = sum(self._expected[later] for later in names[names.index(name) :])
-        print_line(f"{where}, {rough_duration(left)} left: {self._words.get(name, name)}{more}")
+        left = self._time_left(sum(self._expected[later] for later in names[names.index(name) :]), self._why)
+        print_line(f"{where}, {left}: {self._words.get(name, name)}{more}")
         if self._token is not None:  # within a run, whose end removes the name again
             _STAGE.set(where)
 
-    def expect(self, **seconds: float) -> None:
-        """Replace the expected durations of stages, s."""
+    def expect(self, why: str, **seconds: float) -> None:
+        """Replace the expected durations of stages, s, and state why they may be longer than before."""
+        self._why = why
         self._expected |= {name: value for name, value in seconds.items() if name in self._expected}
 
     def answer(self, words: str) -> None:
@@ -128,6 +134,19 @@ class Stages:
         """Return the stages after this one in words."""
         names = list(self._expected)
         return [self._words[name] for name in names[names.index(self._name) + 1 :]] if self._name in names else []
+
+
+class TimeLeft:
+    """The time left in words: it shrinks, or states why it grew."""
+
+    def __init__(self):
+        self._seconds = math.inf
+
+    def __call__(self, seconds: float, why: str) -> str:
+        """Return the time left in words; ``why`` it may be longer than at the call before."""
+        grew = seconds > _NOTABLE * self._seconds and rough_duration(seconds) != rough_duration(self._seconds)
+        self._seconds = seconds if grew else min(seconds, self._seconds)
+        return f"{rough_duration(self._seconds)} left" + f" (more than before: {why})" * grew
 
 
 def rough_duration(seconds: float) -> str:

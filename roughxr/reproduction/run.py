@@ -46,7 +46,7 @@ _DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _SMOOTH_DELTAS = (5.08, 15.4), (9.0, 10
 def paper(
     output: str | Path,
     *,
-    budget: int = 8,
+    budget: int = 4,
     materials: str | Sequence[str] | None = None,
     hardness: Quantity | None = None,
     command: str = "roughxr paper",

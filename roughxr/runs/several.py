@@ -13,7 +13,7 @@ import xarray as xr
 
 from .. import report
 from ..archive import atomic_write
-from ..jobs.progress import print_line, rough_duration
+from ..jobs.progress import TimeLeft, print_line, rough_duration
 from ..report.report_page import pair_facts, render_template, title
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
@@ -57,17 +57,23 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
     """
     finished: dict[str, ScanResult] = {}
     refused: dict[str, str] = {}
-    took: list[float] = []
+    took: dict[str, float] = {}  # s, of scans that were computed from their beginning
+    time_left = TimeLeft()
     for count, (scan, folder) in enumerate(scans.items()):
-        left = f", {rough_duration(float(np.mean(took)) * (len(scans) - count))} left for all of them" if took else ""
-        print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{left}")
-        begun = time.monotonic()
+        words = ""
+        if took:
+            last, duration = list(took.items())[-1]
+            left = sum(took.values()) / len(took) * (len(scans) - count)
+            words = f", {time_left(left, f'{last} took {rough_duration(duration)}')} for all of them"
+        print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{words}")
+        begun, resumed = time.monotonic(), folder.exists()
         try:
             finished[scan.name] = _scan_result(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:
             refused[scan.name] = str(error)
             continue
-        took.append(time.monotonic() - begun)
+        if not resumed:
+            took[scan.name] = time.monotonic() - begun
     if not any(_FORCE in run.summary for run in finished.values()):
         raise ValueError("expected at least one scan with a pull-off, found none: " + "; ".join(refused.values()))
     return {name: run for name, run in finished.items() if _FORCE in run.summary}, refused
