@@ -138,22 +138,22 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     peaks = np.isfinite(scales.P)
     x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
     orientation, scales = catalogue["orientation"].values[peaks], type(scales)(*(array[peaks] for array in scales))
-    field = sums.Field(x, y, depth, orientation, at_edge, _neighbours(x, y), scales)
+    field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), scales)
     grid = None
     if options.law != "hertz":
         grid = pull_off_search.build_grid(field, law, options.radius, options.profile)
     return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 
 
-def _neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def _nearest_neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the indices of the nearest points of each point, −1 if there are fewer."""
     from scipy.spatial import cKDTree
 
     points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
     out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
     if count:
-        quickly_made = {"balanced_tree": False, "compact_nodes": False}
-        nearest = cKDTree(points, **quickly_made).query(points, k=count + 1)[1]
+        unbalanced = {"balanced_tree": False, "compact_nodes": False}
+        nearest = cKDTree(points, **unbalanced).query(points, k=count + 1)[1]
         itself = nearest == np.arange(x.size)[:, None]
         itself[~itself.any(axis=1), -1] = True  # if points coincide, another one may come first
         out[:, :count] = nearest[~itself].reshape(x.size, count)

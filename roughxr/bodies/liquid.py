@@ -192,7 +192,7 @@ def humidity_coordinates(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     return changed
 
 
-def share_of_work(ds: xr.Dataset, work: float) -> dict[str, float]:
+def updated_liquid_share(ds: xr.Dataset, work: float) -> dict[str, float]:
     """Return the share under the liquid of a humid pair at another work of adhesion (J/m²); empty for a dry pair.
 
     Empty also where the share was stated, or follows from named materials, and does not depend on this work.

@@ -22,7 +22,7 @@ from contextlib import nullcontext, redirect_stdout
 
 from ..jobs.progress import progress
 from .options import command_line
-from .words import Printable, error_text, in_shell, is_refusal, print_error
+from .words import Printable, error_text, in_shell, is_expected_error, print_error
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -57,7 +57,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as head, has closed the pipe; there is no output left at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
-        if options.debug or not is_refusal(error):
+        if options.debug or not is_expected_error(error):
             raise
         print_error(in_shell(error_text(error), options))
         return 1

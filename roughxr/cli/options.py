@@ -140,7 +140,7 @@ def _run(commands: Any) -> None:
     command = _command(commands, "run", "running:run", does)
     _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan; @FILE reads options from a file"))
     _add(command, ("-o --output", "OUT", f"folder, or FILE.nc for the archive alone; {_DEFAULT}"), default="run")
-    _add_reading(command)
+    _add_reading_options(command)
     _add(
         command,
         ("--level", None, f"background to subtract; {_DEFAULT}"),
@@ -190,12 +190,12 @@ def _pages(commands: Any) -> None:
 def _files(commands: Any) -> None:
     command = _command(commands, "info", "file_commands:info", "print a file's channels, and a scan's roughness")
     _add(command, ("file", "FILE", "an AFM file, or a NetCDF file of a scan"))
-    _add_reading(command)
+    _add_reading_options(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
     command = _command(commands, "convert", "file_commands:convert", "write a scan in another format")
     _add(command, ("file", "FILE", "an AFM file, or a NetCDF file of a scan"))
     _add(command, ("-o --output", "OUT", "OUT.nc or OUT.gsf"), required=True)
-    _add_reading(command)
+    _add_reading_options(command)
 
 
 def _measurements(commands: Any) -> None:
@@ -277,7 +277,7 @@ def _add_measurement(command: Any) -> None:
     _add(group, ("--baseline", "PART", words), type=float)
 
 
-def _add_reading(command: Any) -> None:
+def _add_reading_options(command: Any) -> None:
     group = command.add_argument_group("what to read from the file")
     _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
     _add(group, ("--direction", None, "scan direction to read; default: trace (forward)"), choices=_DIRECTIONS)

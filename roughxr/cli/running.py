@@ -21,7 +21,7 @@ from ..studies.roughness_scale import quietly
 from ..vocabulary.text import sentences_on_lines
 from .file_commands import read_scan
 from .options import AIR, BODIES
-from .words import REFUSALS, error_text, numbers, print_error
+from .words import EXPECTED_ERRORS, error_text, numbers, print_error
 
 
 def paper(options: Namespace) -> None:
@@ -47,7 +47,7 @@ def _run_each(options: Namespace, output: Path) -> None:
     for file in options.scan:  # before minutes are spent on the others
         try:
             quietly(scans.describe, file)  # its run warns
-        except REFUSALS as error:
+        except EXPECTED_ERRORS as error:
             unread[file] = error_text(error).removeprefix(f"{file}: ")
             print_error(f"{file}: cannot be read and is left out: {unread[file]}")
     folders = several.scan_folders([file for file in options.scan if file not in unread], output)

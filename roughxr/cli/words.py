@@ -12,8 +12,8 @@ from typing import Any, TextIO
 
 from ..vocabulary.text import printable
 
-#: Kinds of errors with which roughxr refuses its input.
-REFUSALS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
+#: Types of errors that roughxr raises for invalid input.
+EXPECTED_ERRORS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
 
 _PACKAGE = Path(__file__).parents[1]
 
@@ -35,12 +35,12 @@ class Printable:
         return getattr(self.stream, name)
 
 
-def is_refusal(error: BaseException) -> bool:
+def is_expected_error(error: BaseException) -> bool:
     """Return whether an error was raised by the operating system or by a ``raise`` of roughxr; others are bugs."""
     if isinstance(error, OSError) and error.errno is not None:
         return True
     frames = traceback.extract_tb(error.__traceback__)
-    if not isinstance(error, REFUSALS) or not frames or _PACKAGE not in Path(frames[-1].filename).parents:
+    if not isinstance(error, EXPECTED_ERRORS) or not frames or _PACKAGE not in Path(frames[-1].filename).parents:
         return False
     return linecache.getline(frames[-1].filename, frames[-1].lineno or 0).strip().startswith("raise")
 

@@ -219,7 +219,7 @@ def _contact_radius(specimen: Specimen) -> float:
 
 
 def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "lennard_jones")) -> None:
-    """Refuse laws whose traction changes within a cell: their forces would be wrong."""
+    """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
     if adhesion.law not in laws or adhesion.work == 0:
         return
     cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)

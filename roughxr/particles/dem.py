@@ -87,7 +87,7 @@ def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> 
     young_modulus = 2 * (1 - poisson_ratio**2) * float(ds["contact_modulus"]) * _PASCAL
     lines = ["units si", f"# {count} types of equal share; jkr pulls off at 3 pi gamma R, E of sphere and wall alike"]
     friction = ""
-    if "lever" in ds:  # of rolling, at rest
+    if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest
         friction = f" rolling sds 0.0 0.0 {0.5 * float((ds['lever'] / ds['sphere_radius']).median()):.4g}"
     for k, force in enumerate(forces, 1):
         normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {force / (3 * np.pi * radius):.6g}"

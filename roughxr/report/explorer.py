@@ -117,13 +117,18 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
             offset = touch.values
         if "force" in ds and ds.sizes.get("delta", 0) > 1:
             retraction = run.get("solutions/retraction") if name == "direct" else None
-            yield {"name": name, "label": words, "events": False, "lines": _lines(ds[["force"]], retraction, offset)}
+            yield {
+                "name": name,
+                "label": words,
+                "events": False,
+                "lines": _branch_curves(ds[["force"]], retraction, offset),
+            }
         elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
             yield {"name": name, "label": words, "events": True, "lines": _events(at_first_preload(ds), offset)}
 
 
-def _lines(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
-    """Return both branches of each place, or the only one."""
+def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
+    """Return force over displacement of each place, a curve for each branch."""
     thin = case.isel(delta=slice(None, None, -(-case.sizes["delta"] // _POINTS)))
     parts = [thin.sel(branch=way) for way in BRANCHES] if "branch" in case.dims else [thin]
     parts += [] if retraction is None else [retraction]

@@ -81,10 +81,10 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
     path = regular_file(path)
     if not zipfile.is_zipfile(path):
         raise UnreadableScan(path, "expected the zip file of a container of contact.engineering, found no zip file")
-    return guarded(path, _topographies, path)
+    return guarded(path, _read_topographies, path)
 
 
-def _topographies(path: Path) -> list[xr.Dataset]:
+def _read_topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:

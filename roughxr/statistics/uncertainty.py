@@ -269,11 +269,16 @@ def _intervals(sample: Samples, way: Resampling, labels: list[str], confidence, 
     if means.std() > 0:
         spread = _mean((sample.values - _mean(sample.values, -1, sample.weights)) ** 2, -1, sample.weights) ** 0.5
         times = max(1.0, float(spread) / float(np.sqrt(max(way.independent, 2.0) - 1) * means.std()))
-    return np.array([_ends(label, sample, ends.get(label), times, way.independent, confidence) for label in labels]).T
+    return np.array(
+        [_interval_ends(label, sample, ends.get(label), times, way.independent, confidence) for label in labels]
+    ).T
 
 
-def _ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:
-    """Return the ends of one statistic's interval; ``ends`` are the resamples' percentiles of mean and std."""
+def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:
+    """Return the ends of one statistic's interval, for ``count`` independent places.
+
+    Of quantiles by Clopper and Pearson; of mean and std the percentiles of the resamples, ``ends``, ``times`` as wide.
+    """
     from scipy.stats import beta
 
     values, estimate = sample.values, _estimate(label, sample.values, sample.weights)

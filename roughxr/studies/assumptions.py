@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import ANGLES, angles, humidity_coordinates, share_of_work
+from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid_share
 from ..contact.problem import known_hardness
 from ..scans import level
 from ..scans.tip import erode
@@ -18,12 +18,12 @@ from ..vocabulary import schema
 TIP_RADIUS = 10.0
 
 
-def _scaled(name: str) -> Callable:
-    """Return a function that multiplies a coordinate of the pair."""
+def _scale_coordinate(name: str) -> Callable:
+    """Return a change of the pair that multiplies one coordinate by a factor, with the factor as its label."""
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
         (value,) = schema.pair(ds, name, humid=True)
-        derived = share_of_work(ds, value * factor) if name == "work_of_adhesion" else {}
+        derived = updated_liquid_share(ds, value * factor) if name == "work_of_adhesion" else {}
         return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
 
     return change
@@ -67,10 +67,10 @@ FACTORS: dict[str, Factor] = {
         "effect of a tip of {} radius removed from the scan",
         lambda ds, radius: (f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)),
     ),
-    "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scaled("adhesion_range"), True),
-    "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scaled("work_of_adhesion"), True),
-    "modulus": Factor((1.1,), "contact modulus {}", _scaled("contact_modulus"), True),
-    "sphere radius": Factor((1.05,), "radius {}", _scaled("sphere_radius"), True),
+    "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scale_coordinate("adhesion_range"), True),
+    "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scale_coordinate("work_of_adhesion"), True),
+    "modulus": Factor((1.1,), "contact modulus {}", _scale_coordinate("contact_modulus"), True),
+    "sphere radius": Factor((1.05,), "radius {}", _scale_coordinate("sphere_radius"), True),
     "hardness": Factor((0.75, 1.25), "hardness {}", _with_hardness_factor, True),
     "humidity": Factor(
         (-0.05, 0.05),

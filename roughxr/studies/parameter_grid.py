@@ -98,7 +98,7 @@ def vary(
 def _solved(ds: xr.Dataset, solve: Callable[..., xr.Dataset], pair: dict[str, float], options: dict[str, Any]):
     """Return the solution for one combination of parameters, with these as dimensions."""
     derived = liquid.humidity_coordinates(ds, pair["humidity"]) if "humidity" in pair else {}
-    derived |= liquid.share_of_work(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
+    derived |= liquid.updated_liquid_share(ds, pair["work_of_adhesion"]) if "work_of_adhesion" in pair else {}
     bodies = ds.assign_coords(pair | derived)
     part = solve(bodies, **options).assign_coords(pair).expand_dims(list(pair))
     if "humidity" in pair:

@@ -29,11 +29,11 @@ def number(value: SupportsFloat, unit: str = "", digits: int = 3) -> str:
     value = float(value)
     if math.isnan(value):
         return "–"
-    text = _finite(value, digits) if math.isfinite(value) else "∞" if value > 0 else "-∞"
+    text = _format_finite(value, digits) if math.isfinite(value) else "∞" if value > 0 else "-∞"
     return f"{text.replace('-', '−')} {unit}".strip()
 
 
-def _finite(value: float, digits: int) -> str:
+def _format_finite(value: float, digits: int) -> str:
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     if value and not _PLAIN_RANGE[0] <= abs(float(f"{mantissa}e{power}")) < _PLAIN_RANGE[1]:
         return f"{float(mantissa):g} × 10{str(int(power)).translate(SUPERSCRIPTS)}"

@@ -145,7 +145,7 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
         spacing(ds[axis])
-    out = ds.assign(height=_plain_heights(ds["height"].variable.transpose("x", "y")))
+    out = ds.assign(height=_float_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
     if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
         sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
@@ -159,10 +159,10 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     return out
 
 
-def _plain_heights(height: xr.Variable) -> xr.Variable:
-    """Return heights whose squares do not overflow; raise for infinite ones."""
+def _float_heights(height: xr.Variable) -> xr.Variable:
+    """Return heights as floating-point numbers, whose squares do not overflow; raise for infinite ones."""
     if height.dtype.kind in "iu":
-        return _plain_heights(height.astype(float))
+        return _float_heights(height.astype(float))
     data = height.data
     if isinstance(data, np.ndarray) and np.isinf(data).any():
         raise ValueError(
