@@ -54,7 +54,8 @@ def describe(options: Namespace) -> None:
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
     groups = archive.load(archive.run_archive(Path(options.run)))
-    methods = [name.partition("/")[2] for name, ds in groups.items() if name.startswith("statistics/") and _pulls(ds)]
+    names = [name.partition("/") for name, ds in groups.items() if _has_pull_off(ds)]
+    methods = [method for kind, _, method in names if kind == "statistics"]
     if not methods:
         raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
     predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
@@ -86,18 +87,18 @@ def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
     """Return estimates with their 95 % intervals as a table of text."""
     rows = {}
     for name in ds["statistic"].values.tolist():
-        known = [_ends(ds.sel(statistic=name), column) for column in columns]
+        known = [_with_ends(ds.sel(statistic=name), column) for column in columns]
         rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "").replace("95 % interval ", "") for ends in known]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
     return table.to_string(header=any(columns.values()), justify="left")
 
 
-def _ends(row: xr.Dataset, name: str) -> tuple[float, float, float]:
+def _with_ends(row: xr.Dataset, name: str) -> tuple[float, float, float]:
     low, high = ("low", "high") if name == "estimate" else (f"{name}_low", f"{name}_high")
     return float(row[name]), float(row[low]), float(row[high])
 
 
-def _pulls(ds: xr.Dataset) -> bool:
+def _has_pull_off(ds: xr.Dataset) -> bool:
     return "pull_off_force" in ds and ds["pull_off_force"].dims == ("subregion",)
 
 

@@ -42,11 +42,11 @@ def overview(run: Mapping[str, xr.Dataset]):
 def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     """Draw the distributions of pull-off forces with their means, the legend below the axes."""
     groups = {name: run[f"statistics/{name}"] for name in _METHODS if f"statistics/{name}" in run}
-    pulls = {name: ds for name, ds in groups.items() if int(ds["pull_off_force"].notnull().sum()) > 1}
-    for order, (name, ds) in enumerate(pulls.items()):
+    samples = {name: ds for name, ds in groups.items() if int(ds["pull_off_force"].notnull().sum()) > 1}
+    for order, (name, ds) in enumerate(samples.items()):
         mean = float(by_share(at_first_preload(ds["pull_off_force"])).mean())
         distribution(ds, label=f"{_METHODS[name]}, mean {quantity(mean)}", order=order, ax=ax)
-    if not pulls:
+    if not samples:
         alone = any(bool(ds["pull_off_force"].notnull().any()) for ds in groups.values())
         words = "one place with adhesion" if alone else "no place with adhesion"
         ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)

@@ -91,11 +91,11 @@ def _solved(run: Run) -> Iterator[str]:
                 where = f"at {places} of {flags.sizes['subregion']} places"
                 yield f"{words}: {where} the contact reaches the scan's edge, and the force is too low."
         if kind == "statistics" and "bracketed" in ds:
-            pulls = ds["pull_off_force"].notnull()
-            if bad := int((pulls & ~ds["bracketed"].astype(bool)).sum()):
-                yield f"{words}: at {bad} of {pulls.size} places the sweep ends before the largest adhesion force."
-            if none := int((~pulls).sum()):
-                yield f"{words}: at {none} of {pulls.size} places the sphere does not adhere; the statistics omit them."
+            known = ds["pull_off_force"].notnull()
+            if bad := int((known & ~ds["bracketed"].astype(bool)).sum()):
+                yield f"{words}: at {bad} of {known.size} places the sweep ends before the largest adhesion force."
+            if none := int((~known).sum()):
+                yield f"{words}: at {none} of {known.size} places the sphere does not adhere; the statistics omit them."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
     if error > _LARGEST_ERROR:
         yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."

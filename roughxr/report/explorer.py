@@ -29,7 +29,7 @@ from .summary import by_place, headline
 Run = Mapping[str, xr.Dataset]
 
 #: Columns of the table of places with a pull-off, by the method that computes it.
-_PULLS = {
+_PULL_OFFS = {
     "adhesive": "pull_off_force",
     "extrapolated": "pull_off_force_extrapolated",
     "energy": "pull_off_force_superposed",
@@ -83,7 +83,7 @@ def page_data(run: Run) -> dict[str, Any]:
             "expected the archive of a run, with its scan and results at places, found groups: "
             f"{', '.join(run) or 'none'}; make one with roughxr run"
         )
-    known = {name: table[column] for name, column in _PULLS.items() if column in table}
+    known = {name: table[column] for name, column in _PULL_OFFS.items() if column in table}
     return {
         "scan": _scan(schema.validate(run["scan"], "scan")),
         "places": _rows(run, places),

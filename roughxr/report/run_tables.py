@@ -56,16 +56,16 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
 def contact_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by method."""
     known = [method for method in METHOD_WORDS if "pull_off_delta" in run.get(f"statistics/{method}", ())]
-    pulls = [run[f"statistics/{method}"]["pull_off_force"] for method in known]
-    unit = prefixed(max((float(pull.mean()) for pull in pulls if pull.notnull().any()), default=0.0))
+    forces = [run[f"statistics/{method}"]["pull_off_force"] for method in known]
+    unit = prefixed(max((float(pull_off.mean()) for pull_off in forces if pull_off.notnull().any()), default=0.0))
     return pd.DataFrame({method: _pull_off_rows(run, method, *unit) for method in known}).rename_axis("quantity")
 
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
-    pull = run[f"statistics/{method}"]
-    force, delta = pull["pull_off_force"] / size, pull["pull_off_delta"]
+    pull_off = run[f"statistics/{method}"]
+    force, delta = pull_off["pull_off_force"] / size, pull_off["pull_off_delta"]
     mean, smooth = float(by_share(force).mean()), smooth_pull_off(run[f"solutions/{method}"]) / size
-    origin = "from first touch" if pull.attrs.get("datum") == "first_contact" else "from the highest point"
+    origin = "from first touch" if pull_off.attrs.get("datum") == "first_contact" else "from the highest point"
     return {
         f"pull-off, smooth sphere [{unit}]": smooth,
         f"pull-off, mean [{unit}]": mean,
@@ -151,17 +151,17 @@ def formula_table(run: Run) -> pd.DataFrame:
 
 def main_numbers(run: Run) -> pd.DataFrame:
     """Return the main numbers of the pull-off with their 95 % intervals, for all places and without debris, as text."""
-    pull, flags = prediction(run)[["pull_off_force"]], debris_flags(run)
-    rows = {"all places": pull}
-    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull.sizes["subregion"]:
-        rows["without debris"] = pull.isel(subregion=np.flatnonzero(~flags.values))
+    pull_off, flags = prediction(run)[["pull_off_force"]], debris_flags(run)
+    rows = {"all places": pull_off}
+    if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull_off.sizes["subregion"]:
+        rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values))
     table = {}
     for places, samples in rows.items():
         known = int(samples["pull_off_force"].notnull().sum())
         if known < 2:
             continue
         chosen = [name for name in _MAIN if known >= _QUANTILE_PLACES or name in ("mean", "q50")]
-        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull)
+        ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)
             words = with_interval(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")

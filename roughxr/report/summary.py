@@ -69,10 +69,10 @@ def run_summary(run: Run) -> xr.Dataset:
         return run[SUMMARY]
     if "statistics/adhesive" not in run:
         return xr.Dataset()
-    pull = run["statistics/adhesive"]
-    if not bool((pull["pull_off_force"] > 0).any()):
+    pull_off = run["statistics/adhesive"]
+    if not bool((pull_off["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
-    out = mean_pull_off(pull).load()
+    out = mean_pull_off(pull_off).load()
     best = best_estimate(run) or (np.nan, np.nan, np.nan)
     out = out.assign(dict(zip(("best_estimate", "best_low", "best_high"), best)))
     if "statistics/extrapolated" in run:
