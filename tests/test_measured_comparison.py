@@ -70,7 +70,7 @@ def test_quantiles_stand_beside_one_another():
     found = roughxr.compare(forces(field(0)), forces(3 * field(0)))
     np.testing.assert_allclose(found.measured_quantile, 3 * found.predicted_quantile)
     np.testing.assert_allclose(found.ratio, 3.0)
-    assert found.attrs["places"] == "not compared: predicted and measured of unknown place"
+    assert found.attrs["places"] == "not compared, since those of predicted and measured forces are unknown"
     assert "shift_x" not in found
 
 

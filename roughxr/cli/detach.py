@@ -98,19 +98,25 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
 def _print_critical(critical: xr.Dataset, load: str) -> None:
     """Print the critical strength of a load and the modes of detachment."""
     name = next(iter(critical.data_vars))
-    units, of = critical[name].attrs["units"], "particles" if "landing_share" in critical.coords else "places"
+    units, of = (
+        critical[name].attrs["units"].replace("^2", "²"),
+        "particles" if "landing_share" in critical.coords else "places",
+    )
     values = critical[name].where(np.isfinite(critical[name]))
-    print(f"{critical[name].attrs['long_name']}, {load}, at which the sphere detaches:")
+    print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values
-        least, middle, most = (number(value, units) for value in quantiles)
+        least, middle, most = (number(f"{value:.3g}", units) for value in quantiles)
         print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {critical['mode'].size} places: {first}")
     if NO_REST in modes:
         print(f"{NO_REST}: the sphere rolls off without any load; roughxr run --particle analyses resting positions")
-    print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size} places")
+    if "none" in modes:
+        print("none: the sphere stays at any strength of this load")
+    if name == "critical_friction_velocity":
+        print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size} places")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:

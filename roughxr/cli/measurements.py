@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, open_curves, open_pull_off
+from ..report.summary import PLACES
 from ..vocabulary.numbers import number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
@@ -54,7 +55,7 @@ def describe(options: Namespace) -> None:
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
     groups = archive.load(archive.run_archive(Path(options.run)))
-    names = [name.partition("/") for name, ds in groups.items() if _has_pull_off(ds)]
+    names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
     methods = [method for kind, _, method in names if kind == "statistics"]
     if not methods:
         raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
@@ -79,8 +80,8 @@ def compare_with_run(options: Namespace) -> None:
 
 
 #: Statistics in words.
-_STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q50": "median"}
-_STATISTICS |= {"q95": "95 % quantile"}
+_STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q25": "25 % quantile"}
+_STATISTICS |= {"q50": "median", "q75": "75 % quantile", "q95": "95 % quantile"}
 
 
 def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:

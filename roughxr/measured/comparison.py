@@ -151,7 +151,7 @@ def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset,
     """Return the comparison place by place (empty if places cannot be compared), and a sentence on it."""
     unknown = [words for words, forces in (("predicted", predicted), ("measured", measured)) if forces.places is None]
     if predicted.places is None or measured.places is None:
-        return xr.Dataset(), f"not compared: {' and '.join(unknown)} of unknown place"
+        return xr.Dataset(), f"not compared, since those of {' and '.join(unknown)} forces are unknown"
     match = best_match(predicted, measured)
     if match is None:
         return xr.Dataset(), "not compared: no common grid"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..vocabulary.units import factor
 from .channel import Channel, is_length
 from .files import file_hash, guarded, labelled, list_channels, reader_of, regular_file, with_size
 from .levelling import level
-from .plausibility import doubts
+from .plausibility import ImplausibleScan, doubts
 
 _COLUMNS = ("name", "direction", "units", "columns", "rows", "size_x", "size_y", "missing", "lowest", "highest", "s_q")
 
@@ -67,6 +68,8 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         if channel.is_length:
             ds = labelled(with_size(channel, None, path), values, path)
             row |= {"lowest": float(ds["height"].min()), "highest": float(ds["height"].max())}
-            row["s_q"] = float(level(ds)["height"].std())
+            with warnings.catch_warnings():  # they are listed as doubts
+                warnings.simplefilter("ignore", ImplausibleScan)
+                row["s_q"] = float(level(ds)["height"].std())
             row["doubts"] += doubts(ds) if channel.is_topography else []
     return row
