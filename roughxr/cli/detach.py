@@ -98,10 +98,8 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
 def _print_critical(critical: xr.Dataset, load: str) -> None:
     """Print the critical strength of a load and the modes of detachment."""
     name = next(iter(critical.data_vars))
-    units, of = (
-        critical[name].attrs["units"].replace("^2", "²"),
-        "particles" if "landing_share" in critical.coords else "places",
-    )
+    units = critical[name].attrs["units"].replace("^2", "²")
+    of = "particles" if "landing_share" in critical.coords else "places"
     values = critical[name].where(np.isfinite(critical[name]))
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
