@@ -147,7 +147,7 @@ def test_the_paper_has_a_hardness_for_its_best_estimate(tmp_path, monkeypatch, o
     executed = []
     monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append(arguments))
     (tmp_path / "table.txt").write_text("")
-    monkeypatch.setattr("roughxr.cli.running._tell_answer", lambda *arguments: None)
+    monkeypatch.setattr("roughxr.cli.running._print_answer", lambda *arguments: None)
     assert main(["paper", "-o", str(tmp_path), *options]) == 0
     ((specimen, plan, *_),) = executed
     assert float(specimen.bodies.hardness_estimate) == hardness and "hardness" not in specimen.bodies.coords

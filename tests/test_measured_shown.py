@@ -26,7 +26,7 @@ def run(tmp_path):
 def test_what_was_measured_is_told(run, capsys):
     assert main(["measured", str(run / "own.csv"), "-o", str(run / "again.csv")]) == 0
     said = capsys.readouterr().out
-    assert "measured: table" in said and "places: known" in said and "q95" in said
+    assert "measured: table" in said and "places: known" in said and "95 % quantile" in said
     xr.testing.assert_allclose(roughxr.open_pull_off(run / "again.csv"), roughxr.open_pull_off(run / "own.csv"))
 
 
