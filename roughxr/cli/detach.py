@@ -104,7 +104,7 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values
-        least, middle, most = (number(f"{value:.3g}", units) for value in quantiles)
+        least, middle, most = (number(float(f"{value:.3g}"), units) for value in quantiles)
         print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
