@@ -7,6 +7,7 @@ A picture is (rows, columns) in nm, the first row at the top. `WRITERS` maps a f
 from __future__ import annotations
 
 import struct
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -182,6 +183,336 @@ def write_park(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
     return path
 
 
+def write_jpk(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a JPK image: a thumbnail, Height (measured) trace, and retrace, which is upside down in height."""
+    data = np.round(rows / JPK_COUNT).astype("<i4")[::-1]  # the first line is the lowest
+    return write_jpk_pages(
+        folder / "scan.jpk",
+        [
+            ("Height (measured)", 0, data, ("m", JPK_COUNT * 1e-9)),
+            ("Height (measured)", 1, -data, ("m", JPK_COUNT * 1e-9)),
+        ],
+        size,
+    )
+
+
+#: Nanometres of one count in a JPK image.
+JPK_COUNT = 1e-6
+
+
+def write_jpk_pages(path: Path, pages: list[tuple[str, int, np.ndarray, tuple[str, float]]], size: tuple[float, float]):
+    """Write pages (name, 1 for a retrace, counts from the first line, units and their value of a count)."""
+    grid = [(0x8042, 12, struct.pack("<d", size[0] * 1e-9)), (0x8043, 12, struct.pack("<d", size[1] * 1e-9))]
+    written = [(grid, np.zeros((2, 2), "<i4"))]
+    for name, retrace, counts, (units, one) in pages:
+        tags = [(0x8050, 2, name.encode() + b"\0"), (0x8051, 4, struct.pack("<I", retrace))]
+        tags += [(0x8052, 2, name.encode() + b"\0"), (0x8080, 4, struct.pack("<I", 2)), (0x8081, 2, b"calibrated\0")]
+        tags += [(0x8090, 2, b"volts\0"), (0x80A2, 2, b"V\0"), (0x80A3, 2, b"LinearScaling\0")]
+        tags += [(0x80A4, 12, struct.pack("<d", 1.0)), (0x80A5, 12, struct.pack("<d", 0.0))]
+        tags += [(0x80C0, 2, b"calibrated\0"), (0x80D2, 2, units.encode() + b"\0"), (0x80D3, 2, b"LinearScaling\0")]
+        tags += [(0x80D4, 12, struct.pack("<d", one)), (0x80D5, 12, struct.pack("<d", 0.0))]
+        written.append((tags, counts))
+    out = bytearray(b"II*\0" + struct.pack("<I", 8))
+    for number, (tags, counts) in enumerate(written):
+        lines, columns = counts.shape
+        whole = [(256, 4, columns), (257, 4, lines), (258, 3, 32), (259, 3, 1), (262, 3, 1), (273, 4, 0), (277, 3, 1)]
+        whole += [(278, 4, lines), (279, 4, counts.nbytes), (339, 3, 2), *tags]
+        at, entries, behind = len(out) + 2 + 12 * len(whole) + 4, b"", b""
+        for tag, kind, value in whole:
+            value = struct.pack("<I", at if tag == 273 else value) if isinstance(value, int) else value
+            count = len(value) // {2: 1, 3: 4, 4: 4, 12: 8}[kind]
+            if tag == 273:
+                place = len(entries)
+            if len(value) > 4:
+                value, behind = struct.pack("<I", at + len(behind)), behind + value
+            entries += struct.pack("<HHI", tag, kind, count) + value.ljust(4, b"\0")
+        entries = entries[: place + 8] + struct.pack("<I", at + len(behind)) + entries[place + 12 :]
+        end = at + len(behind) + counts.nbytes
+        following = struct.pack("<I", end if number < len(written) - 1 else 0)
+        out += struct.pack("<H", len(whole)) + entries + following + behind + counts.tobytes()
+    path.write_bytes(bytes(out))
+    return path
+
+
+def write_sxm(folder: Path, rows: np.ndarray, size: tuple[float, float], up: bool = True) -> Path:
+    """Write a Nanonis image, scanned upwards: Z and Current, forward and backward; Z backward is upside down."""
+    head = f""":NANONIS_VERSION:
+2
+:SCANIT_TYPE:
+              FLOAT            MSBFIRST
+:SCAN_PIXELS:
+       {rows.shape[1]}       {rows.shape[0]}
+:SCAN_RANGE:
+           {size[0] * 1e-9:.9E}           {size[1] * 1e-9:.9E}
+:SCAN_ANGLE:
+            0.000E+0
+:SCAN_DIR:
+{"up" if up else "down"}
+:DATA_INFO:
+\tChannel\tName\tUnit\tDirection\tCalibration\tOffset
+\t14\tZ\tm\tboth\t9.000E-9\t0.000E+0
+\t0\tCurrent\tA\tboth\t1.000E-9\t0.000E+0
+
+:SCANIT_END:
+
+
+"""
+    lines = rows[:: -1 if up else 1] * 1e-9
+    images = (lines, -lines[:, ::-1], 0 * lines, 0 * lines)
+    path = folder / "scan.sxm"
+    path.write_bytes(head.encode() + b"\x1a\x04" + b"".join(image.astype(">f4").tobytes() for image in images))
+    return path
+
+
+def write_asd(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    return write_movie(folder / "scan.asd", [rows], size)
+
+
+#: Nanometres of one level of a movie: a range of 10 V in 4096 levels.
+ASD_LEVEL = 2.0 * 1.0 * 10 / 4096
+
+
+def write_movie(path: Path, frames: list[np.ndarray], size: tuple[float, float], version: int = 1) -> Path:
+    """Write a high-speed movie of topographies and their phase 0, the last line first."""
+    lines, columns = frames[0].shape
+    if version == 0:
+        head = struct.pack(
+            "<i2s2s5i4h3fIi?ih",
+            0,
+            b"TP",
+            b"PH",
+            0,
+            32,
+            3,
+            0,
+            2,
+            columns,
+            lines,
+            *map(int, size),
+            1,
+            2,
+            1,
+            1 << 18,
+            12,
+            0,
+            0,
+            0,
+        )
+        head += struct.pack(
+            "<h6B2f6ih3s2fi2s", 2020, *[1] * 6, 0, 0, 0, 0, 0, len(frames), len(frames), 1, 1, b"abc", 1, 1, 0, b"ok"
+        )
+        head = head[: 12 - 4] + struct.pack("<i", len(head)) + head[12:]
+    else:
+        head = struct.pack(
+            "<6i2s2x2s2x8i",
+            version,
+            0,
+            32,
+            932,
+            3,
+            2,
+            b"TP",
+            b"PH",
+            len(frames),
+            len(frames),
+            0,
+            1,
+            columns,
+            lines,
+            *map(int, size),
+        )
+        head += struct.pack("<?9i3fi12xiIi6f", False, *[1] * 9, 1.0, 1.0, 1.0, 0, 1, 1 << 18, 12, 1, 1, 1, 1, 2.0, 1.0)
+        head += b"abcok" + (struct.pack("<2id5i2i", 1, 0, 0.0, 255, 0, 1, 0, 0, 7, 7) if version == 2 else b"")
+        head = head[:4] + struct.pack("<i", len(head)) + head[8:]
+    levels = [np.round((5 * 2.0 - rows) / ASD_LEVEL).astype("<i2")[::-1].tobytes() for rows in frames]
+    parts = [
+        struct.pack("<i", k).ljust(32, b"\0") + data
+        for k, data in enumerate([*levels, *(bytes(len(x)) for x in levels)])
+    ]
+    path.write_bytes(head + b"".join(parts))
+    return path
+
+
+def write_topostats(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    import h5py
+
+    path = folder / "scan.topostats"
+    with h5py.File(path, "w") as file:
+        file["topostats_version"], file["filename"] = "2.3.0", "minicircle"
+        file["pixel_to_nm_scaling"], file["image"] = size[0] / rows.shape[1], rows
+        file["grain_masks/above"] = (rows > 1).astype(int)
+    return path
+
+
+def write_h5_jpk(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a file as of JPK's fast instruments: a frame in each column, the lowest line first."""
+    import h5py
+
+    path = folder / "scan.h5-jpk"
+    with h5py.File(path, "w") as file:
+        for number, (retrace, sign) in enumerate(((b"false", 1), (b"true", -1))):
+            channel = file.create_group(f"Measurement_000/Channel_{number:03d}")
+            channel["Height"] = (sign * rows[::-1] * 1e-9).reshape(-1, 1)
+            channel.attrs.update({"channel.name": b"height", "retrace": retrace})
+            scale = "net-encoder.scaling."
+            channel.attrs.update({f"{scale}multiplier": 1.0, f"{scale}offset": 0.0, f"{scale}unit.unit": b"m"})
+        grid = "position-pattern.grid."
+        pattern = {f"{grid}ilength": rows.shape[1], f"{grid}jlength": rows.shape[0]}
+        file["Measurement_000"].attrs.update(
+            {**pattern, f"{grid}ulength": size[0] * 1e-9, f"{grid}vlength": size[1] * 1e-9}
+        )
+    return path
+
+
+def write_nhf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a Nanosurf file of version 1: 32-bit counts over the calibrated range, the lowest line first."""
+    import h5py
+
+    path, reach = folder / "scan.nhf", 1e-7
+    with h5py.File(path, "w") as file:
+        group = file.create_group("measurement_0")
+        group.attrs.update(image_points_per_line=rows.shape[1], image_number_of_lines=rows.shape[0])
+        group.attrs.update(image_size_x=size[0] * 1e-9, image_size_y=size[1] * 1e-9)
+        for number, name in enumerate(("Forward", "Backward")):
+            segment = group.create_group(f"segment_{number}")
+            segment.attrs["name"] = name
+            counts = (rows[::-1] * 1e-9 / (2 * reach) * 2**32).round().astype("i4") * (-1) ** number
+            segment["data_0"] = counts.ravel()
+            about = {"name": "Topography", "base_calibration_unit": "m", "dataset_element_type": 0}
+            segment["data_0"].attrs.update({**about, "base_calibration_min": -reach, "base_calibration_max": reach})
+    return path
+
+
+def write_hdf5(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    import h5py
+
+    path = folder / "scan.h5"
+    with h5py.File(path, "w") as file:
+        file["scans/first"] = rows
+    return path
+
+
+def write_xyz(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    scan = expected_scan(rows, size)
+    places = np.meshgrid(scan.x, scan.y, indexing="ij")
+    path = folder / "scan.xyz"
+    points = np.stack([*places, scan.height.values], -1).reshape(-1, 3)
+    np.savetxt(path, points, header="X[nm] Y[nm] Z[nm]", comments="")
+    return path
+
+
+def write_sdf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    steps = f"Xscale = {size[0] * 1e-9 / rows.shape[1]!r}\nYscale = {size[1] * 1e-9 / rows.shape[0]!r}\nZscale = 1.0e-9"
+    head = f"aISO-1.0\nManufacID = any\nCreateDate = 010120200000\nModDate = 010120200000\nNumPoints = {rows.shape[1]}"
+    head += f"\nNumProfiles = {rows.shape[0]}\n{steps}\nZresolution = 1e-12\nCompression = 0\nDataType = 7"
+    head += "\nCheckType = 0\n*\n"
+    path = folder / "scan.sdf"
+    path.write_text(head + "\n".join(" ".join(map(repr, line.tolist())) for line in rows) + "\n*\n")
+    return path
+
+
+def write_mi(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write an Agilent image of 16-bit counts over a range, the lowest line first."""
+    reach = 10.0  # nm
+    head = {"fileType": "Image", "xPixels": rows.shape[1], "yPixels": rows.shape[0]}
+    head |= {"xLength": size[0] * 1e-9, "yLength": size[1] * 1e-9, "bufferLabel": "Topography", "bufferUnit": "nm"}
+    head |= {"bufferRange": reach, "data": "BINARY"}
+    text = "".join(f"{key:<14s}{value}\n" for key, value in head.items())
+    path = folder / "scan.mi"
+    path.write_bytes(text.encode() + np.round(rows[::-1] / reach * 32768).astype("<i2").tobytes())
+    return path
+
+
+def write_nid(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a Nanosurf image of 16-bit counts over a range, the lowest line first."""
+    reach = 20.0  # nm
+    image = {"Points": rows.shape[1], "Lines": rows.shape[0], "SaveMode": "Binary", "SaveOrder": "Intel"}
+    image |= {"SaveSign": "Signed", "SaveBits": 16, "Frame": "Scan forward", "Dim0Unit": "m", "Dim1Unit": "m"}
+    image |= {"Dim2Unit": "m", "Dim2Name": "Z-Axis", "Dim0Range": size[0] * 1e-9, "Dim1Range": size[1] * 1e-9}
+    image |= {"Dim2Range": reach * 1e-9, "Dim2Min": -reach / 2 * 1e-9}
+    parts = {"DataSet": {"GroupCount": 1, "Gr0-Count": 1, "Gr0-Ch0": "DataSet-0:0"}}
+    parts |= {"DataSet-Info": {"Date": "01-02-2020", "Time": "10:11:12"}, "DataSet-0:0": image}
+    lines = [line for name, part in parts.items() for line in (f"[{name}]", *(f"{k}={v}" for k, v in part.items()))]
+    text = "\r\n".join(lines)
+    path = folder / "scan.nid"
+    path.write_bytes(text.encode() + b"\r\n#!" + np.round(rows[::-1] / reach * 65536).astype("<i2").tobytes())
+    return path
+
+
+def write_wsxm(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a WSxM image of 64-bit heights, turned by half a turn."""
+    parts = {"Control": {"X Amplitude": f"{size[0]} nm", "Y Amplitude": f"{size[1]} nm"}}
+    parts["General Info"] = {"Number of rows": rows.shape[0], "Number of columns": rows.shape[1]}
+    parts["General Info"] |= {"Image Data Type": "double", "Z Amplitude": f"{np.ptp(rows)} nm"}
+    lines = [line for name, part in parts.items() for line in (f"[{name}]", *(f"{k}: {v}" for k, v in part.items()))]
+    head = "\r\n".join(
+        ["WSxM file copyright UAM", "SxM Image file", "Image header size: 512", *lines, "[Header end]", ""]
+    )
+    path = folder / "scan.stp"
+    path.write_bytes(head.encode() + rows[::-1, ::-1].astype("<f8").tobytes())
+    return path
+
+
+def write_bcr(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    head = f"fileformat = bcrf\nheadersize = 2048\nxpixels = {rows.shape[1]}\nypixels = {rows.shape[0]}\n"
+    head += (
+        f"xlength = {size[0]}\nylength = {size[1]}\nxunit = nm\nyunit = nm\nzunit = nm\nintelmode = 1\nbit2nm = 1.0\n"
+    )
+    path = folder / "scan.bcrf"
+    path.write_bytes(head.encode().ljust(2048) + rows.astype("<f4").tobytes())
+    return path
+
+
+def write_x3p(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    steps = [length * 1e-9 / n for length, n in zip(size, rows.shape[::-1])]
+    axes = "".join(
+        f"<{name}><AxisType>{kind}</AxisType><DataType>D</DataType><Increment>{step!r}</Increment>"
+        f"<Offset>0</Offset></{name}>"
+        for name, kind, step in (("CX", "I", steps[0]), ("CY", "I", steps[1]), ("CZ", "A", 1.0))
+    )
+    xml = '<?xml version="1.0"?><p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1>'
+    xml += "<Revision>ISO5436 - 2000</Revision>"
+    xml += f"<FeatureType>SUR</FeatureType><Axes>{axes}</Axes></Record1>"
+    xml += "<Record2><Date>2020-01-01T00:00:00</Date></Record2><Record3><MatrixDimension>"
+    xml += f"<SizeX>{rows.shape[1]}</SizeX><SizeY>{rows.shape[0]}</SizeY><SizeZ>1</SizeZ></MatrixDimension>"
+    xml += "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink></Record3></p:ISO5436_2>"
+    path = folder / "scan.x3p"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("main.xml", xml)
+        archive.writestr("bindata/data.bin", (rows * 1e-9).astype("<f8").tobytes())
+    return path
+
+
+def write_sur(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write a Digital Surf file of 32-bit counts of 1e-4 nm."""
+    counts = np.round(rows / 1e-4).astype("<i4")
+    steps = [length / n for length, n in zip(size, rows.shape[::-1])]
+    names = b"".join(word.ljust(16) for word in (b"X", b"Y", b"Z", *[b"nm"] * 6))
+    head = b"DIGITAL SURF" + struct.pack("<4H", 0, 1, 1, 2) + b" " * 60 + struct.pack("<5H2IH", 0, 0, 0, 0, 1, 0, 0, 32)
+    head += struct.pack("<4iI3f", counts.min(), counts.max(), *rows.shape[::-1], rows.size, *steps, 1e-4) + names
+    head += struct.pack("<3f3H3I7Hf2I3H", 1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 2, 3, 4, 5, 2020, 1, 1.0, 0, 0, 0, 0, 0)
+    path = folder / "scan.sur"
+    path.write_bytes(head + bytes(128) + struct.pack("<3f", 0, 0, 0) + bytes(34) + counts.tobytes())
+    return path
+
+
+def write_mdt(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
+    """Write an NT-MDT file of one scanned frame of 16-bit counts of 1e-3 nm, the lowest line first."""
+    counts = np.round(rows[::-1] / MDT_COUNT).astype("<i2")
+    steps = [length / n for length, n in zip(size, rows.shape[::-1])]
+    scales = struct.pack("<2fh2fh2fh", 0, steps[0], -1, 0, steps[1], -1, 0, MDT_COUNT, -1)  # -1: nm
+    variables = scales + struct.pack("<2B2H", 0, 0, *rows.shape[::-1])
+    body = variables + struct.pack("<4H", 0, *rows.shape[::-1], 0) + counts.tobytes()
+    frame = struct.pack("<I2H2B5HH", 22 + len(body), 0, 2020, 1, 1, 1, 1, 1, 1, 1, len(variables))
+    path = folder / "scan.mdt"
+    path.write_bytes(b"\x01\xb0\x93\xff" + struct.pack("<I4xH18xB", len(frame) + len(body), 0, 0) + frame + body)
+    return path
+
+
+#: Nanometres of one count in an NT-MDT file.
+MDT_COUNT = 1e-3
+
+
 #: Formats that hold 64-bit heights and the size as written; others round.
 WRITERS = {
     "gsf": write_gsf,
@@ -194,12 +525,29 @@ WRITERS = {
     "bruker": write_bruker,
     "igor": write_igor,
     "park": write_park,
+    "jpk": write_jpk,
+    "sxm": write_sxm,
+    "asd": write_asd,
+    "topostats": write_topostats,
+    "h5-jpk": write_h5_jpk,
+    "nhf": write_nhf,
+    "hdf5": write_hdf5,
+    "xyz": write_xyz,
+    "sdf": write_sdf,
+    "mi": write_mi,
+    "nid": write_nid,
+    "wsxm": write_wsxm,
+    "bcr": write_bcr,
+    "x3p": write_x3p,
+    "sur": write_sur,
+    "mdt": write_mdt,
 }
 
 #: Largest error of a height in nm by format: 16-bit counts, 32-bit numbers, decimals.
-ROUNDING = {"bruker": 0.04, "gsf": 1e-6, "igor": 1e-6, "park": 1e-6}
+ROUNDING = {"bruker": 0.04, "asd": 0.003, "mdt": 0.001, "mi": 2e-4, "nid": 2e-4, "sur": 1e-4}
+ROUNDING |= dict.fromkeys(("gsf", "igor", "park", "jpk", "sxm", "nhf", "bcr"), 1e-6)
 
 
 def given(name: str, size: tuple[float, float]) -> dict[str, object]:
     """Return the options that must be given with a file whose format does not state them."""
-    return {"size": size, "height_units": "nm"} if name == "npy" else {}
+    return {"size": size, "height_units": "nm"} if name in ("npy", "hdf5") else {}

@@ -85,7 +85,6 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("deflection [nm]\n1\n2\n", {}, "state spring_constant="),
         ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "not used with values in nN"),
         ("adhesion [nN]\n-1\n2\n", {}, "pulls='positive' or pulls='negative'"),
-        ("x,y,adhesion [nN]\n0,0,1\n1,1,2\n", {}, "state place_units="),
         ("x [nm],y [nm],adhesion [nN]\n0,0,1\n,1,2\n", {}, "expected a place in every row"),
         ("F1 [nN],F2 [nN]\n1,2\n3,4\n", {}, "found 2 among 'F1' .nN., 'F2' .nN."),
         ("1,2\n3,4\n", {}, "expected a line of names above 2 columns"),
@@ -103,7 +102,7 @@ def test_what_is_missing_or_damaged_is_named(tmp_path, text, options, message):
         roughxr.open_pull_off(written(tmp_path, text), **options)
 
 
-@pytest.mark.parametrize("name", ["cumulative fraction", "pdf", "percentile", "frequency", "count"])
+@pytest.mark.parametrize("name", ["cumulative fraction", "pdf", "percentile", "frequency", "count", "Number of curves"])
 def test_a_distribution_is_no_list_of_pull_offs(tmp_path, name):
     with pytest.raises(UnreadableScan, match=f"found a distribution with column '{name}'"):
         roughxr.open_pull_off(written(tmp_path, f"force [nN],{name}\n5,0.16\n10,0.7\n15,1\n"))
@@ -136,6 +135,55 @@ def test_other_units_become_forces_by_what_is_stated(tmp_path):
     assert by_deflection.spring_constant == 0.2 and by_deflection.sensitivity_units == "nm/V"
     bare = roughxr.open_pull_off(written(tmp_path, "1e-9\n3e-9\n", "bare.txt"), units="N")
     np.testing.assert_allclose(bare.pull_off_force, [1.0, 3.0])
+
+
+@pytest.mark.parametrize("heading", ["x,y,adhesion [nN]", "X Position,Y Position,Adhesion [nN]"])
+def test_places_without_units_are_left_out_and_this_is_said(tmp_path, heading):
+    path = written(tmp_path, f"{heading}\n0,0,1\n1,1,2\n")
+    with pytest.warns(UserWarning, match="places .* are left out: the file states no units; give them, place_units="):
+        found = roughxr.open_pull_off(path)
+    assert found.pull_off_force.values.tolist() == [1, 2] and "subregion_x" not in found.coords
+    stated = roughxr.open_pull_off(path, place_units="um")
+    assert stated.subregion_x.values.tolist() == [0, 1000]
+
+
+def test_jpks_export_has_its_adhesion_read(tmp_path):
+    text = "Filename\tPosition Index\tX Position\tY Position\tBaseline [N]\tAdhesion [N]\n"
+    rows = [f"c{k}.jpk-force\t{k}\t{k}e-6\t2e-6\t1e-10\t{force}e-9\n" for k, force in enumerate((12.5, 9.1, 14.2))]
+    path = written(tmp_path, text + "".join(rows), "export.tsv")
+    with pytest.warns(UserWarning, match="'X Position', 'Y Position' are left out"):
+        found = roughxr.open_pull_off(path)
+    np.testing.assert_allclose(found.pull_off_force, [12.5, 9.1, 14.2])
+    np.testing.assert_allclose(roughxr.open_pull_off(path, place_units="m").subregion_x, [0, 1000, 2000])
+
+
+@pytest.mark.parametrize(
+    ("text", "options"),
+    [
+        ("Adhesion force (nN)\n12.5\n9.1\n14.2\n", {}),
+        ("Adhesion force (nN)\n12,5\n9,1\n14,2\n", {}),
+        ("Adhesion force [10^-9 N]\n12.5\n9.1\n14.2\n", {}),
+        ("F (x10⁻⁹ N)\n12.5\n9.1\n14.2\n", {}),
+        ("n,F [1e-9 N]\n1,12.5\n2,9.1\n3,14.2\n", {}),
+        ("a0\n12.5\n9.1\n14.2\n", {"units": "nN"}),
+        ("a0 12.5\na1 9.1\na2 14.2\n", {"units": "nN"}),
+        ("label,force [nN]\na0,12.5\na1,9.1\na2,14.2\n", {}),
+        ('n,F [nN]\n1,"12,5"\n2,"9,1"\n3,"14,2"\n', {}),
+        ('F [nN]\n"12,5"\n"9,1"\n"14,2"\n', {}),
+        ("n;F [nN]\n1;12,5\n2;9,1\n3;14,2\n", {}),
+        ("n\tF [nN]\n1\t12,5\n2\t9,1\n3\t14,2\n", {}),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_short_tables_of_spreadsheets(tmp_path, text, options, encoding):
+    found = roughxr.open_pull_off(written(tmp_path, text, encoding=encoding), **options)
+    np.testing.assert_allclose(found.pull_off_force, [12.5, 9.1, 14.2], rtol=1e-12)
+
+
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_decimal_comma_need_not_be_in_the_first_row(tmp_path, separator):
+    text = "n;F [nN]\n1;12\n2;9,1\n".replace(";", separator)
+    assert roughxr.open_pull_off(written(tmp_path, text)).pull_off_force.values.tolist() == [12, 9.1]
 
 
 def test_noise_beside_zero_stays_where_the_sign_is_stated(tmp_path):

@@ -56,7 +56,7 @@ def test_a_picture_without_symmetry_keeps_its_top_and_its_left(name, tmp_path):
     assert float(marked) == pytest.approx(rows[0, 0], abs=ROUNDING.get(name, 1e-9))
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("name", [name for name in WRITERS if name != "topostats"])  # which states one length
 def test_pixels_that_are_not_square_are_carried_and_remarked(name, tmp_path):
     rows = picture()
     size = image_size(rows, (5.0, 8.0))
@@ -231,7 +231,7 @@ def test_text_that_is_no_matrix_is_refused(tmp_path):
     with pytest.warns(UserWarning, match="last line has no line end"):
         open_scan(path)
     path.write_text("1 2 3\n" * 9)
-    with pytest.raises(UnreadableScan, match="three columns"):
+    with pytest.raises(UnreadableScan, match="three columns that are not the points of a whole grid"):
         open_scan(path, size=(1, 1), height_units="nm")
 
 
@@ -385,10 +385,11 @@ def test_a_description_lists_every_channel(tmp_path):
 def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tmp_path, monkeypatch):
     rows = picture()
     path = WRITERS[name](tmp_path, rows, image_size(rows))
-    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile"):
+    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile", "h5py"):
         monkeypatch.setitem(sys.modules, module, None)
-    if name in ("gwy", "text", "npy", *LABELLED):
-        assert_same(open_scan(path, **given(name, image_size(rows))), expected_scan(rows, image_size(rows)))
+    if name in ("gwy", "text", "xyz", "npy", "jpk", "sxm", "asd", *LABELLED):
+        scan = open_scan(path, **given(name, image_size(rows)))
+        assert_same(scan, expected_scan(rows, image_size(rows)), ROUNDING.get(name, 1e-9))
     else:
         with pytest.raises(ImportError, match=r'pip install \w+, .*pip install "\.\[afm\]"'):
             open_scan(path)

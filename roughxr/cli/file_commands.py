@@ -9,6 +9,7 @@ from typing import Any
 import xarray as xr
 
 from .. import archive, figures, scans
+from ..scans import formats
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
 from . import words
@@ -28,7 +29,15 @@ def image_options(options: Namespace) -> dict[str, Any]:
 
 
 def info(options: Namespace) -> None:
-    """Print the channels of a file and the roughness of the one that is read."""
+    """Print the channels of a file and the roughness of the one that is read, or the formats that are read."""
+    if options.formats:
+        for known in formats.READ.values():
+            needs = f"; needs the extra {known.extra!r}" if known.extra else ""
+            print(f"{known.name} ({', '.join(known.endings.split())}){needs}")
+        print(f"and what SurfaceTopography reads besides, of optical profilers: {formats.BESIDES}")
+        return
+    if options.file is None:
+        raise ValueError("expected a FILE, or --formats, found neither")
     channels = scans.describe(options.file)
     print_attributes(channels)
     if options.file.endswith(".nc") and (missing := archive.root_attributes(options.file).get(archive.UNFINISHED)):

@@ -189,7 +189,8 @@ def _pages(commands: Any) -> None:
 
 def _files(commands: Any) -> None:
     command = _command(commands, "info", "file_commands:info", "print a file's channels, and a scan's roughness")
-    _add(command, ("file", "FILE", "an AFM file, or a NetCDF file of a scan"))
+    command.add_argument("file", metavar="FILE", nargs="?", help="an AFM file, or a NetCDF file of a scan")
+    _flag(command, "--formats", "print the formats that are read, instead")
     _add_reading_options(command)
     _add(command, ("--picture", "PNG", "draw the heights, levelled by a plane"))
     command = _command(commands, "convert", "file_commands:convert", "write a scan in another format")

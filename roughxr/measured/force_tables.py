@@ -22,18 +22,25 @@ _HEADED = re.compile(r"^(.*?)(?:\s*\[([^\]]*)\]|\s*\(([^)]*)\)|\s*/\s*([^/\s]+)|
 _PLACE = re.compile(
     r"(?:(?:subregion|pos(?:ition)?|coord(?:inate)?)[\s_]*)?([xy])(?:[\s_]*(?:pos(?:ition)?|coord(?:inate)?))?"
 )
-_PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|position|coord", re.IGNORECASE)
+_PLACE_LIKE = re.compile(r"(?:^|[\s_])[xy](?:$|[\s_])|(?:position|coord)(?!.*(?:index|number))", re.IGNORECASE)
+
+#: A number with a decimal comma; a power of ten before units, as in "10^-9 N", its digits perhaps raised.
+_DECIMAL_COMMA = re.compile(r"[-+]?\d*,\d+(?:[eE][-+]?\d+)?")
+_POWER = re.compile(r"(?:[x×*·]?\s*10\s*\^?|1?[eE])\s*[({]?([-+]?\d+)[)}]?\s*[*·]?\s*([^\W\d].*)")
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
 
 #: Columns of a distribution, whose rows are not pull-offs.
 _DISTRIBUTION = re.compile(
-    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share|^(counts?|occurrences?|events?|hits)$",
+    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share|^(counts?|occurrences?|events?|hits)$|"
+    r"^(number|no\.?|#) of",
     re.IGNORECASE,
 )
 
 #: Cells that mean a missing value.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
-#: Names of columns of adhesion forces.
+#: Names of columns of adhesion forces, certain and likely ones.
+_ADHESION = re.compile("adhes|pull.?off", re.IGNORECASE)
 _FORCE = re.compile("adhes|pull|force|snap", re.IGNORECASE)
 
 
@@ -87,30 +94,38 @@ def _read_text(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     rows = [(k, line) for k, line in lines if not line.lstrip().startswith("#")]
     if not rows:
         raise UnreadableScan(path, "expected a table of numbers, found comments only")
-    delimiter, comma = _separators(rows[0][1])
-    numbers = [_number(cell, comma) for cell in _split(rows[0][1], delimiter) if cell.lower() not in _EMPTY]
-    first = 0 if any(number is not None for number in numbers) else 1
+    heading = [_number(cell, True) for cell in _split(rows[0][1], separators(rows[0][1])[0]) if cell not in _EMPTY]
+    first = 0 if any(number is not None for number in heading) else 1
     if len(rows) == first:
         raise UnreadableScan(path, "expected rows of numbers, found a line of names only")
-    delimiter, comma = _separators(rows[first][1])
+    delimiter = _delimiter(rows[0][1], [line for _, line in rows[first:]])
     cells = [(k, _split(line, delimiter)) for k, line in rows[first:]]
+    comma = any(_DECIMAL_COMMA.fullmatch(cell) for _, row in cells for cell in row)
     comments = [line.lstrip("# \t") for k, line in lines if k < rows[0][0]]
-    names = _split(rows[0][1], delimiter) if first else _column_names(path, comments, delimiter, len(cells[0][1]))
+    names = _split(rows[0][1], delimiter) if first else _column_names(path, comments, delimiter, cells[0][1])
+    if first and len(cells[0][1]) == 1:
+        names = [rows[0][1].strip().strip('"')]
     return names, cells, comma, [k for k, _ in lines if cells[0][0] <= k <= cells[-1][0]]
 
 
-def _separators(line: str) -> tuple[str | None, bool]:
-    """Return the delimiter of a row, tabulators before white space, and whether its comma is decimal."""
-    delimiter, comma = separators(line)
-    return ("\t" if delimiter is None and "\t" in line.strip() else delimiter), comma
+def _delimiter(heading: str, rows: list[str]) -> str | None:
+    """Return the delimiter of rows: tabulators before white space, and no comma in a column of decimal commas."""
+    if "," not in heading and all(_DECIMAL_COMMA.fullmatch(line.strip()) or line.strip().isdecimal() for line in rows):
+        return None
+    delimiter = next((sign for sign in ";\t" if any(sign in line.strip() for line in rows)), None)
+    return delimiter or separators(next((line for line in rows if "," in line), ""))[0]
 
 
-def _column_names(path: Path, comments: list[str], delimiter: str | None, width: int) -> list[str]:
-    """Return the names in the last comment that names every column; a single column needs no name."""
+def _column_names(path: Path, comments: list[str], delimiter: str | None, row: list[str]) -> list[str]:
+    """Return the names in the last comment with one for each column; a single column of numbers needs no name."""
+    width = len(row)
     for line in reversed(comments):
         for names in (_split(line, delimiter), _split(line, None)):
             if len(names) == width:
                 return names
+    numeric = [_number(cell, True) is not None for cell in row]
+    if numeric.count(True) == 1:
+        return [path.stem if number else "" for number in numeric]
     if width > 1:
         raise UnreadableScan(
             path,
@@ -155,7 +170,10 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
         raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
-    return Column(headed.group(1) if headed and units else name, units, np.array(numbers, dtype=float))
+    power = _POWER.fullmatch(units.translate(_SUPERSCRIPTS)) if units else None
+    scale = 10.0 ** int(power[1]) if power else 1.0
+    values = np.array(numbers, dtype=float) * scale
+    return Column(headed[1] if headed and units else name, power[2] if power else units, values)
 
 
 def force_column(path: Path, columns: list[Column], name: str | int | None) -> Column:
@@ -192,7 +210,8 @@ def _likely_forces(columns: list[Column]) -> list[Column]:
     others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
     forces = [column for column in others if converts(column.units, "nN")]
     if forces:
-        return [column for column in forces if column.name == "pull_off_force"] or forces
+        own = [column for column in forces if column.name == "pull_off_force"]
+        return own or [column for column in forces if _ADHESION.search(column.name)] or forces
     return [column for column in others if _FORCE.search(column.name)] or others
 
 

@@ -14,8 +14,10 @@ import xarray as xr
 from ..jobs.progress import subregion_bar
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
+from ..scans.plain import decoded
 from ..statistics.sampling import map_samples
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .force_curves import curves_pull_off
@@ -143,9 +145,12 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, given: Ca
         ds = _read_force_table(path, image, place_units, given)
     else:
         schema.refuse_unused("an adhesion image", place_units=place_units)
-        channels = files.guarded(path, read, path)
-        chosen = with_vendor_scale(path, channels, _adhesion(channels, image.channel, image.direction, path), family)
-        ds = _read_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
+        code, channels = files.images(path, family, read)
+        with files.recognized(path, code):
+            chosen = with_vendor_scale(
+                path, channels, _adhesion(channels, image.channel, image.direction, path), family
+            )
+            ds = _read_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
     return _with_source(path, ds)
 
 
@@ -180,7 +185,7 @@ def _unusable_reasons(ds: xr.Dataset) -> str:
 
 def _is_matrix(path: Path) -> bool:
     """Return whether a text states the size of an image above the numbers, as Gwyddion's."""
-    head = first_bytes(path, 2000).decode("utf-8", "replace")
+    head = decoded(first_bytes(path, 2000))
     comments = [line for line in head.splitlines() if line.lstrip().startswith("#")]
     return any("Width:" in line for line in comments) and any("Height:" in line for line in comments)
 
@@ -191,7 +196,12 @@ def _read_force_table(path: Path, image: _Selection, place_units: str | None, gi
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
-    for axis, place in place_columns(path, columns, column).items():
+    places = place_columns(path, columns, column)
+    if places and place_units is None and not any(place.units for place in places.values()):
+        named = ", ".join(repr(place.name) for place in places.values())
+        warn(f"{path.name}: the places {named} are left out: the file states no units; give them, place_units='um'")
+        places = {}
+    for axis, place in places.items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
     refuse_distribution(path, columns, column)
     ds = ds.assign_coords(subregion=np.arange(ds.sizes["subregion"]))

@@ -50,7 +50,9 @@ def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
         and sensitivity["per"] is not None
         and arbitrary == (sensitivity["per"] == "Arb")
     ):
-        return sensitivity["units"], one_count * float(sensitivity[2]) * (1e3 if sensitivity["per"] == "mV" else 1.0)
+        return sensitivity["units"].replace("~", "µ"), one_count * float(sensitivity[2]) * (
+            1e3 if sensitivity["per"] == "mV" else 1.0
+        )
     if arbitrary:
         raise UnreadableScan(
             path,

@@ -16,7 +16,7 @@ from .files import read_scan
 class RoughxrBackend(BackendEntrypoint):
     """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm."""
 
-    description = "AFM images as scans in nm (Bruker, Asylum, Park, Gwyddion, text, NetCDF and others)"
+    description = "AFM images as scans in nm (Bruker, Asylum, Park, JPK, Gwyddion, text, NetCDF and others)"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
 
     def open_dataset(  # type: ignore[override]  # options of a reader's own, as xarray asks
@@ -51,12 +51,11 @@ def open_scan(
     Parameters
     ----------
     path : str or path
-        Bruker, Asylum, Park, Nanosurf, Digital Surf and other vendors' files and ``.gsf`` (these need the extra
-        ``roughxr[afm]``); ``.gwy``; NetCDF of roughxr, SurfaceTopography or CF; matrices as text or in ``.npy``.
-        The content decides, not the extension.
+        Any file that ``roughxr info --formats`` lists: of most microscopes, of Gwyddion, NetCDF, HDF5, text, ``.npy``.
+        Some need the extra ``roughxr[afm]``. The content decides, not the extension.
     channel : str or int, optional
-        Name (case and direction do not matter) or number of the image; by default the first image of heights, with a
-        warning that lists other candidates.
+        Name (case and direction do not matter) or number of the image, in HDF5 the path of a matrix; by default the
+        first image of heights, with a warning that lists other candidates, such as the frames of a movie.
     direction : {"trace", "retrace"}, optional
         By default the forward image if there are both.
     size : length or pair of lengths, optional

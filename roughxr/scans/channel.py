@@ -33,6 +33,12 @@ class UnreadableScan(ValueError):
 
     def __init__(self, path: Any, reason: str):
         super().__init__(printable(f"{path}: {reason}"))
+        self.path, self.reason = path, reason
+
+    def recognized(self, name: str) -> UnreadableScan:
+        """Return the same error, with the name of the format that was recognized."""
+        named = not name or name.partition(" (")[0] in self.reason
+        return self if named else UnreadableScan(self.path, f"{name}: {self.reason}")
 
 
 class Channel(NamedTuple):
@@ -127,6 +133,9 @@ def is_igor(head: bytes) -> bool:
     return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
+#: Most images in a list.
+_MOST_LISTED = 32
+
 #: Advice for a file without units.
 _STATE_UNITS = "if these are heights, state their units, height_units="
 
@@ -161,7 +170,7 @@ def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str |
     tied = [image for image in fitting if _is_sensor(image) == _is_sensor(chosen)]
     if len(tied) < 2:
         return ""
-    numbers = ", ".join(f"{channels.index(image)}: {image.name!r}" for image in tied)
+    numbers = ", ".join(_first_of([f"{channels.index(image)}: {image.name!r}" for image in tied]))
     return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
 
 
@@ -175,7 +184,7 @@ def channels_named(channels: list[Channel], channel: str | int | None) -> list[C
         surfaces = [image for image in channels if image.is_topography]
         return [image for image in surfaces if _HEIGHT.search(image.name)] or surfaces
     if isinstance(channel, str):
-        exact = [image for image in channels if image.name == channel]
+        exact = [image for image in channels if image.name in (channel, channel.lstrip("/"))]
         return exact or [image for image in channels if _stem(image.name) == _stem(channel)]
     return [channels[channel]] if 0 <= int(channel) < len(channels) else []
 
@@ -193,6 +202,12 @@ def _stem(name: str) -> str:
 
 
 def listing(channels: list[Channel]) -> str:
-    """Return the channels as one line: number, name, direction, units."""
-    words = (f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels))
-    return printable(", ".join(" ".join(word.split()) for word in words))
+    """Return the channels as one line: number, name, direction, units; of very many the first ones."""
+    words = [f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels)]
+    return printable(", ".join(" ".join(word.split()) for word in _first_of(words)))
+
+
+def _first_of(words: list[str]) -> list[str]:
+    """Return words, the first ones and the number of the others where they are very many, as of a movie's frames."""
+    more = len(words) - _MOST_LISTED
+    return words if more <= 0 else [*words[:_MOST_LISTED], f"… and {more} more"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -68,7 +69,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
         if channel.is_length:
             ds = labelled(with_size(channel, None, path), values, path)
             row |= {"lowest": float(ds["height"].min()), "highest": float(ds["height"].max())}
-            with warnings.catch_warnings():  # they are listed as doubts
+            with warnings.catch_warnings(), suppress(ValueError):  # listed as doubts; too few pixels for a plane
                 warnings.simplefilter("ignore", ImplausibleScan)
                 row["s_q"] = float(level(ds)["height"].std())
             row["doubts"] += doubts(ds) if channel.is_topography else []

@@ -60,7 +60,7 @@ def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[f
     rim = binary_dilation(missing, iterations=2) & ~missing
     places, holes = (np.argwhere(where) * steps for where in (rim, missing))
     values = griddata(places, height[rim], holes, method="nearest")
-    if method == "linear" and len(places) > 3:
+    if method == "linear" and np.linalg.matrix_rank(places - places[0]) > 1:  # not all on one line
         inside = griddata(places, height[rim], holes, method="linear")
         values = np.where(np.isnan(inside), values, inside)
     height = height.copy()

@@ -10,7 +10,8 @@ from __future__ import annotations
 import hashlib
 import json
 import stat
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,10 +22,10 @@ import xarray as xr
 from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
-from . import gwyddion, plain, vendors
+from . import formats, gwyddion, hdf5, microscopes, plain, vendors
 from .channel import Channel, UnreadableScan, ambiguity_warning, choose, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
-from .netcdf import is_netcdf, open_netcdf, variable_names
+from .netcdf import HDF5, is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
 
 
@@ -54,7 +55,14 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
     if head.startswith(plain.NPY):
         return "npy", plain.npy_channels
     if is_netcdf(head):
-        return "netcdf", _netcdf_channels
+        other = head.startswith(HDF5) and not hdf5.is_netcdf4(path)
+        return ("hdf5", hdf5.hdf5_channels) if other else ("netcdf", _netcdf_channels)
+    if head.startswith(microscopes.SXM):
+        return "sxm", microscopes.sxm_channels
+    if microscopes.is_asd(head):
+        return "asd", microscopes.asd_channels
+    if head.startswith(microscopes.TIFF) and microscopes.is_jpk(path):
+        return "jpk", microscopes.jpk_channels
     if plain.is_text(head) and not head.startswith(vendors.TEXT_SIGNATURES):
         return "text", plain.text_channels
     return "vendor", vendors.channels
@@ -67,16 +75,33 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
     except (UnreadableScan, ImportError):
         raise
     except Exception as error:
-        reason = " ".join(str(error).split())[:300] or "no reason given"
-        raise UnreadableScan(path, f"damaged, or a variant not supported ({type(error).__name__}: {reason})") from error
+        words = " ".join(str(error).split())[:300] or "no reason given"
+        reason = f"it lacks {words}" if isinstance(error, KeyError) else f"{type(error).__name__}: {words}"
+        raise UnreadableScan(path, f"damaged, or a variant not supported ({reason})") from error
+
+
+@contextmanager
+def recognized(path: Path, code: str) -> Iterator[None]:
+    """Name the format of a file in the errors that it raises."""
+    code = vendors.code_of(first_bytes(path, 512)) if code == "vendor" else code
+    try:
+        yield
+    except UnreadableScan as error:
+        raise error.recognized(formats.name_of(code)) from error.__cause__
+
+
+def images(path: Path, family: str, read: Callable[[Path], list[Channel]]) -> tuple[str, list[Channel]]:
+    """Return the format of a file and the images that it holds."""
+    with recognized(path, family):
+        channels = guarded(path, read, path)
+    return str(channels[0].header.get("format", family)) if channels else family, channels
 
 
 def list_channels(path: Any) -> list[Channel]:
     """Return the images in a file, their values not read yet if the format allows."""
     path = regular_file(path)
     refuse_curves(path)
-    _, read = reader_of(path)
-    return guarded(path, read, path)
+    return images(path, *reader_of(path))[1]
 
 
 def _netcdf_channels(path: Path) -> list[Channel]:
@@ -113,12 +138,14 @@ def read_scan(
     family, read = reader_of(path)
     given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
-        return _labelled_netcdf(path, given)
-    channels = guarded(path, read, path)
-    chosen = choose(_with_units(channels, height_units, path), channel, direction, path)
-    chosen = with_size(chosen, size, path)
-    ds = labelled(chosen, guarded(path, chosen.read), path)
-    ds.attrs.update(_origin(path, family, chosen, channels))
+        with recognized(path, family):
+            return _labelled_netcdf(path, given)
+    code, channels = images(path, family, read)
+    with recognized(path, code):
+        chosen = choose(_with_units(channels, height_units, path), channel, direction, path)
+        chosen = with_size(chosen, size, path)
+        ds = labelled(chosen, guarded(path, chosen.read), path)
+    ds.attrs.update(_origin(path, code, chosen, channels))
     tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
         warn(f"{path.name}: {doubt}", ImplausibleScan)
@@ -229,14 +256,14 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
     return label(xr.Dataset({"height": (("x", "y"), height)}, coords))
 
 
-def _origin(path: Path, family: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
+def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
     """Return the attributes that state a scan's origin."""
     assert chosen.size is not None  # by `sized`
-    header = dict(chosen.header)
+    header = {key: value for key, value in chosen.header.items() if key != "format"}
     return {
         "source_file": path.name,
         "source_sha256": file_hash(path),
-        "source_format": str(header.pop("format", family)),
+        "source_format": code,
         "source_size_x": chosen.size[0],
         "source_size_y": chosen.size[1],
         "channel": chosen.name,

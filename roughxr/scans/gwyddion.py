@@ -104,7 +104,8 @@ def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
         if end > stop:
             raise ValueError(f"a component at byte {at} is longer than the object that contains it")
         array = np.frombuffer(data, dtype, count, start)
-        return (array if kind.isupper() else array[0].item()), end
+        value = array if kind.isupper() else array[0].item()
+        return (value.decode("latin-1") if isinstance(value, bytes) else value), end  # text of one letter, by gwyfile
     read, values, end = {"s": _text, "o": _object}[kind.lower()], [], start
     for _ in range(count):
         value, end = read(data, end, stop)

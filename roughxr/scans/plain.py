@@ -1,7 +1,8 @@
-"""Plain numbers: text matrices and ``.npy`` arrays, first row at the top; the caller gives missing sizes and units.
+"""Plain numbers: text and ``.npy`` arrays, first row at the top; the caller gives missing sizes and units.
 
-A text matrix does not state its number of rows, so that a truncated file looks complete. If its header states the size,
-pixels must therefore be square, unless the caller gives the size as well.
+Text is a matrix, or three columns x, y, z of points on a grid. Most do not state their number of rows, so that a
+truncated file looks complete. If its header states the size, pixels must therefore be square, unless the caller gives
+the size as well.
 """
 
 from __future__ import annotations
@@ -15,15 +16,27 @@ import numpy as np
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor
 from .channel import Channel, UnreadableScan, stated_direction
+from .formats import not_read
 
 NPY = b"\x93NUMPY"
 
 #: First bytes of text in UTF-16.
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
-# "Width: 10.00 µm" as Gwyddion writes it into the comments above the numbers
-_ENTRY = re.compile(r"^\s*#+\s*([^:]+):\s*(.*?)\s*$")
-_LENGTH = re.compile(r"^([-+0-9.eE]+)\s*(\S+)$")
+#: "Width: 10.00 µm", as Gwyddion writes it above the numbers; "h=18 w=24", several in a line; and their values.
+_ENTRY = re.compile(r"^\s*([^:=]+):\s*(.*?)\s*$")
+_ENTRIES = re.compile(r"([A-Za-z][\w-]*)\s*=\s*(.*?)\s*(?=[\s,;]+[A-Za-z][\w-]*\s*=|$)")
+_LENGTH = re.compile(r"^([-+0-9.eE]+)\s*([^\s\d]\S*)$")
+
+#: Names of the sides in a header.
+_SIDES = (("width", "w"), ("height", "h"))
+
+#: A line of numbers, its first cells perhaps empty; and the heading of three columns of points.
+_NUMBERS = re.compile(r"[\s,;]*[-+]?(\d|[.,]\d|(nan|inf)\b)", re.IGNORECASE)
+_HEADING = re.compile(r"\W*x(?![a-z]).*\by(?![a-z]).*\b(z(?![a-z])|height|topography)", re.IGNORECASE)
+
+#: Largest distance of a point from its grid's point, in steps: coordinates are rounded.
+_OFF_GRID = 0.3
 
 
 def npy_channels(path: Path) -> list[Channel]:
@@ -44,26 +57,28 @@ def is_text(head: bytes) -> bool:
 
 
 def text_channels(path: Path) -> list[Channel]:
-    """Return the one image of a text matrix: columns along x, rows from the top."""
+    """Return the one image of a text."""
+    if unknown := not_read(path):
+        raise UnreadableScan(path, f"expected an AFM image, found a file that is not read, {unknown}")
     text = decoded(path.read_bytes())
-    header = {match[1]: match[2] for match in map(_ENTRY.match, text.splitlines()[:100]) if match}
-    rows = _matrix(path, text)
+    lines = [line for line in text.splitlines() if line.strip()]
+    first = next((k for k, line in enumerate(lines) if _NUMBERS.match(line)), len(lines))
+    header, heading = _header(path, lines[:first])
+    numbers = _matrix(path, [line for line in lines[first:] if not line.lstrip().startswith("#")])
     if not text.endswith("\n"):
         warn(f"{path.name}: the last line has no line end; if the file was cut short, its last number is wrong")
-    size, lateral_units = _size(header)
-    name = header.get("Channel", path.stem)
+    units, (size, lateral_units) = header.get("value units"), _size(header)
+    if numbers.shape[1] == 3 and numbers.shape[0] > 3:
+        rows, extent = _on_grid(path, numbers)
+        stated = re.findall(r"[\[(/_]\s*([^\])/\s,;]+)", heading)
+        if len(stated) == 3 and stated[0] == stated[1]:
+            size, lateral_units, units = extent, stated[0], stated[2]
+    else:
+        rows = _counted(path, numbers, header)
+    name = header.get("channel", path.stem)
+    counted = rows is not numbers
     return [
-        Channel(
-            name=name,
-            units=header.get("Value units"),
-            shape=rows.shape,
-            size=size,
-            lateral_units=lateral_units,
-            read=lambda: rows,
-            direction=stated_direction(name),
-            header=header,
-            counted=False,
-        )
+        Channel(name, units, rows.shape, size, lateral_units, lambda: rows, stated_direction(name), header, counted)
     ]
 
 
@@ -77,10 +92,34 @@ def decoded(data: bytes) -> str:
         return data.decode("latin-1")  # older programs write the micro sign so
 
 
+def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
+    """Return what the lines above the numbers state, its names in small letters, and the heading of points."""
+    header: dict[str, str] = {}
+    heading = ""
+    for line in lines:
+        words = line.lstrip("# \t")
+        entry = _ENTRY.match(words)
+        entries = [entry.groups()] if entry else _ENTRIES.findall(words)
+        header |= {name.strip().lower(): value for name, value in entries}
+        if _HEADING.match(words):
+            heading = words
+        elif not entries and not line.lstrip().startswith("#"):
+            raise UnreadableScan(
+                path,
+                f"expected a matrix of numbers, found {words[:60]!r}; a table of pull-offs is read by "
+                "`roughxr measured`",
+            )
+    return header, heading
+
+
+def _sides(header: dict[str, str]) -> list[str]:
+    """Return what a header states of width and height."""
+    return [next((header[name] for name in names if name in header), "") for names in _SIDES]
+
+
 def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
-    """Return the size of width and height, and their common units, from a Gwyddion header."""
-    lengths = [_LENGTH.match(header.get(key, "")) for key in ("Width", "Height")]
-    known = [match.groups() for match in lengths if match]
+    """Return the size of width and height, and their common units, where a header states them."""
+    known = [match.groups() for match in map(_LENGTH.match, _sides(header)) if match]
     if len(known) < 2:
         return None, None
     (width, x_units), (height, y_units) = known
@@ -89,22 +128,76 @@ def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | Non
     return (float(width), float(height)), x_units
 
 
-def _matrix(path: Path, text: str) -> np.ndarray:
-    lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
+def _counted(path: Path, numbers: np.ndarray, header: dict[str, str]) -> np.ndarray:
+    """Return a matrix of as many columns and rows as its header states, the same matrix where it states none."""
+    sides = _sides(header)
+    if not all(map(str.isdecimal, sides)):
+        return numbers
+    columns, rows = map(int, sides)
+    if numbers.shape != (rows, columns) and (1 not in numbers.shape or numbers.size != rows * columns):
+        size = f"{numbers.shape[1]} columns and {numbers.shape[0]} rows"
+        raise UnreadableScan(path, f"expected {columns} columns and {rows} rows, as its header states, found {size}")
+    return numbers.reshape(rows, columns)
+
+
+def _matrix(path: Path, lines: list[str]) -> np.ndarray:
     if not lines:
         raise UnreadableScan(path, "expected a matrix of numbers, found no line of numbers")
     delimiter, decimal_comma = separators(lines[0])
     if decimal_comma:
         lines = [line.replace(",", ".") for line in lines]
+    if re.match(r"\s*[\t,;]", lines[0]):  # the empty corner of a matrix with axes
+        lines[0] = f"nan{lines[0].lstrip(' ')}"
     try:
         rows = np.loadtxt([line.rstrip(" \t" + (delimiter or "")) for line in lines], delimiter=delimiter, ndmin=2)
     except ValueError as error:
         raise UnreadableScan(
             path, f"expected a matrix of numbers, found: {error} (a table of pull-offs is read by `roughxr measured`)"
         ) from error
-    if rows.shape[1] == 3 and rows.shape[0] > 3:
-        raise UnreadableScan(path, "expected a matrix of heights, found three columns (x, y, z?): map them to a grid")
+    if _has_axes(rows):
+        raise UnreadableScan(
+            path,
+            "expected a matrix of heights, found coordinates in its first row and column: delete both; their "
+            "range is the size",
+        )
     return rows
+
+
+def _has_axes(rows: np.ndarray) -> bool:
+    """Return whether the first row and column are evenly spaced, unlike the next row, from a corner 0 or empty."""
+
+    def even(values: np.ndarray) -> bool:
+        steps = np.diff(values)
+        return steps.size > 1 and bool(steps[0] != 0 and np.ptp(steps) < 1e-3 * abs(steps[0]))
+
+    corner = rows[0, 0]
+    return (
+        min(rows.shape) > 3
+        and (corner == 0 or np.isnan(corner))
+        and even(rows[0, 1:])
+        and even(rows[1:, 0])
+        and not even(rows[1, 1:])
+    )
+
+
+def _on_grid(path: Path, points: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
+    """Return points x, y, z of a grid as rows from the top, and the size of their pixels together."""
+    places, number = points[:, :2] - points[:, :2].min(axis=0), np.zeros(0, dtype=int)
+    extent = places.max(axis=0)
+    if (extent > 0).all() and np.isfinite(extent).all():
+        shares = places / extent
+        shape = np.array([np.unique(np.round(column, 9)).size for column in shares.T])
+        steps = np.rint(shares * (shape - 1)).astype(int)
+        if np.abs(shares * (shape - 1) - steps).max() < _OFF_GRID and len(points) == shape.prod():
+            number = np.unique(np.ravel_multi_index(tuple(steps.T), tuple(shape)), return_index=True)[1]
+    if number.size < len(points):
+        raise UnreadableScan(
+            path,
+            "expected a matrix of heights, found three columns that are not the points of a whole grid: interpolate "
+            "them, or write nan where there is no height",
+        )
+    width, height = (extent * shape / (shape - 1)).tolist()
+    return points[number, 2].reshape(shape).T[::-1], (width, height)
 
 
 def separators(line: str) -> tuple[str | None, bool]:

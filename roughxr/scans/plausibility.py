@@ -111,6 +111,8 @@ def faults(height: np.ndarray) -> list[str]:
     """Return a sentence for each recording fault: clipped or wrapped heights, shifted lines."""
     if np.nanmin(height) == np.nanmax(height):
         return []
+    known = np.isfinite(height)
+    height = height[known.any(axis=1)][:, known.any(axis=0)]  # lines without any height are neither
     lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
     return [*_clipped(height), *_wrapped(height), *lines]
 

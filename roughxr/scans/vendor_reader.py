@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from functools import lru_cache
@@ -11,7 +12,7 @@ import numpy as np
 
 #: SurfaceTopography readers that are not used: of formats with other readers in this package, and of formats without
 #: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
-UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "npy", "npz", "mat", "hgt", "nms"}
+UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "jpk", "npy", "npz", "mat", "hgt", "nms"}
 
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
@@ -38,10 +39,17 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         if name in UNUSED or reader.can_read(head) == IO.MagicMatch.NO:
             continue
         try:
-            return IO.open_topography(path, format=name), {}
+            return IO.open_topography(_with_micro_signs(path) if name == "di" else path, format=name), {}
         except Exception as error:  # readers fail in various ways on other formats
             errors[name] = " ".join(str(error).split()) or type(error).__name__
     return None, errors
+
+
+def _with_micro_signs(path: str) -> Any:
+    """Return a NanoScope file with "µm" where it has "~m", by which SurfaceTopography does not scale."""
+    with open(path, "rb") as file:
+        header, end, data = file.read().partition(b"\x1a")
+    return io.BytesIO(header.replace(b"~m", b"\xb5m") + end + data) if b"~m" in header else path
 
 
 def _image(info: Any) -> dict[str, Any]:

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from . import vendor_reader
+from . import formats, vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
 
 #: First bytes that belong to one format only, even if other readers accept the file.
-SIGNATURES = {
+SIGNATURES: dict[str, tuple[bytes, ...]] = {
     "di": (b"\\*File list", b"\\*EC File list"),
     "ps": (b"II*\0", b"MM\0*"),
     "sur": (b"DIGITAL SURF", b"DSCOMPRESSED"),
@@ -23,10 +23,13 @@ SIGNATURES = {
     "ezd": (b"[DataSet]",),
     "mi": (b"fileType",),
     "wsxm": (b"WSxM file copyright",),
+    "sdf": (b"aISO-1.0", b"bISO-1.0"),
+    "mdt": (b"\x01\xb0\x93\xff",),
+    "bcr": (b"fileformat = bcr",),
 }
 
 #: Signatures of formats that begin with text but are not text files.
-TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm") for start in SIGNATURES[name])
+TEXT_SIGNATURES = tuple(start for name in ("di", "ezd", "mi", "wsxm", "sdf", "bcr") for start in SIGNATURES[name])
 
 
 def channels(path: Path) -> list[Channel]:
@@ -36,18 +39,30 @@ def channels(path: Path) -> list[Channel]:
         raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
     if "errors" in answer:
-        raise UnreadableScan(path, f"expected an AFM image, found none: {_reason(answer['errors'], head)}")
+        unknown = formats.not_read(path)
+        why = (
+            f"found a file that is not read, {unknown}" if unknown else f"found none: {_reason(answer['errors'], head)}"
+        )
+        raise UnreadableScan(
+            path,
+            f"expected an AFM image, {why}; save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it",
+        )
     kind, images = answer["format"], [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
         raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
     return [_channel(path, k, image, kind) for k, image in images]
 
 
+def code_of(head: bytes) -> str:
+    """Return the format that bytes begin, empty where their signature alone does not tell."""
+    certain = (name for name, starts in SIGNATURES.items() if name != "ps" and head.startswith(starts))
+    code = next(certain, "")
+    return code if code != "ibw" or is_igor(head) else ""
+
+
 def _reason(errors: dict[str, str], head: bytes) -> str:
-    own = [name for name, starts in SIGNATURES.items() if head.startswith(starts) and name in errors]
-    if own:
-        return f"it begins as {own[0]}, but: {errors[own[0]][:300]}"
-    return "it begins like no known format"
+    code = code_of(head)
+    return errors[code][:300] if code in errors else "it begins like no known format"
 
 
 def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channel:
@@ -56,14 +71,14 @@ def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channe
     raw = raw if isinstance(raw, dict) else {}
     # SurfaceTopography converts heights to the lateral unit, but not other channels
     stated = image["data_unit"] or image["units"]
-    units = image["units"] if stated is None or is_length(stated) else stated
+    length = stated is None or is_length(stated)
     return Channel(
         name=image["name"],
-        units=units,
+        units=image["units"] if length else stated,
         shape=(rows, columns),
         size=image["size"],
         lateral_units=image["lateral_units"],
-        read=partial(_rows, path, index, units),
+        read=partial(_rows, path, index, image["units"] if length else None),
         direction=_direction(image["name"], raw),
         header={"format": kind, **image["header"]},
     )
@@ -71,7 +86,7 @@ def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channe
 
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
     answer = read_in_process(path, vendor_reader, "SurfaceTopography", index=index)
-    if is_length(units) and answer["unit"] != units:
+    if units and answer["unit"] != units:
         raise ValueError(f"image {index}: expected heights in {units!r}, as listed, found {answer['unit']!r}: damaged")
     return answer["heights"].T
 

@@ -1,0 +1,122 @@
+"""HDF5 files that are no NetCDF: any matrix, named by its path, and the layouts of TopoStats, JPK and Nanosurf.
+
+Only those three state sizes. Facts from the public readers of TopoStats, AFMReader, playNano and Nanosurf. The first
+row of a matrix is the top of the picture; JPK and Nanosurf store the lowest line first.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..archive import open_locked_raw
+from .channel import Channel, UnreadableScan, optional, stated_direction
+
+#: Beginnings of the names of JPK's attributes.
+_GRID, _SCALE = "position-pattern.grid.", "net-encoder.scaling."
+
+
+def is_netcdf4(path: Path) -> bool:
+    """Return whether an HDF5 file was written as NetCDF."""
+    try:
+        with open_locked_raw(path) as file:
+            return bool(file.getncattr("_IsNetcdf4"))
+    except (OSError, RuntimeError, AttributeError):
+        return False
+
+
+def hdf5_channels(path: Path) -> list[Channel]:
+    """Return the images of a file."""
+    h5py, images = optional("h5py"), []
+
+    def visit(name: str, item: Any) -> None:
+        if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and item.size:
+            images.extend(_images(path, name, item))
+
+    with h5py.File(path) as file:
+        file.visititems(visit)
+    if not images:
+        raise UnreadableScan(path, "expected a matrix of numbers, found none")
+    return images
+
+
+def _images(path: Path, name: str, item: Any) -> list[Channel]:
+    """Return the images of one dataset: those of a layout that is known, else the matrix."""
+    stated = {  # by the dataset, its group, and the group above, the nearest one first
+        key: value.decode() if isinstance(value, bytes) else value
+        for owner in (item.parent.parent, item.parent, item)
+        for key, value in owner.attrs.items()
+    }
+    if f"{_GRID}ilength" in stated and item.ndim == 2:
+        return _jpk_frames(path, name, item, stated)
+    for kind in ("signal_calibration", "base_calibration"):
+        if f"{kind}_max" in item.attrs:
+            return _nanosurf_images(path, name, item, stated, kind)
+    if item.ndim != 2:
+        return []
+    pixel = item.parent.get("pixel_to_nm_scaling") if item.dtype.kind == "f" else None  # TopoStats
+    size = None if pixel is None else (item.shape[1] * float(pixel[()]), item.shape[0] * float(pixel[()]))
+    units = "nm" if size else item.attrs.get("units", item.attrs.get("unit"))
+    return [Channel(name, units and str(units), item.shape, size, "nm", partial(_values, path, name, ...))]
+
+
+def _jpk_frames(path: Path, name: str, item: Any, stated: dict[str, Any]) -> list[Channel]:
+    """Return a channel's frames, one in each column."""
+    shape = int(stated[f"{_GRID}jlength"]), int(stated[f"{_GRID}ilength"])
+    size = float(stated[f"{_GRID}ulength"]), float(stated[f"{_GRID}vlength"])
+    title = str(stated.get("channel.fancy-name") or stated.get("channel.name") or name)
+    scale = float(stated.get(f"{_SCALE}multiplier", 1.0)), float(stated.get(f"{_SCALE}offset", 0.0))
+    units = stated.get(f"{_SCALE}unit.unit")
+    direction = "retrace" if str(stated.get("retrace")).lower() in ("true", "1") else "trace"
+    images = []
+    for k in range(item.shape[1]):
+        read = partial(_values, path, name, (slice(None), k), scale, shape)
+        images.append(
+            Channel(f"{title} {k + 1}" if item.shape[1] > 1 else title, units, shape, size, "m", read, direction)
+        )
+    return images
+
+
+def _nanosurf_images(path: Path, name: str, item: Any, stated: dict[str, Any], kind: str) -> list[Channel]:
+    """Return an image of a segment; none for what is no image."""
+    if "image_points_per_line" in stated:
+        shape = int(stated["image_number_of_lines"]), int(stated["image_points_per_line"])
+        size = float(stated["image_size_x"]), float(stated["image_size_y"])
+    elif {"rect_axis_size", "rect_axis_range"} <= set(stated):
+        (rows, columns), (height, width) = stated["rect_axis_size"], stated["rect_axis_range"]
+        shape, size = (int(rows), int(columns)), (float(width), float(height))
+    else:
+        return []
+    if item.size != np.prod(shape):
+        return []
+    low, high = float(stated[f"{kind}_min"]), float(stated[f"{kind}_max"])
+    least, most, missing = 0.0, 1.0, None
+    if item.dtype.kind in "iu":
+        least, most = float(np.iinfo(item.dtype).min), float(np.iinfo(item.dtype).max)
+        if kind == "signal_calibration" and least < 0:  # version 2 of the format
+            missing, least = least, least + 1.0
+    factor = (high - low) / (most - least)
+    units = re.sub(r".*\[(.*)\].*", r"\1", str(stated.get(f"{kind}_unit", ""))) or None
+    title = str(stated.get("signal_name", stated.get("name", name)))
+    direction = stated_direction(str(item.parent.attrs.get("segment_name", item.parent.attrs.get("name", ""))))
+    read = partial(_values, path, name, ..., (factor, low - factor * least), shape, missing)
+    return [Channel(title, units, shape, size, "m", read, direction)]
+
+
+def _values(
+    path: Path,
+    name: str,
+    part: Any,
+    scale: tuple[float, float] = (1.0, 0.0),
+    shape: tuple[int, int] | None = None,
+    missing: float | None = None,
+) -> np.ndarray:
+    """Return a dataset or a part of it, scaled; lines of a ``shape`` come from the lowest upwards."""
+    with optional("h5py").File(path) as file:
+        values = np.asarray(file[name][part], dtype=float)
+    values = np.where(values == missing, np.nan, values * scale[0] + scale[1])
+    return values if shape is None else values.reshape(shape)[::-1]

@@ -1,0 +1,155 @@
+"""Images of JPK (TIFF), Nanonis (.sxm) and high-speed microscopes (.asd), which nothing else reads in all channels.
+
+Facts from Gwyddion's descriptions of formats and the public readers libasd and AFMReader. JPK and high-speed movies
+have their lowest line first, unless a JPK grid is reflected; Nanonis stores lines in the order of time.
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+import warnings
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .channel import Channel, UnreadableScan, first_bytes
+
+#: First bytes of TIFF and Nanonis files.
+TIFF, SXM = (b"II*\0", b"MM\0*"), b":NANONIS_VERSION:"
+
+#: Tags of a JPK page: names, direction, default slot; sizes and reflection of the grid may stand on page 0 alone.
+_NAME, _RETRACE, _TITLE, _SLOT, _WIDTH, _HEIGHT, _REFLECTED = 0x8050, 0x8051, 0x8052, 0x8081, 0x8042, 0x8043, 0x8045
+
+#: Tag of the first JPK slot's name, distance between slots, and where others of a slot follow its name.
+_FIRST, _STRIDE, _UNITS, _SCALING, _FACTOR, _OFFSET = 0x8090, 0x30, 0x12, 0x13, 0x14, 0x15
+
+#: First letter by which a Nanonis header states that a channel was recorded in one direction only.
+_DIRECTIONS = {"trace": "f", "retrace": "b"}
+
+#: Headers of high-speed movies of version 0, and of 1 and 2, up to the last value that is used.
+_VERSION_0 = struct.Struct("<4x2s2s2i12x4h4x2fIi39xi")
+_VERSION_1 = struct.Struct("<4x2i12x2s2x2s2x4xi8x4i69xIi16x2f")
+
+#: Names of what a movie holds, and lowest and highest voltage of its converter by a code.
+_KINDS = {b"TP": "Topography", b"ER": "Error", b"PH": "Phase"}
+_VOLTS = {1: (0, 1), 2: (0, 2.5), 4: (0, 5), 1 << 16: (-1, 1), 1 << 17: (-2.5, 2.5), 1 << 18: (-5, 5)}
+
+
+def is_jpk(path: Path) -> bool:
+    """Return whether one of the first pages of a TIFF file has the name of a JPK channel."""
+    try:
+        return any(_NAME in page for page in _pages(path, 2))
+    except Exception:  # any other TIFF that Pillow cannot read
+        return False
+
+
+def _pages(path: Path, most: int | None = None) -> list[dict[int, Any]]:
+    """Return the tags of a TIFF file's pages."""
+    from PIL import Image, ImageSequence
+
+    with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
+        return [dict(page.tag_v2) for page in islice(ImageSequence.Iterator(image), most)]  # type: ignore[attr-defined]
+
+
+def jpk_channels(path: Path) -> list[Channel]:
+    """Return the images of a JPK file; values are physical by the scaling of a page's default slot."""
+    pages = _pages(path)
+    end = max(int(np.max(np.add(page[273], page[279]))) for page in pages)
+    if end > path.stat().st_size:
+        raise UnreadableScan(path, f"expected a file of at least {end} bytes, found {path.stat().st_size}: cut short")
+    return [_jpk_channel(path, k, {**pages[0], **page}) for k, page in enumerate(pages) if _NAME in page]
+
+
+def _jpk_channel(path: Path, number: int, tags: dict[int, Any]) -> Channel:
+    slots = {tags[tag]: tag for tag in range(_FIRST, 0xFFFF, _STRIDE) if tag in tags}
+    slot = slots.get(tags.get(_SLOT), 0)
+    linear = tags.get(slot + _SCALING) == "LinearScaling"
+    scale = (float(tags[slot + _FACTOR]), float(tags[slot + _OFFSET])) if linear else (1.0, 0.0)
+    size = (tags[_WIDTH], tags[_HEIGHT]) if {_WIDTH, _HEIGHT} <= set(tags) else None
+    read = partial(_jpk_rows, path, number, *scale, 1 if tags.get(_REFLECTED) else -1)
+    direction = "retrace" if tags.get(_RETRACE) else "trace"
+    header = {hex(tag): value for tag, value in tags.items() if tag >= 0x8000}
+    name, units = str(tags.get(_TITLE) or tags[_NAME]), tags.get(slot + _UNITS) or None
+    return Channel(name, units, (tags[257], tags[256]), size, "m", read, direction, header)
+
+
+def _jpk_rows(path: Path, number: int, factor: float, offset: float, step: int) -> np.ndarray:
+    from PIL import Image
+
+    with Image.open(path) as image:
+        image.seek(number)
+        return np.asarray(image, dtype=float)[::step] * factor + offset
+
+
+def sxm_channels(path: Path) -> list[Channel]:
+    """Return the images of a Nanonis file; lines that were not scanned are missing."""
+    text, _, data = path.read_bytes().partition(b"\x1a\x04")
+    tags = re.split(r"^:([^\r\n]+):\s*$", text.decode("latin-1"), flags=re.MULTILINE)[1:]
+    header = {name: value.strip() for name, value in zip(tags[::2], tags[1::2])}
+    columns, rows = map(int, header["SCAN_PIXELS"].split()[:2])
+    width, height = map(float, header["SCAN_RANGE"].split()[:2])
+    images = []
+    for line in header["DATA_INFO"].splitlines()[1:]:
+        _, name, units, direction = line.strip().split("\t" if "\t" in line.strip() else None)[:4]
+        ways = [way for way, letter in _DIRECTIONS.items() if direction == "both" or direction.startswith(letter)]
+        images += [(name, units, way) for way in ways]
+    if len(data) < 4 * columns * rows * len(images):
+        wanted = f"{len(images)} images of {columns} x {rows} pixels"
+        raise UnreadableScan(path, f"expected {wanted}, found {len(data)} bytes of data: cut short")
+    values = np.frombuffer(data, ">f4", len(images) * rows * columns).reshape(len(images), rows, columns)
+    first = -1 if header.get("SCAN_DIR") == "up" else 1
+    turned = [image[::first, :: -1 if way == "retrace" else 1] for (_, _, way), image in zip(images, values)]
+    return [
+        Channel(name, units, (rows, columns), (width, height), "m", partial(image.astype, float), way, header)
+        for (name, units, way), image in zip(images, turned)
+    ]
+
+
+def is_asd(head: bytes) -> bool:
+    """Return whether bytes begin a high-speed movie: a version, and a kind of image where that version has it."""
+    version, place = head[:4], 4 if head[:4] == bytes(4) else 24
+    return version in (bytes(4), b"\1\0\0\0", b"\2\0\0\0") and head[place : place + 2] in _KINDS
+
+
+def asd_channels(path: Path) -> list[Channel]:
+    """Return the frames of a high-speed movie in the order of time, all of one kind before those of the other."""
+    head = first_bytes(path, 512)
+    if head[:4] == bytes(4):
+        *kinds, start, before, columns, rows, width, height, extension, amplification, code, bits, count = (
+            _VERSION_0.unpack_from(head)
+        )
+    else:
+        start, before, *kinds, count, columns, rows, width, height, code, bits, extension, amplification = (
+            _VERSION_1.unpack_from(head)
+        )
+    names = [_KINDS[kind] for kind in kinds if kind in _KINDS]
+    frame = before + 2 * columns * rows
+    latest = path.stat().st_size - frame * count * len(names)
+    start = start if start >= _VERSION_0.size else latest
+    if min(columns, rows, count) < 1 or latest < max(start, _VERSION_0.size):
+        raise UnreadableScan(path, f"expected {count} frames of {columns} x {rows} pixels, found fewer: cut short")
+    if code not in _VOLTS or not 0 < bits <= 32:
+        raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")
+    low, high = _VOLTS[code]
+    images = []
+    for number, name in enumerate(name for name in names for _ in range(count)):
+        units, scale = ("nm", -extension * amplification) if name == "Topography" else ("V", 1.0)
+        places = path, start + number * frame + before, (rows, columns)
+        read = partial(_asd_rows, *places, (high - low) / 2**bits * scale, low * scale)
+        title = f"{name} {number % count + 1}" if count > 1 else name
+        header = {
+            "frame": number % count + 1,
+            "nm per V": extension * amplification,
+            "volts": [low, high],
+            "bits": bits,
+        }
+        images.append(Channel(title, units, (rows, columns), (width, height), "nm", read, "", header))
+    return images
+
+
+def _asd_rows(path: Path, at: int, shape: tuple[int, int], factor: float, offset: float) -> np.ndarray:
+    return np.fromfile(path, "<i2", shape[0] * shape[1], offset=at).reshape(shape)[::-1] * factor + offset
