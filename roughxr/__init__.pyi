@@ -15,6 +15,7 @@ from .asperity.reconstruction import reconstruct as reconstruct
 from .asperity.superposition import superpose as superpose
 from .bodies.indenter import fit_sphere as fit_sphere
 from .bodies.indenter import placements as placements
+from .bodies.layer import Layer as Layer
 from .bodies.liquid import HumidAir as HumidAir
 from .bodies.pair import assign_pair as assign_pair
 from .contact import reference as reference

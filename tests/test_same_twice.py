@@ -50,7 +50,7 @@ def test_nothing_beyond_the_table_of_coefficients_is_read(cells, monkeypatch):
         within.setflags(write=False)
         products._small_transfer.cache_clear()
         with monkeypatch.context() as patched:
-            patched.setattr(products, "coefficients_for", lambda shape, within=within: within)
+            patched.setattr(products, "coefficients_for", lambda shape, film=None, within=within: within)
             patched.setattr(newton_system, "coefficients_for", products.coefficients_for)
             found.add(solutions(cells, 9))
     assert len(found) == 1

@@ -50,7 +50,7 @@ class SumOptions(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def read_options(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
+def read_options(ds: xr.Dataset, law: str, formulation: str, *, coated: bool = False) -> SumOptions:
     """Return the options of a sum over asperities; raise if they contradict each other."""
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
@@ -62,7 +62,7 @@ def read_options(ds: xr.Dataset, law: str, formulation: str) -> SumOptions:
         raise ValueError(
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
-    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus", coated=coated)
     menisci = pair_menisci(ds)  # of a longer range and a larger work than the solids
     length = attraction_range(ds) if menisci is None else menisci.range
     return SumOptions(
@@ -111,11 +111,11 @@ class Summands:
         return plain_asperities(self.catalogue, self.options)
 
 
-def read_summands(ds: xr.Dataset, law: str | None, formulation: str) -> Summands:
+def read_summands(ds: xr.Dataset, law: str | None, formulation: str, *, coated: bool = False) -> Summands:
     """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     law = law or ("maugis" if schema.is_wet(ds) else "jkr")
-    return Summands(ds, law, formulation, read_options(ds, law, formulation), is_lazy(ds))
+    return Summands(ds, law, formulation, read_options(ds, law, formulation, coated=coated), is_lazy(ds))
 
 
 class Asperities(NamedTuple):

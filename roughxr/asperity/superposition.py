@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import need_small_contacts
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
@@ -82,6 +83,11 @@ def superpose(
         ``pull_off_delta`` of `pull_off_map`, and the attribute ``expectation``, the expected ratio to the pull-off of
         `adhesive`. Lazy if the scan is a dask array.
 
+    Raises
+    ------
+    ValueError
+        If contacts are wider than a tenth of an assigned layer: the sum takes the surface as a half space.
+
     Warns
     -----
     UserWarning
@@ -106,7 +112,7 @@ def superpose(
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
-    summands = read_summands(ds, law, formulation)
+    summands = read_summands(ds, law, formulation, coated=not spread.is_lazy(ds))
     ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
     positions = regions.centres(ds, subregions)
     if "hardness" in ds.coords:
@@ -129,6 +135,7 @@ def superpose(
     arguments = {"subregions": subregions, **named}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
+    need_small_contacts(ds, out["contact_area"])
     if law in ADHESIVE and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out

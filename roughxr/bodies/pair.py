@@ -16,6 +16,7 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
+from .layer import Layer
 from .liquid import HumidAir
 
 
@@ -47,12 +48,16 @@ _RANGES = {
     "sphere_radius": _Range("nm", 0.2, 5.0, 1e6, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
     "young_modulus": _MODULUS,
     "contact_modulus": _MODULUS,
+    "layer_thickness": _Range("nm", 0.01, 0.3, 1e6, 1e9, "native oxides have 1 nm, coatings some 1000"),
     "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
     "retardation": _Range("nm", 1.0, 10.0, 1e3, 1e5, "bodies absorb light of some 100 nm"),
     "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
     "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
+
+#: A layer may be at most so many times as stiff as its base.
+_STIFFEST_LAYER = 1000.0
 
 #: Pixels in a sphere's radius below which it is an error, and below which a warning is given.
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
@@ -108,6 +113,7 @@ def assign_pair(
     retardation: Quantity | None = None,
     hardness: Quantity | None = None,
     humidity: Quantity | HumidAir | None = None,
+    layer: Layer | None = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -149,6 +155,11 @@ def assign_pair(
         Relative humidity, as 0.6 or "60 %", or `HumidAir`, where the liquid is not water that wets both bodies. It
         condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
         weakens the solids' own attraction. Without it the pair is dry.
+    layer : Layer, optional
+        A layer bonded to the scan's body, as ``Layer("50 nm", "silica")``. The pair is then the indenter and the body
+        below the layer, in this order: ``materials="glass/silicon"`` or ``young_modulus=(75, 130)``, ``inf`` for a
+        rigid one. ``contact_modulus`` of the result is that of indenter and layer; adhesion and hardness of named
+        materials are theirs, too.
 
     Returns
     -------
@@ -176,6 +187,11 @@ def assign_pair(
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.named_pair(materials)
+    moduli, coating = (young_modulus, poisson_ratio), {}
+    if layer is not None:
+        moduli, coating = _coated(layer, bodies, contact_modulus, young_modulus, poisson_ratio)
+        named = () if layer.material is None else substances.named_pair(layer.material)[:1]
+        bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     under_liquid: dict[str, float] = {}
     if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
@@ -185,13 +201,13 @@ def assign_pair(
     else:
         adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
     values = _stated(
-        contact_modulus=_contact_modulus(bodies, contact_modulus, young_modulus, poisson_ratio),
+        contact_modulus=_contact_modulus(bodies if layer is None else None, contact_modulus, *moduli),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
         **_attraction(bodies, adhesion, hamaker_constant),
         adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
         retardation=_plausibly(retardation, "retardation"),
     )
-    values |= _hardness(bodies, hardness, values)
+    values |= _hardness(bodies, hardness, values) | coating
     if air is not None:
         own = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values = {"work_of_adhesion": 0.0} | values | under_liquid
@@ -201,6 +217,7 @@ def assign_pair(
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
     given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    given |= {"layer_material": layer.material} if layer else {}
     given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
     return schema.record(schema.label(out), "assign_pair", **(given | values))
 
@@ -284,6 +301,36 @@ def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poiss
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected with young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
+
+
+def _coated(layer: Layer, bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any):
+    """Return the moduli of layer and indenter, two pairs, and the coordinates of the layer and its base."""
+    if bodies is not None:
+        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
+    if given is not None or poisson_ratio is None:
+        raise ValueError(
+            "layer: expected the moduli of the indenter and of the scan's body, found "
+            f"{'their contact_modulus' if given is not None else 'no poisson_ratio'}; give young_modulus=(75, 130) and "
+            "poisson_ratio=(0.22, 0.28), or materials='glass/silicon'"
+        )
+    _exactly_one(material=layer.material, young_modulus=layer.young_modulus)
+    _exactly_one(material=layer.material, poisson_ratio=layer.poisson_ratio)
+    own = layer if layer.material is None else substances.named_pair(layer.material)[0]
+    indenter, base = _values_of_both(young_modulus, "GPa", "young_modulus")
+    ratios = _values_of_both(poisson_ratio, "1", "poisson_ratio")
+    values = {
+        "layer_thickness": _plausibly(layer.thickness, "layer_thickness"),
+        "layer_modulus": _plausibly(own.young_modulus, "young_modulus"),
+        "layer_poisson_ratio": _ratio(own.poisson_ratio),
+        "base_modulus": np.inf if isinstance(base, float) and base == np.inf else _plausibly(base, "young_modulus"),
+        "base_poisson_ratio": _ratio(ratios[1]),
+    }
+    if values["layer_modulus"] > _STIFFEST_LAYER * values["base_modulus"]:
+        raise ValueError(
+            f"layer: expected at most {_STIFFEST_LAYER:g} times the modulus of its base, {values['base_modulus']:g} "
+            f"GPa, found {values['layer_modulus']:g} GPa"
+        )
+    return ((indenter, values["layer_modulus"]), (ratios[0], own.poisson_ratio)), values
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:

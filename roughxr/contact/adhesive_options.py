@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import film_of
 from ..bodies.liquid import Menisci, pair_menisci, total_work
 from ..bodies.pair import attraction_range
 from ..specimen import Specimen, specimen_of
@@ -79,7 +80,7 @@ def usual_step(specimen: Specimen) -> float:
 
 def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
-    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus"), _contact_radius(specimen)
+    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus", coated=True), _contact_radius(specimen)
     work = total_work(specimen.bodies)
     displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
     contact_radius = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
@@ -131,7 +132,7 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
     parameter = median_tabor(specimen, length)
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
-    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True)
+    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True, coated=True)
     return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
 
 
@@ -187,8 +188,8 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     ``_ROUGH_DEPTH`` standard deviations of the heights: nearly all of the surface lies higher.
     """
     ds = specimen.bodies
-    (modulus,) = schema.pair(ds, "contact_modulus")
-    radius = _indenter_radius(specimen)
+    (modulus,), film = schema.pair(ds, "contact_modulus", coated=True), film_of(ds)
+    modulus, radius = modulus / (film.softening if film else 1.0), _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully plastic sphere has the area load/hardness
@@ -222,7 +223,7 @@ def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "le
     """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
     if adhesion.law not in laws or adhesion.work == 0:
         return
-    cell = largest_cell(adhesion.law, adhesion.length, problem.contact_modulus, adhesion.work)
+    cell = largest_cell(adhesion.law, adhesion.length, problem.softest, adhesion.work)
     cell *= _LARGEST_EXCESS if adhesion.law == "exponential" else 1.0
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:
@@ -263,6 +264,6 @@ def window_half_width(specimen: Specimen, problem: Problem, adhesion: Adhesion) 
     attraction = interaction_range(adhesion, problem)
     reach = problem.indenter.half_width(depth)
     for _ in range(20):  # JKR's contact of radius a lifts the surface by √(2πaw/E*)
-        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole_work / problem.contact_modulus)
+        uplift = np.sqrt(2 * np.pi * reach * adhesion.whole_work / problem.softest)
         reach = problem.indenter.half_width(depth + uplift + attraction)
     return reach + problem.pixel

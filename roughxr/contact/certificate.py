@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import Film, film_of
 from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
@@ -42,7 +43,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
         Along ``check``: ``violation``, the largest over all places and states, its ``limit``, ``met`` and ``words``;
         the attribute ``verdict`` names the conditions that are not met. An unknown violation is NaN and counts as not
         met. "unconverged" and "truncated" are shares of the solves, "load" the relative difference from the prescribed
-        load, "mesh" the stated error of the pull-off. From the fields: "elasticity", displacement less Love's
+        load, "mesh" the stated error of the pull-off. From the fields: "elasticity", displacement less the
         convolution of the pressure, over the largest displacement; "geometry", the change of gap − displacement + δ
         between states, which the undeformed surfaces fix (needs two states at a place); "traction" (with adhesion),
         p + t(gap) out of contact and the gap in contact, over the largest traction; "penetration"
@@ -112,8 +113,9 @@ def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.D
     """Yield name, values and limit of the conditions on pressure, displacement and gap of each state."""
     pressure, displacement, gap = (ds[name] for name in FIELDS)
     cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
-    modulus = float(ds["contact_modulus"])
+    modulus, film = float(ds["contact_modulus"]), film_of(ds, cell)
     windows: dict[str, Any] = {"input_core_dims": [_PLANE, [], []], "output_core_dims": [_PLANE]}
+    windows["kwargs"] = {"film": film}
     elastic = xr.apply_ufunc(surface_displacement, pressure.fillna(0.0), cell, modulus, **windows)
     yield "elasticity", abs(elastic - displacement).max(_PLANE) / _divisor(abs(elastic).max(_PLANE)), _ROUNDING
     undeformed = gap - displacement + ds["delta"] + _residual_height(ds)
@@ -123,7 +125,7 @@ def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.D
     if adheres:
         yield (
             "traction",
-            _traction_violation(pressure, gap, _law_on_cells(ds, cell, modulus), cell / modulus),
+            _traction_violation(pressure, gap, _law_on_cells(ds, cell, modulus, film), cell / modulus),
             tolerance,
         )
     moves = abs(pressure).max(_PLANE) * cell / modulus
@@ -149,10 +151,10 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
     return left.where(ds["branch"] == "loading", left.isel({step: -1}, drop=True))
 
 
-def _law_on_cells(ds: xr.Dataset, cell: float, modulus: float) -> SmoothLaw:
+def _law_on_cells(ds: xr.Dataset, cell: float, modulus: float, film: Film | None) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
     bodies: Any = SimpleNamespace(bodies=ds)  # the attributes of a specimen and a problem that the law reads
-    cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus)
+    cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus, film=film)
     law = pair_law(bodies, ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)
     return law_on_cells(adhesion, cells)
@@ -165,9 +167,9 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
     """
     p, traction = pressure * per_pressure, _traction(gap, law)
     difference = abs(p + traction)
-    if law.exponential.size + law.waals.size == 0 and law.step.near == 0:
-        difference = xr.where(abs(p) < difference, abs(p), difference)
     violation = xr.where(p + traction > 0.5 * gap, abs(gap), difference).where(gap.notnull())
+    if law.exponential.size + law.waals.size == 0 and law.step.near == 0:
+        violation = xr.where((abs(p) < difference) & ((p == 0) | (p + traction <= 0.5 * gap)), abs(p), violation)
     return violation.max(_PLANE) / np.maximum(law.strength, 0.1 * p.max(_PLANE))
 
 

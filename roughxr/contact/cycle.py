@@ -112,9 +112,10 @@ class Adhesion(NamedTuple):
 def law_on_cells(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -> traction_laws.SmoothLaw:
     """Return the law on unit cells of unit modulus; ``steepness`` is the slope of an edge over the mesh's largest."""
     per_unit = problem.dx / problem.contact_modulus
+    slope = _EDGE_SLOPE * (problem.film.stiffness if problem.film else 1.0)
     w, length = adhesion.work * per_unit, adhesion.length
     if adhesion.liquid is not None:
-        return _law_with_liquid(w, length, adhesion.liquid, per_unit)
+        return _law_with_liquid(w, length, adhesion.liquid, per_unit, slope)
     if w == 0:
         return traction_laws.smooth_law(exponential=(_NO_WORK, 1.0))
     if adhesion.law == "exponential":
@@ -122,14 +123,14 @@ def law_on_cells(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -
     if adhesion.law == "lennard_jones":
         return traction_laws.smooth_law(waals=(w, length))
     if adhesion.law == "griffith":
-        return traction_laws.without_range(w, _EDGE_SLOPE * steepness)
-    return traction_laws.dugdale(w, length, _EDGE_SLOPE * steepness)
+        return traction_laws.without_range(w, slope * steepness)
+    return traction_laws.dugdale(w, length, slope * steepness)
 
 
-def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float) -> traction_laws.SmoothLaw:
+def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float, slope) -> traction_laws.SmoothLaw:
     """Return the sum of the solids' and the liquid's tractions, the liquid's edge as steep as the mesh resolves."""
     tension, height = liquid.capillary_pressure * per_unit, liquid.height
-    width = np.clip(2.0 * tension / _EDGE_SLOPE, _LIQUID_EDGE * height, 3.0 * height)
+    width = np.clip(2.0 * tension / slope, _LIQUID_EDGE * height, 3.0 * height)
     solids = {"exponential": (w, length)} if w > 0 else {}
     return traction_laws.smooth_law(step=traction_laws.widened_step(tension, height, width), **solids)
 
@@ -259,7 +260,7 @@ def _single_mesh_error(cycles: Cycles) -> np.ndarray:
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
-    cell = resolving_cell(adhesion, problem.contact_modulus)
+    cell = resolving_cell(adhesion, problem.softest)
     if np.isfinite(adhesion.accuracy):  # on pixels wider than the contacts, two meshes would agree by chance
         cell = min(cell, adhesion.first_cell)
     return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
@@ -375,6 +376,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -
         residual_height=residual_height,
         from_contact=adhesion.law == "griffith" and adhesion.work > 0,
         capture=adhesion.capture,
+        film=problem.film,
     )
 
 

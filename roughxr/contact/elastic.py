@@ -224,7 +224,7 @@ def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limit
     """Return displacements below the datum, the columns of each solve, and the fields of the last ``keep``."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     options = {"hardness": hardness, "keep": keep, **limits._asdict()}
-    half_space = problem.dx, problem.contact_modulus
+    half_space = problem.dx, problem.contact_modulus, problem.film
     if problem.by_load:
         return load_control.loaded_arrays(separation, problem.steps, *half_space, **options)
     deltas = problem.steps + surface.zero

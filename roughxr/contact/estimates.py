@@ -158,7 +158,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     ('asperity',)
     """
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
-    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus")
+    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus", coated=True)
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
         each = [maugis.tabor(A, B, modulus, work, length) for work, length in pair_attractions(ds)]

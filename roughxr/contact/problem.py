@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import Film, film_of, need_computable
+from ..kernels.halfspace.working_set import slack_of
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
 from ..specimen import Indenter, Specimen
@@ -30,11 +32,27 @@ class Problem(NamedTuple):
     hardness: float = np.inf  # GPa, inf if unknown
     yielding: bool = False  # whether the body yields at the hardness; else only shares above it are reported
     splined: bool = False  # whether heights between the pixels are interpolated by splines, else band-limited
+    layer: Film | None = None  # on the scan's body, nm
 
     @property
     def dx(self) -> float:
         """Side of the cells of the solve, nm."""
         return self.pixel / self.refine
+
+    @property
+    def film(self) -> Film | None:
+        """The layer, its thickness in cells."""
+        return self.layer and self.layer.on_cells(self.dx)
+
+    @property
+    def softest(self) -> float:
+        """Contact modulus of the indenter with the layer or its base, the smaller of both, GPa."""
+        return self.contact_modulus / (self.layer.softening if self.layer else 1.0)
+
+    @property
+    def depth_factor(self) -> float:
+        """Largest depth of touching surface over the indenter's: a thin incompressible layer rises by as much."""
+        return 2.0 if slack_of(self.layer) else 1.0
 
 
 def read_problem(
@@ -56,8 +74,10 @@ def read_problem(
     if by_load and steps[0] <= 0:
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
-    (modulus,) = schema.pair(specimen.bodies, "contact_modulus")
+    (modulus,), layer = schema.pair(specimen.bodies, "contact_modulus", coated=True), film_of(specimen.bodies)
     hardness, assigned = known_hardness(specimen.bodies)
+    if layer is not None:
+        need_computable(layer, specimen.pixel * max(specimen.heights.shape), yields=assigned)
     return Problem(
         steps=steps,
         by_load=by_load,
@@ -68,6 +88,7 @@ def read_problem(
         indenter=specimen.indenter,
         hardness=hardness,
         yielding=assigned,
+        layer=layer,
     )
 
 
@@ -93,21 +114,21 @@ def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
 
 
 def deepest(specimen: Specimen, problem: Problem) -> float:
-    """Return an upper bound (nm below the datum) of the indenter's depth; inf for a load on a map.
+    """Return an upper bound (nm below the datum) of the depth at which the surface touches; inf for a load on a map.
 
     The depth under a load is bounded by that on a flat at the lowest height: (3 F/(4 E* √R))^{2/3} by Hertz's formula,
     and up to F/(2π R H) more if the body yields.
     """
     last = float(problem.steps[-1])
     if not problem.by_load and not problem.first_contact:
-        return last
+        return problem.depth_factor * last
     if problem.by_load and problem.indenter.map:
         return np.inf
     if problem.by_load:
         radius, load = problem.indenter.radius, last
-        last = (0.75 * load / (problem.contact_modulus * np.sqrt(radius))) ** (2 / 3)
+        last = (0.75 * load / (problem.softest * np.sqrt(radius))) ** (2 / 3)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
-    return float(np.ptp(specimen.heights)) + last
+    return problem.depth_factor * (float(np.ptp(specimen.heights)) + last)
 
 
 class Place(NamedTuple):
@@ -155,6 +176,8 @@ def surface_at(place: Place, problem: Problem) -> Surface:
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
     before_x, before_y = place.window.missing
     unknown_from = min(_lowest_at_ends(separation, place.ends), _lowest_at_rim(separation, problem.indenter))
+    if problem.depth_factor > 1.0:
+        unknown_from = 0.5 * (unknown_from + float(separation.min(initial=np.inf)))
     return Surface(separation, zero, unknown_from, (n * before_x, n * before_y))
 
 

@@ -59,7 +59,7 @@ def _solve_one(height, datum, window, ends, solver, problem, layout, options) ->
 
 def state_fields(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:
     """Return pressure (GPa), displacement and gap (nm) of the states at ``deltas`` (nm below the datum)."""
-    displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus)
+    displacement = surface_displacement(pressure, problem.dx, problem.contact_modulus, problem.film)
     gap = displacement + surface.separation - deltas[..., None, None]
     return {
         "pressure": pressure,

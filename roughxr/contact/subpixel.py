@@ -85,7 +85,7 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
 
     pixels = [first + window.pixel * np.arange(size) for first, size in zip(window.first, window.height.shape)]
     scanned = RectBivariateSpline(*pixels, window.height)
-    softest = resolving_cell(adhesion, problem.contact_modulus)
+    softest = resolving_cell(adhesion, problem.softest)
     least = min(_LEAST_CELL * adhesion.length, 2 * added.shortest / CELLS_PER_WAVELENGTH)
     resolving = max(added.shortest / CELLS_PER_WAVELENGTH, least)
     last = min(resolving, softest, adhesion.first_cell)  # the sphere's contact may be small
@@ -93,7 +93,7 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
     if adhesion.liquid is not None:
         alone = adhesion._replace(work=0.0)
         within = max(within, depth + interaction_range(alone, problem._replace(pixel=last, refine=1)))
-    distance = estimate / (np.pi * problem.contact_modulus * _ELASTIC_LIFT * adhesion.main_range)
+    distance = estimate / (np.pi * problem.softest * _ELASTIC_LIFT * adhesion.main_range)
 
     def separations(boxes, shortest):
         bands = roughness_bands(added.spectrum.directional_density, added.longest, shortest, seed)

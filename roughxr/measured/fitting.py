@@ -10,6 +10,7 @@ import xarray as xr
 
 from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
+from ..bodies.layer import stiffened
 from ..contact.adhesion import adhesive
 from ..statistics.sampling import by_share, samples
 from ..vocabulary import schema
@@ -110,7 +111,7 @@ def fit_pair(
     fraction(confidence, "confidence")
     if not 0 <= force_error < 1:
         raise ValueError(f"force_error: expected a relative error from 0 to below 1, found {force_error!r}")
-    schema.pair(ds, "contact_modulus", "work_of_adhesion")
+    schema.pair(ds, "contact_modulus", "work_of_adhesion", coated=True)
     forces = samples(measured, "pull_off_force", quiet=True)
     if low := int((forces.values <= 0).sum()):
         raise ValueError(
@@ -167,7 +168,7 @@ class _Prediction:
 
     def __call__(self, work: float, stiffer: float = 1.0) -> Predicted:
         """Return the forces at a work of adhesion, with the modulus multiplied by ``stiffer``."""
-        pair = {"contact_modulus": float(self.ds["contact_modulus"]) * stiffer, "work_of_adhesion": work}
+        pair = {**stiffened(self.ds, stiffer), "work_of_adhesion": work}
         pull = METHODS[self.method][0](schema.label(self.ds.assign_coords(pair)), **self.options)
         if self.method == "adhesive":
             self.options["law"] = pull.attrs["law"]

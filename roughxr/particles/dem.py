@@ -84,7 +84,7 @@ def _header(ds: xr.Dataset, forces: np.ndarray) -> list[str]:
 
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
     count, radius = len(forces), float(ds["sphere_radius"]) * _METRE
-    young_modulus = 2 * (1 - poisson_ratio**2) * float(ds["contact_modulus"]) * _PASCAL
+    young_modulus = 2 * (1 - poisson_ratio**2) * schema.pair(ds, "contact_modulus")[0] * _PASCAL
     lines = ["units si", f"# {count} types of equal share; jkr: pull-off force 3 pi gamma R, one E for both"]
     friction = ""
     if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest

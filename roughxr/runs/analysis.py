@@ -156,6 +156,7 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
+    schema.pair(specimen.bodies, "contact_modulus")  # its sums over asperities need half spaces
     words = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
     adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}

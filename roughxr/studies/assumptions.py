@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.layer import stiffened
 from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid_share
 from ..contact.problem import known_hardness
 from ..scans import level
@@ -27,6 +28,10 @@ def _scale_coordinate(name: str) -> Callable:
         return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
 
     return change
+
+
+def _stiffer(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
+    return f"× {factor:.3g}", ds.assign_coords(stiffened(ds, factor))
 
 
 def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
@@ -69,7 +74,8 @@ FACTORS: dict[str, Factor] = {
     ),
     "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scale_coordinate("adhesion_range"), True),
     "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scale_coordinate("work_of_adhesion"), True),
-    "modulus": Factor((1.1,), "contact modulus {}", _scale_coordinate("contact_modulus"), True),
+    "modulus": Factor((1.1,), "contact modulus {}", _stiffer, True),
+    "layer thickness": Factor((0.9, 1.1), "layer thickness {}", _scale_coordinate("layer_thickness"), True),
     "sphere radius": Factor((1.05,), "radius {}", _scale_coordinate("sphere_radius"), True),
     "hardness": Factor((0.75, 1.25), "hardness {}", _with_hardness_factor, True),
     "humidity": Factor(
@@ -85,6 +91,7 @@ HUMID = ("humidity", "contact angle")
 
 
 def pair_factors(ds: xr.Dataset) -> list[str]:
-    """Return the factors of a pair: hardness only if assigned, those of liquid only for a humid pair."""
+    """Return the factors of a pair: hardness and layer only if assigned, those of liquid only for a humid pair."""
     absent = {*(() if "hardness" in ds.coords else ("hardness",)), *(() if schema.is_wet(ds) else HUMID)}
+    absent |= set() if schema.is_coated(ds) else {"layer thickness"}
     return [name for name in FACTORS if name not in absent]

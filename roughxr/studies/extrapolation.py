@@ -308,6 +308,10 @@ class Surface:
     """The places of a scan, each with the heights around it."""
 
     def __init__(self, ds: xr.Dataset, problem: Problem, centres: xr.Dataset):
+        if problem.depth_factor > 1:
+            raise ValueError(
+                "layer: expected one that does not bulge, found a nearly incompressible one; take adhesive"
+            )
         self.depth = float(problem.steps[-1])
         reach = problem.indenter.half_width(self.depth) + 8 * problem.pixel
         windows, _ = regions.windows(ds, centres, reach)

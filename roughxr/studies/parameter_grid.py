@@ -70,6 +70,8 @@ def vary(
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
     given |= {"humidity": humidity}
     axes = {name: _values(values, name, ds) for name, values in given.items() if values is not None}
+    if contact_modulus is not None and schema.is_coated(ds):
+        raise ValueError("contact_modulus: expected a half space, found a layer with its own moduli; leave it out")
     if not axes and indenter is None:
         raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:

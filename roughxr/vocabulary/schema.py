@@ -29,6 +29,7 @@ __all__ = [
 
 #: Coordinates of an assigned pair that must be positive numbers; the work of adhesion may be 0.
 _SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
+_SIZES |= {"layer_thickness", "layer_modulus"}
 
 #: Choices of the origin of delta.
 DATUMS = ("highest_peak", "first_contact")
@@ -206,13 +207,23 @@ def travelling(ds: xr.Dataset) -> dict[str, xr.DataArray]:
     return {name: ds[name] for name in TRAVELLING if name in ds.coords}
 
 
+def is_coated(ds: xr.Dataset) -> bool:
+    """Return whether a layer is bonded to the scan's body."""
+    return "layer_thickness" in ds.coords
+
+
 def is_wet(ds: xr.Dataset) -> bool:
     """Return whether the pair of bodies carries condensed liquid."""
     return "kelvin_radius" in ds.coords
 
 
-def pair(ds: xr.Dataset, *names: str, humid: bool = False) -> tuple[float, ...]:
-    """Return assigned values by name; raise if one is missing, or the pair is humid and ``humid`` is not set."""
+def pair(ds: xr.Dataset, *names: str, humid: bool = False, coated: bool = False) -> tuple[float, ...]:
+    """Return assigned values; raise if one is missing, for liquid unless ``humid``, for a layer unless ``coated``."""
+    if not coated and "contact_modulus" in names and is_coated(ds):
+        raise ValueError(
+            f"layer: expected a half space, found a layer of {float(ds['layer_thickness']):.3g} nm, which this formula "
+            "does not include; take `direct`, `adhesive` or `rigid`, or assign the pair without a layer"
+        )
     if not humid and "work_of_adhesion" in names and is_wet(ds):
         raise ValueError(
             "humidity: expected a dry pair, found condensed liquid (Kelvin radius "

@@ -51,6 +51,7 @@ TRAVELLING = (
     *(*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "hardness_estimate"),
     *("humidity", "kelvin_radius", "surface_tension", "contact_angle_1", "contact_angle_2"),
     *("liquid_film", "share_under_liquid"),
+    *("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio"),
 )
 
 

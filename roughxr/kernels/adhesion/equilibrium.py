@@ -78,6 +78,7 @@ class BoxProblem(NamedTuple):
     quick: Convolution  # with A, in single precision
     inverse: Convolution  # with the periodic inverse of A
     displacement: np.ndarray  # the last one in double precision, nm
+    film: tuple | None  # on the half space, see ``halfspace.layered``
 
 
 class ContactState(NamedTuple):
@@ -150,7 +151,7 @@ def _relax(body, delta, state, steps):
 
 def _exact_residual(body, delta, state):
     """Compute gaps in double precision and the touching cells; return the largest residual, and the potential."""
-    body.displacement[:] = displaced(state.pressure)
+    body.displacement[:] = displaced(state.pressure, body.film)
     np.add(body.displacement, body.separation - delta, out=state.gap)
     return _classify(body.separation, body.law, delta, state)
 
@@ -179,7 +180,7 @@ def _tangent_step(body, delta, state, fixed):
     at = rows, columns = _coupled_cells(body.law, state)
     if rows.size == 0:
         return 1
-    near = operator_on(rows, columns, body.quick, body.inverse)
+    near = operator_on(rows, columns, body.quick, body.inverse, body.film)
     pressure, gap, contact = (np.append(values[at], values.dtype.type(0)) for values in state)
     pressure[:-1] += fixed[at]
     contact &= pressure > 0.0
@@ -235,7 +236,7 @@ def _improve(body, state, worst):
     rows, columns = _coupled_cells(body.law, state)
     if rows.size == 0:
         return 0
-    near = operator_on(rows, columns, body.quick, body.inverse)
+    near = operator_on(rows, columns, body.quick, body.inverse, body.film)
     touching, fall, right = _linear_system(body.law, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0

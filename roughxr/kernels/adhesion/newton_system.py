@@ -1,6 +1,6 @@
 """Linear systems on the cells in or near contact: A on touching cells, 1 − τA on attracting ones.
 
-A change x of the pressures changes the gaps by A x (Love's coefficients, ``halfspace.love``). Newton's step solves
+A change x of the pressures changes the gaps by A x (influence coefficients). Newton's step solves
 
     (A x)ᵢ = rᵢ   where cells touch,        xⱼ − τⱼ (A x)ⱼ = rⱼ   where they attract,
 
@@ -27,11 +27,11 @@ class Workspace(NamedTuple):
     images: np.ndarray  # (products, count) A times the preconditioned
 
 
-def operator_on(rows, columns, product, inverse):
+def operator_on(rows, columns, product, inverse, film):
     """Return A on cells at (rows, columns) of a box, given convolutions there with A and with its periodic inverse."""
     matrix = np.empty((0, 0))
     if rows.size <= DENSE_LIMIT:
-        matrix = matrix_between(rows, columns, coefficients_for(product.box.shape))
+        matrix = matrix_between(rows, columns, coefficients_for(product.box.shape, film))
     return Operator(rows, columns, matrix, product, inverse)
 
 

@@ -92,6 +92,7 @@ def follow_path(
     residual_height=None,
     from_contact=False,
     capture=0.0,
+    film=None,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -123,6 +124,8 @@ def follow_path(
         other cells only across gaps smaller than ``capture``.
     capture : float
         Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
+    film : layered.Film, optional
+        Film on the half space, its thickness in cells.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def follow_path(
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
         return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
-    solver = Solver(separation, law, cap, limit, from_contact, capture)
+    solver = Solver(separation, law, cap, limit, from_contact, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
     return [_path(loading, loading.load(goal)) for goal in goals]

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..halfspace import displacement_control, yielding
-from ..halfspace.products import displaced, inverse_convolution, love_convolution
+from ..halfspace.products import displaced, inverse_convolution, surface_convolution
 from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
 from .patches import contacts_and_resolution
 from .traction_laws import traction
@@ -68,8 +68,9 @@ class SolvedState(NamedTuple):
 class Solver:
     """Solves the states of one body."""
 
-    def __init__(self, separation, law, cap, limit, from_contact, capture=0.0):
-        self.separation, self.law = separation, law
+    def __init__(self, separation, law, cap, limit, from_contact, capture=0.0, film=None):
+        self.separation, self.law, self.film = separation, law, film
+        self.bulges = film is not None and film.bulges
         self.cap, self.limit = cap, limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
         self.edge_width = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
@@ -101,10 +102,10 @@ class Solver:
         """Return the residual height of the surface, dented at fixed attraction where pressures exceed the hardness."""
         at, state, most = (solved.rows, solved.columns), solved.state, traction(0.0, self.law)[0]
         attraction = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
-        separation = self.separation[at] - solved.residual_height[at] - displaced(attraction)
+        separation = self.separation[at] - solved.residual_height[at] - displaced(attraction, self.film)
         hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([solved.delta])
         limits = {"tolerance": _DENT_TOLERANCE, "hardness": hardness, "keep": 1}
-        _, pressure, displacement = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
+        _, pressure, displacement = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, self.film, **limits)
         left = solved.residual_height.copy()
         left[at] += yielding.residual_heights(pressure, displacement, separation, deltas, hardness.pressure)[0]
         return left
@@ -152,7 +153,7 @@ class Solver:
         stored = energy(separation, self.law, delta, state)
         cells = None, False
         if self.edge_width:
-            displacement = body.displacement if out.converged else displaced(state.pressure)
+            displacement = body.displacement if out.converged else displaced(state.pressure, self.film)
             cells = self._attracting_cells(rows, columns, delta, displacement, state, last)
         converged = out.converged and bool(np.isfinite(force))  # comparisons with NaN hide it from the residual
         return SolvedState(
@@ -176,8 +177,9 @@ class Solver:
         }
 
     def _box(self, delta, last=None, margin=0):
-        """Return the rows and columns of the box of all cells within range, and of cells last under traction."""
-        within = [lowest < delta + self.law.range for lowest in self.lowest]
+        """Return rows and columns of the box of all cells within range or a film's bulges, and last under traction."""
+        beyond = max(delta - self.lowest[0].min(), 0.0) if self.bulges else 0.0
+        within = [lowest < delta + beyond + self.law.range for lowest in self.lowest]
         if last is not None:
             loaded = np.abs(last.state.pressure) > _LEAST_TENSION * self.law.strength
             within[0][last.rows] |= loaded.any(axis=1)
@@ -202,8 +204,8 @@ class Solver:
         return state
 
     def _body(self, separation, tolerance):
-        product, inverse = love_convolution(*separation.shape), inverse_convolution(*separation.shape)
-        return BoxProblem(separation, self.law, tolerance, product, inverse, np.empty(separation.shape))
+        product, inverse = (make(*separation.shape, self.film) for make in (surface_convolution, inverse_convolution))
+        return BoxProblem(separation, self.law, tolerance, product, inverse, np.empty(separation.shape), self.film)
 
 
 def _rounded_slice(places, size, margin):

@@ -21,7 +21,7 @@ import numpy as np
 from ..jit import kernel
 from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
-from .working_set import Guess, box_below, solve_contact
+from .working_set import Guess, box_below, slack_of, solve_contact
 
 #: In a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching.
 _JOINING_PART = 0.1
@@ -49,7 +49,7 @@ ELASTIC = Hardness()
 
 
 def sweep_arrays(
-    separation, deltas, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
+    separation, deltas, dx, contact_modulus, film=None, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
 ):
     """Solve the contact at each of ascending displacements, nm, each started from those before.
 
@@ -65,14 +65,14 @@ def sweep_arrays(
     cap, limit = hardness.scaled(dx / contact_modulus)
     states, *fields = records(len(deltas), separation.shape, max(keep, 2))
     last = (-np.inf, *(field[0] for field in fields))
-    older = last
+    older, slack = last, slack_of(film)
     for k, delta in enumerate(map(float, deltas), -len(deltas)):
         if not touch < delta:
             continue
-        box = box_below(lowest, delta)
+        box = box_below(lowest, delta + slack)
         depth = delta - separation[box]
         guess = extrapolated(older, last, delta, box, depth, cap) if last[0] > -np.inf else None
-        contact = solve_contact(depth, tolerance, max_iterations, cap, guess)
+        contact = solve_contact(depth, tolerance, max_iterations, cap, guess, film)
         describe(states[k], contact, depth, cap, limit)
         pressure, displacement = (field[k % len(field)] for field in fields)  # boxes grow: older ones are overwritten
         pressure[box], displacement[box] = contact.pressure, contact.displacement

@@ -25,6 +25,7 @@ from .working_set import (
     half_deep,
     halved,
     refined,
+    slack_of,
     solve_in_box,
 )
 
@@ -42,7 +43,7 @@ _MOST_CHOICES = 30
 
 
 def loaded_arrays(
-    separation, loads, dx, contact_modulus, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
+    separation, loads, dx, contact_modulus, film=None, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
 ):
     """Solve the contact at each of ascending loads (nN > 0), each started from the one before.
 
@@ -58,11 +59,11 @@ def loaded_arrays(
     scaled, contact = np.asarray(loads) / (contact_modulus * dx), None
     for k, load in enumerate(scaled if np.isfinite(touch) else ()):
         if contact is None:
-            delta, start = _first_guess(separation, load, cap)
+            delta, start = _first_guess(separation, load, cap, film)
         else:
             delta = touch + (deltas[k - 1] - touch) * (load / scaled[k - 1]) ** _DEPTH_EXPONENT
             start = _start_from_state(deltas[k - 1], contact, cap)
-        deltas[k], contact = _solve(separation, load, delta, start, tolerance, max_iterations, cap)
+        deltas[k], contact = _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
         describe(states[k], contact, deltas[k] - separation, cap, limit)
         field = k - len(loads) + keep
         if field >= 0:
@@ -70,15 +71,16 @@ def loaded_arrays(
     return deltas, *in_units(*arrays, dx, contact_modulus, hardness)
 
 
-def _first_guess(separation, load, cap):
+def _first_guess(separation, load, cap, film):
     """Return a displacement and a start: by an estimate for few cells, else from a solution on cells twice as large."""
     halves = min(separation.shape) >= _SMALLEST_HALVED
     depth, touch = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size), separation.min()
     if np.isfinite(depth):
         return touch + depth, lambda delta, box, depth: half_deep(depth)
     coarser = halved(separation)  # E* dx doubles and E*/dx halves
-    limits = COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap
-    reached, coarse = _solve(coarser, 0.5 * load, *_first_guess(coarser, 0.5 * load, 2.0 * cap), *limits)
+    limits, thinner = (COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap), film and film.on_cells(2)
+    start = _first_guess(coarser, 0.5 * load, 2.0 * cap, thinner)
+    reached, coarse = _solve(coarser, 0.5 * load, *start, *limits, thinner)
     delta = max(reached, touch + 0.1 * (reached - coarser.min()))
     guess = refined(coarse, delta - separation, cap)
     return delta, lambda delta, box, depth: Guess(*(np.ascontiguousarray(field[box]) for field in guess))
@@ -91,16 +93,16 @@ def _start_from_state(before, contact, cap):
     return lambda delta, box, depth: extrapolated(older, last, delta, box, depth, cap)
 
 
-def _solve(separation, load, delta, start, tolerance, max_iterations, cap):
+def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film):
     """Solve at one load; return displacement and `Contact`. ``start(delta, box, depth)`` returns a `Guess` in a box."""
-    lowest, products = (separation.min(1), separation.min(0)), 0
+    lowest, products, beyond = (separation.min(1), separation.min(0)), 0, slack_of(film)
     touch = lowest[0].min()
     for _ in range(_MOST_CHOICES):
         reach = touch + _DEPTH_FACTOR * (delta - touch)
-        box = box_below(lowest, reach)
-        depth, slack = delta - separation[box], reach - delta
+        box = box_below(lowest, reach + beyond)
+        depth, slack = delta - separation[box], reach - delta + beyond
         guess, most = start(delta, box, depth), max_iterations - products
-        solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, load=load, slack=slack)
+        solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, film, load=load, slack=slack)
         products += solved.outcome.iterations
         reached = delta + solved.outcome.shift
         shallow = reached - touch < 0.5 * (delta - touch)  # then the tolerance, a part of the guessed depth, was loose

@@ -1,10 +1,10 @@
 """Displacement of a half space under pressures on square cells: the product u = A p, computed in one of two ways.
 
-    u(m) = Σ A(m − n) p(n),     A Love's coefficients (``love``), p pressure and u displacement of the cells, both in nm
+    u(m) = Σ A(m − n) p(n),     A influence coefficients (``love``, ``layered``), p pressure and u displacement, in nm
 
 Cells have unit side and the half space unit modulus: the caller scales. Whole boxes are convolved in double precision,
 and these products decide whether a solution is accurate. Solvers work on compact vectors: the values of the chosen
-cells of a box, followed by one entry that stays zero. For few cells the product uses the matrix of Love's coefficients;
+cells of a box, followed by one entry that stays zero. For few cells the product uses the matrix of coefficients;
 many are convolved in their box (``transforms``) in single precision, accurate to some 1e-6 of the largest value: enough
 for search directions, in two thirds of the time. Source: Love (1929) for A.
 """
@@ -16,7 +16,7 @@ import numpy as np
 import scipy.fft
 
 from ..jit import kernel
-from .love import love_coefficients
+from .layered import influence_coefficients
 from .transforms import Convolution, convolution, convolve, convolved, even_length, kernel_transform
 
 #: Up to this many cells the dense matrix (half a megabyte) is faster than transforms of the cells' box.
@@ -43,10 +43,10 @@ class Operator(NamedTuple):
 _NO_CONVOLUTION = Convolution(*(np.empty((0, 0), kind) for kind in (np.float32, np.float32, *2 * (np.complex64,))))
 
 
-def coefficients_for(shape):
-    """Return Love's coefficients for all padded boxes within ``shape``, in one of few sizes."""
+def coefficients_for(shape, film=None):
+    """Return influence coefficients for all padded boxes within ``shape``, in one of few sizes."""
     size = table_size(max(shape))
-    return love_coefficients(size, size)
+    return influence_coefficients(size, size, film)
 
 
 def table_size(cells):
@@ -58,52 +58,55 @@ def table_size(cells):
     return 1 << (max(size, 32) - 1).bit_length() if size <= 512 else -(-size // 256) * 256
 
 
-def _transfer(rows, columns):
+def _transfer(rows, columns, film):
     """Return A's transform on a padded box."""
-    return (_small_transfer if rows * columns <= _SMALL else _large_transfer)(rows, columns)
+    return (_small_transfer if rows * columns <= _SMALL else _large_transfer)(rows, columns, film)
 
 
-def _new_transfer(rows, columns):
-    return kernel_transform(rows, columns, coefficients_for((rows // 2, columns // 2)))
+def _new_transfer(rows, columns, film):
+    return kernel_transform(rows, columns, coefficients_for((rows // 2, columns // 2), film))
 
 
 _small_transfer, _large_transfer = lru_cache(_MOST_STORED)(_new_transfer), lru_cache(_MOST_LARGE)(_new_transfer)
 
 
-def love_convolution(rows, columns):
+def surface_convolution(rows, columns, film):
     """Return the convolution with A, in single precision, in a box of this many rows and columns."""
-    return convolution(rows, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1)))
+    return convolution(rows, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film))
 
 
-def inverse_convolution(rows, columns):
+def inverse_convolution(rows, columns, film):
     """Return the convolution with the inverse of A on a periodic box."""
     high, wide = even_length(rows), even_length(columns)
-    return convolution(rows, 1.0 / ((high * wide) ** 2 * _transfer(high, wide)))
+    transfer = _transfer(high, wide, film)
+    if film is not None:  # cut off at the box it may be negative at long wavelengths
+        transfer = np.maximum(transfer, 1e-4 * transfer.max())
+    return convolution(rows, 1.0 / ((high * wide) ** 2 * transfer))
 
 
-def displaced(pressure):
+def displaced(pressure, film=None):
     """Return the displacement of every cell of a box under the pressures in it, in double precision."""
     rows, columns = pressure.shape
-    return convolved(pressure, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1)))
+    return convolved(pressure, _transfer(even_length(2 * rows - 1), even_length(2 * columns - 1), film))
 
 
-def surface_displacement(pressure, dx, contact_modulus):
+def surface_displacement(pressure, dx, contact_modulus, film=None):
     """Return the displacement (nm) of whole windows (…, nx, ny) under pressures (GPa) on their dx × dx cells."""
     shape = pressure.shape
     windows = np.asarray(pressure, dtype=float).reshape(-1, *shape[-2:])
-    out = np.array([displaced(window) for window in windows]).reshape(shape)
+    out = np.array([displaced(window, film) for window in windows]).reshape(shape)
     return out * (dx / contact_modulus)
 
 
-def operator(rows, columns, *, dense):
+def operator(rows, columns, film=None, *, dense):
     """Return the operator of the cells at (rows, columns), the rows ascending; as a matrix if ``dense``."""
     rows, columns = rows - rows[0], columns - columns.min()
     shape = int(rows[-1]) + 1, int(columns.max()) + 1
     if dense:
-        matrix = matrix_between(rows, columns, coefficients_for(shape))
+        matrix = matrix_between(rows, columns, coefficients_for(shape, film))
         return Operator(rows, columns, matrix, _NO_CONVOLUTION, _NO_CONVOLUTION)
-    inverse = inverse_convolution(*shape) if rows.size > LONG_RANGE else _NO_CONVOLUTION
-    return Operator(rows, columns, np.empty((0, 0)), love_convolution(*shape), inverse)
+    inverse = inverse_convolution(*shape, film) if rows.size > LONG_RANGE else _NO_CONVOLUTION
+    return Operator(rows, columns, np.empty((0, 0)), surface_convolution(*shape, film), inverse)
 
 
 @kernel

@@ -6,7 +6,8 @@ precision. The product over the whole box, in double precision, then shows the o
 they join the working set, and the active set continues. The first choice comes from the same problem on cells twice as
 large, solved in the same way (nested iteration); it affects the time of a solve, but not its result. Source: own.
 
-Unit cells and unit modulus, as in ``active_set``; depths are negative for cells that do not overlap.
+Unit cells and unit modulus, as in ``active_set``; depths are negative for cells that do not overlap. Where a film
+bulges beside the load these may touch, too, within ``slack``.
 """
 
 from typing import NamedTuple
@@ -40,25 +41,32 @@ class Contact(NamedTuple):
     outcome: Outcome
 
 
+def slack_of(film):
+    """Return by how much cells that may touch lie outside the overlap: not at all, unless the film bulges."""
+    return np.inf if film is not None and film.bulges else 0.0
+
+
 def box_below(lowest, delta):
     """Return the bounding box of the cells with S < δ, given the least S of each row and of each column."""
     rows, columns = (np.flatnonzero(least < delta) for least in lowest)
     return slice(rows[0], rows[-1] + 1), slice(columns[0], columns[-1] + 1)
 
 
-def solve_contact(depth, tolerance, max_iterations, cap, guess=None):
+def solve_contact(depth, tolerance, max_iterations, cap, guess=None, film=None):
     """Return the `Contact` in a box, from a guess or by nested iteration."""
+    slack = slack_of(film)
     if guess is not None:
-        return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap)
+        return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack)
     levels = [depth]
     while np.count_nonzero(levels[-1] > 0.0) > DENSE_LIMIT and min(levels[-1].shape) >= 4:
         levels.append(halved(levels[-1]))
     guess = half_deep(levels[-1])
     for n in range(len(levels) - 1, 0, -1):
         coarse_cap = cap * 2**n  # with the cells' side E*/dx halves
-        coarse = solve_in_box(levels[n], guess, 0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap)
+        limits, thinner = (0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap), film and film.on_cells(2**n)
+        coarse = solve_in_box(levels[n], guess, *limits, thinner, slack=slack)
         guess = refined(coarse, levels[n - 1], 0.5 * coarse_cap)
-    return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap)
+    return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack)
 
 
 def half_deep(depth):
@@ -95,22 +103,22 @@ def _refine_rows(field):
     return out
 
 
-def solve_in_box(depth, guess, part, max_iterations, cap, *, load=0.0, slack=0.0):
+def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0, slack=0.0):
     """Return the `Contact` in a box, all conditions met to ``part`` of the deepest overlap.
 
     With a ``load`` the depths shift, and cells that lack up to ``slack`` (nm) to overlap are included. No pressure
     exceeds the ``cap``.
     """
     pressure, touching, chosen, deepest, few, many = _begin(depth, slack, *guess, cap, load)
-    displacement = displaced(pressure) if many else np.full(depth.shape, np.nan)
+    displacement = displaced(pressure, film) if many else np.full(depth.shape, np.nan)
     products, shift, goal = int(many), 0.0, part * deepest
     while True:
         left = max_iterations - products
-        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap)
+        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap, film)
         products, shift, depth = products + outcome.iterations, shift + outcome.shift, depth + outcome.shift
         if few:
             return Contact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
-        displacement = displaced(pressure)
+        displacement = displaced(pressure, film)
         products += 1
         worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
         if outcome.status != CONVERGED or not worst > goal:  # true for NaN as well
@@ -146,10 +154,10 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
     return start, contact, chosen, deepest, few, count > DENSE_LIMIT
 
 
-def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap):
+def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, film):
     """Solve on the chosen cells of the box, from a displacement consistent with the pressure, or NaN."""
     rows, columns, deep, compact, gap, contact = _gather(chosen, depth, pressure, displacement, touching)
-    cells = operator(rows, columns, dense=rows.size <= DENSE_LIMIT)
+    cells = operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT)
     outcome = solve(cells, deep, compact, gap, contact, goal, max_iterations, load, cap, PATIENCE)
     _scatter(rows, columns, deep, compact, gap, outcome.shift, pressure, displacement)
     return outcome
@@ -184,8 +192,7 @@ def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
             gap, yielding = displacement[i, j] - depth[i, j], pressure[i, j] >= cap
             loaded = pressure[i, j] > 0.0 and not yielding
             wrong = gap if yielding else abs(gap) if loaded else -gap
-            touching[i, j] = loaded or (depth[i, j] > 0.0 and wrong > goal)
+            touching[i, j] = loaded or wrong > goal
             chosen[i, j] |= touching[i, j] or yielding
-            if loaded or depth[i, j] > 0.0:
-                worst = max(worst, wrong)
+            worst = max(worst, wrong)
     return worst

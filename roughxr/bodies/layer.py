@@ -1,0 +1,92 @@
+"""A layer bonded to the scan's body, and the base below it, as every verb reads them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from ..kernels.halfspace.layered import Film
+from ..vocabulary import schema
+from ..vocabulary.units import Quantity
+
+#: Coordinates of a layer and of its base, and those of a pair that are moduli.
+_COORDINATES = ("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio")
+MODULI = ("contact_modulus", "layer_modulus", "base_modulus")
+
+#: Largest contact radius, in thicknesses, for which the layer counts as a half space.
+_SMALL_CONTACT = 0.1
+
+#: Least F at the scan's width that is computed well enough: below, the layer is too thin for its rigid base.
+_LEAST_COMPLIANCE = 1e-8
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A homogeneous layer bonded to the scan's body, for `assign_pair`.
+
+    Parameters
+    ----------
+    thickness : number or quantity
+        nm.
+    material : str, optional
+        Name of its material; or its moduli:
+    young_modulus : number or quantity, optional
+        GPa.
+    poisson_ratio : number, optional
+
+    Examples
+    --------
+    >>> Layer("50 nm", "silica").material, Layer(200, young_modulus="2 MPa", poisson_ratio=0.5).thickness
+    ('silica', 200)
+    """
+
+    thickness: Quantity
+    material: str | None = None
+    young_modulus: Quantity | None = None
+    poisson_ratio: Quantity | None = None
+
+
+def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:
+    """Return the layer of a pair as kernels take it, its thickness in cells (nm); None on a half space."""
+    if not schema.is_coated(ds):
+        return None
+    thickness, modulus, ratio, base, base_ratio = (float(ds[name]) for name in _COORDINATES)
+    share = float(ds["contact_modulus"]) * (1 - ratio**2) / modulus
+    if not 0 < share <= 1 + 1e-9:
+        raise ValueError(
+            f"contact_modulus: expected at most the layer's {modulus / (1 - ratio**2):.4g} GPa, found "
+            f"{float(ds['contact_modulus']):.4g} GPa; assign the pair with its layer anew"
+        )
+    return Film(thickness / cell, share, modulus * (1 + base_ratio) / (base * (1 + ratio)), ratio, base_ratio)
+
+
+def stiffened(ds: xr.Dataset, factor: float) -> dict[str, float]:
+    """Return all moduli of a pair, multiplied by a factor."""
+    return {name: float(ds[name]) * factor for name in MODULI if name in ds.coords}
+
+
+def need_computable(film: Film, width: float, *, yields: bool) -> None:
+    """Raise where a layer (nm) is too thin for its rigid base on a scan of this width (nm), or bulges and yields."""
+    if yields and film.bulges:
+        raise ValueError(
+            "hardness: expected none with a nearly incompressible layer, which bulges beside the contact; leave it out"
+        )
+    if film.compliance(2 * np.pi * film.thickness / width) < _LEAST_COMPLIANCE:
+        raise ValueError(
+            f"layer: expected an elastic base below a layer of {film.thickness:.3g} nm on a scan of {width:.3g} nm, "
+            "found a rigid one; give its moduli, or crop the scan"
+        )
+
+
+def need_small_contacts(ds: xr.Dataset, contact_area: xr.DataArray) -> None:
+    """Raise unless contacts (nm² at a place) are far smaller than the layer, which then counts as a half space."""
+    if not schema.is_coated(ds):
+        return
+    radius, thickness = float(np.sqrt(contact_area.max() / np.pi)), float(ds["layer_thickness"])
+    if not radius <= _SMALL_CONTACT * thickness:
+        raise ValueError(
+            "layer: sums over asperities take the surface as a half space, for contacts up to "
+            f"{_SMALL_CONTACT * thickness:.3g} nm, found {radius:.3g} nm; take direct or adhesive"
+        )
