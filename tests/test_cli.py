@@ -144,14 +144,17 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
 )
 def test_the_paper_has_a_hardness_for_its_best_estimate(tmp_path, monkeypatch, options, hardness):
     """Glass's by default; what is not extrapolated stays elastic."""
-    executed = []
-    monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append(arguments))
+    executed, notes = [], []
+    monkeypatch.setattr(
+        reproduction, "execute", lambda *arguments, **how: executed.append(arguments) or notes.append(how)
+    )
     (tmp_path / "table.txt").write_text("")
     monkeypatch.setattr("roughxr.cli.running._print_answer", lambda *arguments: None)
     assert main(["paper", "-o", str(tmp_path), *options]) == 0
     ((specimen, plan, *_),) = executed
     assert float(specimen.bodies.hardness_estimate) == hardness and "hardness" not in specimen.bodies.coords
     assert plan.extrapolated > 0
+    assert ("stay elastic" if hardness == 0.2 else f"hardness {hardness:g} GPa") in notes[0]["notes"][1]
 
 
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
