@@ -140,7 +140,7 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "hardness"), [([], 6.0), (["--hardness", "4"], 4.0), (["--materials", "polystyrene"], 0.2)]
+    ("options", "hardness"), [([], 6.0), (["--hardness", "5"], 5.0), (["--materials", "polystyrene"], 0.2)]
 )
 def test_the_paper_has_a_hardness_for_its_best_estimate(tmp_path, monkeypatch, options, hardness):
     """Glass's by default; what is not extrapolated stays elastic."""

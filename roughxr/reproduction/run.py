@@ -79,7 +79,7 @@ def paper(
         yield "overview", figures.overview(run)
         yield from paper_figures(run)
 
-    assumed = f"Of the best estimate: {with_hardness(scan.bodies)[1]}."
+    assumed = f"Of the best estimate: {with_hardness(scan.scan)[1]}."
     files: dict[str, Any] = {"tables": _tables, "notes": [TWIN, assumed], "draw_figures": draw_figures}
     groups = execute(scan, wanted, folder / "paper.nc", folder, command=command, **files)
     print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
