@@ -32,7 +32,7 @@ from .style import (
 )
 
 #: Smallest number of samples for a density: fewer are drawn one by one.
-_FEWEST_SAMPLES = 10
+FEWEST_SAMPLES = 10
 
 #: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
@@ -51,9 +51,10 @@ def distribution(
     interval: float | None = 0.95,
     label: str | None = None,
     order: int = 0,
+    fewest: int = FEWEST_SAMPLES,
     ax: Axes | None = None,
 ):
-    """Draw a histogram of a variable as a probability density, the mean above it; of fewer than ten samples each.
+    """Draw a histogram of a variable as a probability density, the mean above it; of few samples each one.
 
     Parameters
     ----------
@@ -68,6 +69,8 @@ def distribution(
         Confidence level of the intervals of mean and bars, by block bootstrap; None for no interval.
     label, order
         Label in the legend, and index of the line style where several distributions share the Axes.
+    fewest : int
+        Smallest number of samples that are drawn as a density.
     """
     ax = axes(ax)
     color = stroke(order)["color"]
@@ -75,7 +78,7 @@ def distribution(
     values = values[np.isfinite(values)]
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, color, order, interval)
-    if values.size < _FEWEST_SAMPLES:
+    if values.size < fewest:
         share = (np.arange(values.size) + 0.5) / max(values.size, 1)
         ax.plot(np.sort(values), share, color=color, linestyle="none", marker="o", label=label)
         ax.set(ylim=(0, 1), ylabel="share of samples below")
@@ -140,7 +143,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)
     distribution(catalogue, "height", ax=heights, interval=None)
-    heights.set_yscale("log" if catalogue.sizes["asperity"] >= _FEWEST_SAMPLES else "linear")
+    heights.set_yscale("log" if catalogue.sizes["asperity"] >= FEWEST_SAMPLES else "linear")
     heights.relim()
     heights.autoscale(axis="y")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..measured import compare
-from .distributions import distribution
+from .distributions import FEWEST_SAMPLES, distribution
 from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
 
 
@@ -19,8 +19,12 @@ def predicted_and_measured(
     ``comparison`` is the result of `compare` for them, if it is known already.
     """
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
-    for order, (words, ds) in enumerate((("predicted", predicted), ("measured", measured))):
-        distribution(ds, "pull_off_force", ax=left, label=words, order=order)
+    forces = {"predicted": predicted, "measured": measured}
+    alike = {"fewest": FEWEST_SAMPLES}
+    if any(int(ds["pull_off_force"].notnull().sum()) < FEWEST_SAMPLES for ds in forces.values()):
+        alike["fewest"] = 1 + max(ds["pull_off_force"].size for ds in forces.values())
+    for order, (words, ds) in enumerate(forces.items()):
+        distribution(ds, "pull_off_force", ax=left, label=words, order=order, **alike)
     quantiles(compare(predicted, measured) if comparison is None else comparison, ax=right)
     return made
 
@@ -39,7 +43,7 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     if "mean" in ds["statistic"]:
         ratio = float(ds["ratio"].sel(statistic="mean"))
         span = np.array([predicted.min(), predicted.max()])
-        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=f"means: × {ratio:.3g}")
+        ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=f"means: × {ratio:.2g}")
     ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
     at = marked["predicted_quantile"].values, marked["measured_quantile"].values

@@ -62,7 +62,8 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     if not np.isfinite(value):
         return "not computed"
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
-    words = " ± ".join(with_error(value, error)) if error > 0 else number(round(value, 2), digits=2)
+    value, error = round(value, 2), round(error, 2)
+    words = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
     return f"{sign}{words}{bias}"
 

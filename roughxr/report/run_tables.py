@@ -199,7 +199,8 @@ def budget_table(run: Run) -> pd.DataFrame:
 
 def _budget_row(error: float, own: float, change: float, words: str) -> list[str]:
     """Return an error with its standard error and the change of the mean, in per cent, as text."""
-    known = " ± ".join(with_error(100 * error, 100 * own)) if own > 0 else number(round(100 * error, 2), digits=2)
+    error, own = round(100 * error, 2), round(100 * own, 2)
+    known = " ± ".join(with_error(error, own)) if own > 0 else number(error, digits=2)
     sign = "+" if change > 0 else ""
     return [known, f"{sign}{number(round(100 * change, 2), digits=2)}", words]
 
