@@ -8,7 +8,6 @@ frame): ``height[0, 0]`` is the lower left pixel, and the picture's row r lies a
 from __future__ import annotations
 
 import hashlib
-import json
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..vocabulary.provenance import flat
 from ..vocabulary.schema import history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
@@ -270,7 +270,7 @@ def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> 
         "direction": chosen.direction or "not stated",
         "channels": listing(channels),
         "pixel_registration": "center",
-        "header": json.dumps(header, default=str, ensure_ascii=False),
+        "header": "\n".join(f"{name}: {' '.join(str(value).split())}" for name, value in flat(header).items()),
     }
 
 
