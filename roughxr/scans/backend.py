@@ -70,7 +70,7 @@ def open_scan(
     Dataset
         ``height`` (x, y) in nm, NaN where the file has no value; ``x``, ``y`` pixel centres in nm from the
         lower left corner, x to the right and y upwards as in the vendor's program.
-        The attributes contain file name, SHA-256, channel, direction, all channels, and the header, a line for each entry.
+        The attributes contain file name, SHA-256, channel, direction, all channels, and the header by lines.
 
     Raises
     ------
