@@ -210,7 +210,7 @@ def test_what_is_expected_is_said(surface):
 @pytest.mark.parametrize(
     ("change", "options", "why"),
     [
-        (lambda ds: asperities(ds, patch=5), {}, "take asperities(patch='auto')"),
+        (lambda ds: asperities(ds, patch=5), {}, "use asperities(patch='auto')"),
         (lambda ds: ds, {"law": "maugis"}, "not for 'maugis'"),
         (lambda ds: ds, {"formulation": "published"}, "not for 'published'"),
         (lambda ds: ds.isel(x=slice(None, None, 6), y=slice(None, None, 6)), {}, "too few to resolve its summits"),
