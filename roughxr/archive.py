@@ -240,7 +240,8 @@ def run_archive(path: Path) -> Path:
     archives = [path / name for name in ("run.nc", "paper.nc") if (path / name).is_file()]
     archives = archives or sorted(path.glob("*.nc"))
     if len(archives) != 1:
-        listed = ", ".join(file.name for file in archives) or "none"
+        archives = archives or sorted(path.glob("*/run.nc"))  # of several scans
+        listed = ", ".join(str(file.relative_to(path)) for file in archives) or "none"
         raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
     return archives[0]
 

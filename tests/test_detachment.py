@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import particles
+from roughxr.cli.detach import _one_surface
 from roughxr.particles import Flow, biasi_adhesion, loads, rock_n_roll
 from roughxr.particles.force_balance import with_pull_off
 from roughxr.particles.kinetics import resuspension_rate
@@ -341,3 +342,11 @@ def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspe
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
     bare = roughxr.particles.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
+
+
+def test_a_map_of_random_surfaces_shows_one_of_each_place():
+    """Two random surfaces at three places, the places once for each surface."""
+    x, y = np.tile([0.0, 10.0, 10.0], 2), np.tile([0.0, 0.0, 10.0], 2)
+    places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
+    ds = xr.Dataset({"critical_friction_velocity": ("subregion", np.arange(6.0))}, places)
+    xr.testing.assert_identical(_one_surface(ds), ds.isel(subregion=[0, 1, 2]))

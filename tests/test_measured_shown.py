@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import roughxr
-from roughxr.cli import main
+from roughxr.cli import main, measurements
 
 from .surfaces import glass_pair, rough, scan
 
@@ -45,8 +45,19 @@ def test_what_a_command_lacks_is_said(run, capsys):
     (run / "bare.csv").write_text("adhesion\n1\n2\n")
     assert main(["measured", str(run / "bare.csv")]) == 1
     assert "give them, such as --units nN" in capsys.readouterr().err
+    assert main(["measured", str(run / "own.csv"), "--units", "nN", "--place-units", "nm"]) == 0  # as the file states
+    capsys.readouterr()
+    assert main(["compare", str(run / "own.csv"), str(run)]) == 1
+    assert "own.csv: expected a run first, then the measured forces" in capsys.readouterr().err
     assert main(["measured", str(run / "bare.csv"), "--units", "V", "--sensitivity", "12 nN/V"]) == 0
     assert "places: not known" in capsys.readouterr().out
+
+
+def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
+    numbers = {"pull_off_mean": 43.0, "pull_off_lower": 11.0, "pull_off_upper": 87.0}
+    words = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, 61.0)
+    assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in words
+    assert "best estimate is" not in measurements._beyond_scan({}, 61.0)
 
 
 def test_quantiles_are_drawn_where_they_are():

@@ -108,7 +108,9 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
         print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
-    print(f"first mode of detachment, of {critical['mode'].size} places: {first}")
+    count, each = critical["mode"].size, critical["mode"].size // _one_surface(critical)["mode"].size
+    places = f"{count} places" if each == 1 else f"{count // each} places on {each} random surfaces each"
+    print(f"first mode of detachment, of {places}: {first}")
     if NO_REST in modes:
         print(f"{NO_REST}: the sphere rolls off without any load; roughxr run --particle analyses resting positions")
     if "none" in modes:
@@ -120,7 +122,14 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
+    critical, moments = _one_surface(critical), _one_surface(moments)
     critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)
     save_picture(figure, path)
+
+
+def _one_surface(ds: xr.Dataset) -> xr.Dataset:
+    """Return places with one of the random surfaces of each: their results lie above one another on a map."""
+    _, first = np.unique(np.c_[ds["subregion_x"], ds["subregion_y"]], axis=0, return_index=True)
+    return ds.isel(subregion=np.sort(first))

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, open_curves, open_pull_off
-from ..report.summary import PLACES
+from ..report.summary import ON_MEASURED_SURFACES, PLACES
+from ..statistics.headline import best_estimate
 from ..vocabulary.numbers import number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
@@ -54,7 +55,10 @@ def describe(options: Namespace) -> None:
 
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
-    groups = archive.load(archive.run_archive(Path(options.run)))
+    path = Path(options.run)
+    if path.is_file() and path.suffix != ".nc":
+        raise ValueError(f"{path}: expected a run first, then the measured forces, found another file")
+    groups = archive.load(archive.run_archive(path))
     names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
     methods = [method for kind, _, method in names if kind == "statistics"]
     if not methods:
@@ -65,18 +69,33 @@ def compare_with_run(options: Namespace) -> None:
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(compared, columns))
+    if options.method == "adhesive":
+        print("\n" + _beyond_scan(groups, float(compared["predicted"].sel(statistic="mean"))))
     distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
     print(
         f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; two samples of one "
         f"distribution differ at least as much with probability {number(p_value, digits=2)}"
     )
     predicted_places, measured_places = float(compared.predicted_places), float(compared.measured_places)
-    print(f"independent places: {predicted_places:.0f} predicted, {measured_places:.0f} measured")
+    print(
+        "independent places (neighbours are alike, so that fewer independent ones have as accurate a mean): "
+        f"{predicted_places:.0f} of the {predicted['pull_off_force'].size} predicted, {measured_places:.0f} of the "
+        f"{int(own['pull_off_force'].count())} measured"
+    )
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
         figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
         save_picture(axes[0].figure, options.picture)
+
+
+def _beyond_scan(groups: Mapping[str, xr.Dataset], predicted: float) -> str:
+    """Return how much the roughness that the scan does not show changes a mean pull-off force (nN)."""
+    words = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+    if best := best_estimate(groups):
+        ratio = number(best[0] / predicted, digits=2)
+        words += f" With it the run's best estimate is {with_interval(*best)}, {ratio} times the prediction."
+    return f"{words} {ON_MEASURED_SURFACES}"
 
 
 #: Statistics in words.

@@ -236,7 +236,7 @@ def place_columns(path: Path, columns: list[Column], force: Column) -> dict[str,
 
 def lengths(path: Path, column: Column, place_units: str | None) -> np.ndarray:
     """Return a column of lengths in nm; units by the file, else by the caller."""
-    if column.units and place_units:
+    if column.units and place_units and place_units != column.units:
         raise UnreadableScan(
             path, f"place_units: the file states {column.units!r}, found {place_units!r}; leave it out"
         )

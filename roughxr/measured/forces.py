@@ -47,7 +47,7 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
 
 def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that describe the conversion."""
-    if units and given.units:
+    if units and given.units and given.units != units:
         raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
     units = units or given.units
     if units is None:

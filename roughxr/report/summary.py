@@ -27,7 +27,7 @@ _COARSE_WAVELENGTH = 50.0
 _POSITION = ("subregion_x", "subregion_y")
 
 #: How coarse images and estimates compare with the truth (``tests/benchmarks/real_below_the_pixel.py``).
-_ON_MEASURED_SURFACES = (
+ON_MEASURED_SURFACES = (
     "On nine measured surfaces, 80 % of the coarse images pulled 0.7 to 1.5 times as much as the full surface; 80 % "
     "of their best estimates were 0.7 to 1.3 times the truth."
 )
@@ -102,7 +102,7 @@ def best_estimate_notes(run: Run) -> list[str]:
     if then > 0.9 * now:
         advice = "A finer scan would hardly narrow it; more places would."
     width = f"The interval of the best estimate spans a factor of {number(now)} to either side."
-    return [estimate.attrs["known"], estimate.attrs["assumed"], f"{width} {advice}", _ON_MEASURED_SURFACES]
+    return [estimate.attrs["known"], estimate.attrs["assumed"], f"{width} {advice}", ON_MEASURED_SURFACES]
 
 
 def _flow(run: Run) -> dict[str, float]:

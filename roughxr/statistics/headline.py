@@ -204,6 +204,7 @@ def headline(summary: xr.Dataset) -> str:
         longest = summary.attrs.get("longest_added")
         finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
         estimate = with_interval(best, value["best_low"], value["best_high"]).replace("95 % interval ", "")
+        estimate = estimate.replace(", too few values", "")  # but by what the scan does not show
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):

@@ -19,7 +19,7 @@ _PLAIN_RANGE = 1e-4, 1e7
 
 #: Largest ratio of the ends of an interval that is printed as numbers: wider ones are estimated from too few values.
 _WIDEST = 50.0
-_TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}, too few values"
+_TOO_WIDE = f"wider than a factor of {_WIDEST:.0f}"
 
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -92,7 +92,7 @@ def with_interval(value: float, low: float, high: float, units: str = "nN") -> s
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if is_too_wide(low, high):
-        return f"{number(value / size, unit, 2)} (95 % interval {_TOO_WIDE})"
+        return f"{number(value / size, unit, 2)} (95 % interval {_TOO_WIDE}, too few values)"
     rounded, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
     return f"{rounded} (95 % interval {lower.removesuffix(unit).rstrip()} … {upper})"
 
