@@ -202,7 +202,11 @@ JPK_COUNT = 1e-6
 
 def write_jpk_pages(path: Path, pages: list[tuple[str, int, np.ndarray, tuple[str, float]]], size: tuple[float, float]):
     """Write pages (name, 1 for a retrace, counts from the first line, units and their value of a count)."""
-    grid = [(0x8042, 12, struct.pack("<d", size[0] * 1e-9)), (0x8043, 12, struct.pack("<d", size[1] * 1e-9))]
+    grid = [
+        (0x8003, 2, b"2020-01-02 10:11:12 +0000\0"),
+        (0x8042, 12, struct.pack("<d", size[0] * 1e-9)),
+        (0x8043, 12, struct.pack("<d", size[1] * 1e-9)),
+    ]
     written = [(grid, np.zeros((2, 2), "<i4"))]
     for name, retrace, counts, (units, one) in pages:
         tags = [(0x8050, 2, name.encode() + b"\0"), (0x8051, 4, struct.pack("<I", retrace))]

@@ -1,6 +1,7 @@
 """Formats of microscopes and others: the right image, direction, frame and scale; errors name the format."""
 
 import contextlib
+import struct
 import warnings
 
 import h5py
@@ -13,6 +14,7 @@ from roughxr.scans import ImplausibleScan, UnreadableScan, describe, formats, op
 
 from .afm_files import (
     JPK_COUNT,
+    MDT_COUNT,
     NANOMETRES_PER_COUNT,
     WRITERS,
     expected_scan,
@@ -58,6 +60,22 @@ def test_the_adhesion_channel_of_a_jpk_image(tmp_path):
     np.testing.assert_allclose(found.pull_off_force, adhesion.T.ravel(), rtol=0, atol=1e-5)  # the lowest line first
     assert (float(found.subregion_x[0]), float(found.subregion_y[0])) == pytest.approx((5, 5))
     assert open_scan(path).attrs["channel"] == "Height"
+
+
+@pytest.mark.parametrize("reflected", [False, True])
+def test_a_jpk_image_is_what_a_second_reader_makes_of_it(reflected, tmp_path):
+    from SurfaceTopography.IO import open_topography
+
+    path = write_jpk(tmp_path, ROWS, SIZE)
+    if reflected:  # the tag of the grid's width becomes that of its reflection in a copy of the sizes' entries
+        data = path.read_bytes()
+        path.write_bytes(data.replace(struct.pack("<HHI", 0x8080, 4, 1), struct.pack("<HHI", 0x8045, 4, 1)))
+    other = open_topography(str(path), format="jpk").topography()
+    scan = open_scan(path)
+    np.testing.assert_allclose(scan.height, np.flip(other.heights(), axis=1) * 1e9, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(
+        [scan.attrs["source_size_x"], scan.attrs["source_size_y"]], np.array(other.physical_sizes) * 1e9
+    )
 
 
 @pytest.mark.parametrize("up", [True, False])
@@ -268,6 +286,14 @@ def test_a_missing_statement_of_a_format_is_no_key_error(tmp_path):
     path = write_jpk(tmp_path, ROWS, SIZE)
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(UnreadableScan, match=r"scan.jpk: JPK image.*cut short"):
+        open_scan(path)
+
+
+def test_currents_are_no_heights(tmp_path):
+    path = WRITERS["mdt"](tmp_path, ROWS, SIZE)
+    nanometres, nanoamperes = (struct.pack("<2fh", 0, MDT_COUNT, code) for code in (-1, 6))
+    path.write_bytes(path.read_bytes().replace(nanometres, nanoamperes))
+    with pytest.raises(UnreadableScan, match=r"scan.mdt: NT-MDT \(.mdt\): expected an image of heights.*currents"):
         open_scan(path)
 
 

@@ -39,17 +39,13 @@ def channels(path: Path) -> list[Channel]:
         raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
     if "errors" in answer:
+        advice = "save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it"
         unknown = formats.not_read(path)
-        why = (
-            f"found a file that is not read, {unknown}" if unknown else f"found none: {_reason(answer['errors'], head)}"
-        )
-        raise UnreadableScan(
-            path,
-            f"expected an AFM image, {why}; save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it",
-        )
+        why = f"a file that is not read, {unknown}; {advice}" if unknown else f"none: {_reason(answer['errors'], head)}"
+        raise UnreadableScan(path, f"expected an AFM image, found {why}")
     kind, images = answer["format"], [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
-        raise UnreadableScan(path, f"expected an image of heights, found a {kind} file without one")
+        raise UnreadableScan(path, "expected an image of heights, found other quantities alone, such as currents")
     return [_channel(path, k, image, kind) for k, image in images]
 
 
