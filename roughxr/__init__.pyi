@@ -29,6 +29,7 @@ from .contact.rigid.bodies import rigid as rigid
 from .jobs.checkpoint import checkpointed as checkpointed
 from .jobs.progress import progress as progress
 from .measured import compare as compare
+from .measured import fit_curve as fit_curve
 from .measured import fit_pair as fit_pair
 from .measured import open_pull_off as open_pull_off
 from .runs.analysis import run as run

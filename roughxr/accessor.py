@@ -22,7 +22,7 @@ from .contact.certificate import certificate
 from .contact.elastic import direct
 from .contact.regimes import formulas, regime
 from .contact.rigid.bodies import rigid
-from .measured import compare, fit_pair
+from .measured import compare, fit_curve, fit_pair
 from .particles import critical_load, resting, resuspension
 from .statistics.headline import answer
 from .studies.extrapolation import extrapolated
@@ -70,6 +70,7 @@ _VERBS: dict[str, tuple[Callable, ...]] = {
     "asperities": (reconstruct, superpose, pull_off_map, rolling),
     "force": (answer, statistics.pull_off, certificate),
     "pull_off": (answer, statistics.pull_off, certificate, compare, fit_pair),
+    "curves": (fit_curve,),
     "samples": (statistics.summary, statistics.bootstrap, statistics.pdf, statistics.fit),
     "moments": (critical_load, resuspension),
     "any": (figures.plot, exports.to_table),
@@ -87,6 +88,7 @@ def _fitting(ds: xr.Dataset) -> list[str]:
         "asperities": "asperity" in ds.dims,
         "force": "force" in ds,
         "pull_off": "pull_off_force" in ds,
+        "curves": "piezo" in ds,
         "samples": is_map or bool({"subregion", "asperity"} & set(ds.dims)),
         "moments": "resisting_moment" in ds,
         "any": True,

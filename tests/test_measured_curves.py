@@ -77,6 +77,21 @@ def test_the_stated_error_includes_the_choice_of_the_baseline():
     assert np.concatenate(list(off.values())).mean() < 1.2 and np.mean(list(covered.values())) > 0.9, covered
 
 
+def test_ruptures_are_counted_without_a_baseline():
+    """Steps down to the far end leave no baseline; the largest is 7.3 nN."""
+    piezo = np.linspace(1000.0, 0.0, 2000)
+    for seed, noise in enumerate((0.1, 0.2, 0.3)):
+        force = np.where(piezo > 850, 0.5 * (piezo - 850), 0.0)
+        for start, step in ((700, 5.0), (560, 7.3), (400, 3.0), (250, 4.0), (140, 3.5)):
+            force -= np.where((piezo > start) & (piezo < start + 140), step * ((start + 140 - piezo) / 140) ** 2, 0)
+        found = of_one(piezo, force + 0.002 * piezo + 5 + np.random.default_rng(seed).normal(0, noise, 2000))
+        assert found.ruptures == 5 and abs(float(found.largest_rupture) - 7.3) < 4 * noise + 0.2
+    smooth = [
+        of_one(*retraction_with_tail(np.random.default_rng(seed), "slow noise")[:2]).ruptures for seed in range(10)
+    ]
+    assert np.median(smooth) == 1  # correlated noise has no steps, the detachment is one
+
+
 def test_distance_and_work_are_the_spheres():
     found = roughxr.measured.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
     piezo, force = retraction(200_000)

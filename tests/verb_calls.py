@@ -112,6 +112,7 @@ CALLS = {
     "erode": [on("scan", tip_radius=20.0)],
     "fill": [on("scan")],
     "fit": [on("pulls", "pull_off_force", simulations=0)],
+    "fit_curve": [on("curves", sphere_radius=2000, spring_constant=5.0)],
     "fit_sphere": [on("indenter")],
     "fit_pair": [on("scan", "measured", method="superposed", subregions=(4, 4), confidence=0.9)],
     "force_ratio": [on("hertz", "pressed")],

@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 
 from .. import archive, figures, statistics
 from .. import tables as exports
-from ..measured import compare, curves_pull_off, open_curves, open_pull_off
+from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pull_off
 from ..report.summary import ON_MEASURED_SURFACES, PLACES
+from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
 from ..vocabulary.numbers import number, with_error, with_interval
 from ..vocabulary.schema import one_of
@@ -35,6 +36,9 @@ def measurement(files: list[str], options: Namespace) -> xr.Dataset:
 
 def describe(options: Namespace) -> None:
     """Print the attributes of measured pull-offs, and their mean and quantiles with intervals."""
+    if options.sphere_radius:
+        _describe_fits(options)
+        return
     ds = measurement(options.file, options)
     print_attributes(ds)
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
@@ -51,6 +55,33 @@ def describe(options: Namespace) -> None:
         print(_with_intervals(statistics.bootstrap(ds, "pull_off_force"), {"estimate": ""}))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
+
+
+def _describe_fits(options: Namespace) -> None:
+    """Print the moduli and works of adhesion fitted to a file's curves: of one, or the medians of many."""
+    constant = options.spring_constant and words.number(options.spring_constant)
+    radius, fits = words.number(options.sphere_radius), []
+    for file in options.file:
+        try:  # a table of forces does not need the spring constant, the fit does
+            curves, needed = open_curves(file, sensitivity=options.sensitivity), constant
+        except UnreadableScan:
+            curves, needed = open_curves(file, sensitivity=options.sensitivity, spring_constant=constant), None
+        fits.append(fit_curve(curves, sphere_radius=radius, spring_constant=needed))
+    fit = xr.concat(fits, "subregion", combine_attrs="override") if len(fits) > 1 else fits[0]
+    print_attributes(fit)
+    reasons = fit["reason"].to_series().value_counts()
+    print("curves: " + ", ".join(f"{count} {reason or 'fitted'}" for reason, count in reasons.items()))
+    laws = fit["law"].where(fit["reason"] == "", drop=True)
+    print("law: " + ", ".join(f"{law} ({n})" for law, n in laws.to_series().value_counts().items()))
+    if not laws.size:
+        return
+    of = "" if laws.size == 1 else ", medians of the curves"
+    middle = fit.drop_vars(["law", "reason"]).median("subregion")
+    for value, ends, units in (("contact_modulus", "modulus", "GPa"), ("work_of_adhesion", "work", "J/m²")):
+        best, low, high = (float(middle[f"fitted_{name}"]) for name in (value, f"{ends}_low", f"{ends}_high"))
+        print(f"{value.replace('_', ' ')}: {with_interval(best, low, high, units)}{of}")
+    if options.output:
+        print(f"written to {exports.to_table(fit, options.output)}")
 
 
 def compare_with_run(options: Namespace) -> None:

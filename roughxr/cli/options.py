@@ -203,6 +203,8 @@ def _measurements(commands: Any) -> None:
     does = "print what a file of measured pull-off forces contains"
     command = _command(commands, "measured", "measurements:describe", does)
     _add_measurement(command)
+    words = "of curves on a flat, nm: fit modulus and work of adhesion, which are then printed and written"
+    _add(command, ("--sphere-radius", "R", words))
     _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.parquet"))
     _flag(command, "-q --quiet", _QUIET)
     does = "compare the pull-off forces of a run with measured ones"

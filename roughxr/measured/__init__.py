@@ -5,10 +5,12 @@ force_tables, vendor_scales, forces  tables; images of adhesion and their scales
 curves, curve_files, curve_reader    recorded force-distance curves
 force_curves, baselines              pull-off forces from curves
 comparison, registration             measured and predicted forces, place by place if they can be aligned
+curve_fit                            modulus and work of adhesion, fitted to curves
 fitting, likelihood                  work of adhesion, fitted to measured pull-offs
 """
 
 from .comparison import compare
+from .curve_fit import fit_curve
 from .curves import open_curves
 from .fitting import fit_pair
 from .force_curves import ImplausibleCurves, curves_pull_off
@@ -18,6 +20,7 @@ __all__ = [
     "ImplausibleCurves",
     "compare",
     "curves_pull_off",
+    "fit_curve",
     "fit_pair",
     "open_curves",
     "open_pull_off",

@@ -18,10 +18,10 @@ _THRESHOLD = 4.5
 
 #: Used part of the longest stretch, whose end may contain an undetected weak tension; other parts, whose lines give the
 #: error by the choice of the stretch; and numbers of bins that are also tried for stretches shorter than the first.
-_USED, _PARTS, _BEYOND = 0.8, (0.4, 0.6, 1.0), (20, 30)
+_USED, _PARTS, _BEYOND = 0.65, (0.3, 0.5, 0.8, 1.0), (20, 30)
 
 #: Factor on the largest of the changes by other stretches, since there are few.
-_FEW = 1.5
+_FEW = 2.0
 
 
 class Baseline(NamedTuple):

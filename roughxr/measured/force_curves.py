@@ -19,7 +19,7 @@ _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 _SIGNIFICANCE = 5.0
 
 #: Largest effect of the choice of the baseline on the pull-off force, relative.
-_LARGEST_CHOICE = 0.3
+_LARGEST_CHOICE = 0.4
 
 #: Parabola through the lowest force: most samples on either side, fewest in all; largest height above the lowest
 #: sample, then above the vertex, in standard deviations; number of iterations.
@@ -36,6 +36,11 @@ _SATURATED_RUN = 8
 _LARGEST_SLOPE = 1.1
 
 
+#: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
+#: of the force is at most this part as high on either side.
+_RUPTURE_SAMPLES, _RUPTURE_SIGNIFICANCE, _STEADY = 4, 6.0, 0.5
+
+
 class ImplausibleCurves(UserWarning):
     """Force-distance curves were read as their file states, but no surface could give such curves."""
 
@@ -47,6 +52,8 @@ class _Retraction(NamedTuple):
     pull_off_uncertainty: float = np.nan
     pull_off_distance: float = np.nan
     work_of_separation: float = np.nan
+    largest_rupture: float = np.nan
+    ruptures: float = np.nan
     force_noise: float = np.nan
     contact_point: float = np.nan
     contact_slope: float = np.nan
@@ -77,10 +84,11 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
         error due to noise, baseline and the choice of its stretch; ``pull_off_distance`` (nm), from zero force to the
         largest tension, less the bending of the cantilever if its spring constant is known; ``work_of_separation``
-        (nN nm), done by the piezo against the adhesion force; ``force_noise`` (nN); ``contact_point`` (nm), the piezo's
-        travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact; ``baseline_offset`` (nN) at
-        the contact point and ``baseline_tilt`` (nN/nm), of the line to subtract from the recorded force; ``reason``,
-        why a curve has no pull-off, which is then NaN.
+        (nN nm), done by the piezo against the adhesion force; ``largest_rupture`` (nN) and ``ruptures``, the largest
+        sudden loss of tension and their number, which need no baseline; ``force_noise`` (nN); ``contact_point`` (nm),
+        the piezo's travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact;
+        ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm), of the line to subtract from the
+        recorded force; ``reason``, why a curve has no pull-off, which is then NaN.
 
     Warns
     -----
@@ -104,10 +112,11 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     """
     ds = schema.entered(ds)
     single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
-    recorded, stiffness = _read(ds, spring_constant)
+    recorded, stiffness = recorded_curves(ds, spring_constant)
     retraction = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded
     pulls = [
-        _evaluated(z, f, stiffness, baseline) for z, f in zip(retraction["piezo"].values, retraction["force"].values)
+        evaluated_retraction(z, f, stiffness, baseline)
+        for z, f in zip(retraction["piezo"].values, retraction["force"].values)
     ]
     out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Retraction._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
@@ -129,7 +138,7 @@ def _warn_of_slope(slopes: np.ndarray, stiffness: float) -> None:
         )
 
 
-def _read(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
+def recorded_curves(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, float]:
     """Return travel and force along (subregion, …, sample), and the stiffness (inf if unknown)."""
     name = "force" if "force" in ds else "deflection"
     for axis in ("piezo", name):
@@ -160,17 +169,20 @@ def _stiffness(ds: xr.Dataset, given: Any) -> float:
     return stiffness
 
 
-def _evaluated(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Retraction:
+def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Retraction:
     """Return the results of one retraction."""
     known = np.isfinite(z) & np.isfinite(force)
     z, force = z[known], force[known]
     reason = _unusable(z, share)
     if reason:
         return _Retraction(reason=reason)
+    largest, number = _ruptures(force)
     line = fitted_baseline(z, force, share)
     flat, far = force - line.force(z), z <= line.end
     at = int(np.argmin(flat))
-    pull = _Retraction(force_noise=line.noise, baseline_tilt=float(line.coefficients[1]))
+    pull = _Retraction(
+        largest_rupture=largest, ruptures=number, force_noise=line.noise, baseline_tilt=float(line.coefficients[1])
+    )
     pulled = -flat[at] >= _SIGNIFICANCE * np.hypot(line.noise, line.error(z[at]))
     zero = _last_repulsive(flat, at if pulled else flat.size, line.noise)
     if zero is not None:
@@ -192,6 +204,26 @@ def _evaluated(z: np.ndarray, force: np.ndarray, stiffness: float, share: float)
     return pull._replace(
         pull_off_force=-lowest, pull_off_uncertainty=uncertainty, pull_off_distance=travel, work_of_separation=work
     )
+
+
+def _ruptures(force: np.ndarray) -> tuple[float, int]:
+    """Return the largest sudden rise of the force on retraction, NaN without any, and the number of rises."""
+    n = _RUPTURE_SAMPLES
+    noise = float(np.median(np.abs(np.diff(force, 2)))) / 0.6745 / np.sqrt(6)
+    sums = np.r_[0.0, np.cumsum(force)]
+    means = (sums[n:] - sums[:-n]) / n
+    rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
+    neighbour = np.maximum(
+        np.r_[rise[2 * n + 1 :], np.zeros(2 * n + 1)], np.r_[np.zeros(2 * n + 1), rise[: -2 * n - 1]]
+    )
+    spread = (
+        float(np.median(np.abs(rise - np.median(rise)))) / 0.6745
+    )  # larger than white noise would give if correlated
+    sudden = (rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)) & (
+        neighbour < np.maximum(_STEADY * rise, 3 * noise)
+    )
+    starts = np.flatnonzero(np.diff(np.r_[0, sudden]) == 1)
+    return (float(rise[sudden].max()) if starts.size else np.nan), int(starts.size)
 
 
 def _unusable(z: np.ndarray, share: float) -> str:

@@ -1,0 +1,365 @@
+"""Contact modulus and work of adhesion of a sphere on a flat, fitted to force-distance curves.
+
+A law gives force and indentation along its stable branch; the piezo travels by the indentation and the bending of the
+cantilever, F/k. The retraction is used from its largest force to the detachment, and the approach where it is
+repulsive, which excludes the snap-in. Besides modulus and work of adhesion the fit has a contact point for each branch,
+and corrections with normal distributions: of the baselines, the spring constant, the sensitivity, and the work of
+adhesion on approach, which may be smaller than on retraction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy import optimize, stats
+
+from ..jobs.spread import finish, task_results
+from ..kernels.asperity import jkr, maugis
+from ..vocabulary import schema
+from ..vocabulary.units import Quantity, fraction, positive, single
+from .baselines import Baseline, fitted_baseline
+from .force_curves import evaluated_retraction, recorded_curves
+
+LAWS = ("auto", "jkr", "maugis", "dmt")
+
+#: Tabor's parameter: DMT's law below the first value, JKR's above the second.
+_DMT_BELOW, _JKR_ABOVE = 0.1, 5.0
+
+#: Points of a branch; largest number of bins of a contact, and smallest number of its samples.
+_POINTS, _BINS, _LEAST_CONTACT = 1500, 150, 10
+
+#: Share of the largest tension below which the sphere has detached; significant force in standard deviations.
+_DETACHED, _SIGNIFICANCE = 0.25, 5.0
+
+#: Range of ln of the contact modulus in GPa; standard deviation of ln of the ratio of both works of adhesion.
+_LOG_MODULUS, _APPROACH_ADHESION = (-16.0, 9.0), 1.0
+
+#: Standard error of a logarithm from which on its interval follows from the likelihood, not from the curvature; change
+#: of a logarithm up to which its end is sought.
+_LARGE_ERROR, _LARGEST_CHANGE = 0.15, 9.0
+
+_RESULT = np.dtype(
+    [(f"fitted_{name}", float) for name in ("contact_modulus", "modulus_low", "modulus_high")]
+    + [(f"fitted_{name}", float) for name in ("work_of_adhesion", "work_low", "work_high", "contact_point")]
+    + [(name, float) for name in ("tabor_parameter", "force_rms", "force_noise")]
+    + [("law", "U8"), ("reason", "U80")]
+)
+
+
+def fit_curve(
+    ds: xr.Dataset,
+    *,
+    sphere_radius: Quantity,
+    law: str = "auto",
+    adhesion_range: Quantity = 0.3,
+    spring_constant: Quantity | None = None,
+    spring_constant_error: float = 0.1,
+    sensitivity_error: float = 0.03,
+    confidence: float = 0.95,
+) -> xr.Dataset:
+    """Fit contact modulus and work of adhesion to force-distance curves of a sphere on a flat.
+
+    Parameters
+    ----------
+    ds : Dataset
+        Curves, from `measured.open_curves`, or in the form that `measured.curves_pull_off` describes. The retraction
+        gives the work of adhesion; the branch "loading", if there is one, adds to the modulus.
+    sphere_radius : number or quantity
+        nm.
+    law : {"auto", "jkr", "maugis", "dmt"}
+        The law of contact. "auto" uses JKR's if Tabor's parameter is above 5, DMT's if it is below 0.1, both for all
+        moduli in the interval, else Maugis's transition with Dugdale's attraction.
+    adhesion_range : number or quantity
+        z₀ of Tabor's parameter (R w²/(E*² z₀³))^{1/3}, nm.
+    spring_constant : number or quantity, optional
+        N/m, if ``ds`` does not state it.
+    spring_constant_error, sensitivity_error : float
+        Relative standard errors of the spring constant and of the deflection sensitivity.
+    confidence : float
+        Of the intervals, between 0 and 1.
+
+    Returns
+    -------
+    Dataset
+        Along ``subregion``: ``fitted_contact_modulus`` (GPa) and ``fitted_work_of_adhesion`` (J/m²) with the ends of
+        their intervals ``fitted_modulus_low``, ``fitted_modulus_high``, ``fitted_work_low`` and ``fitted_work_high``;
+        an end is 0 or infinite if the curve does not limit the value, and a modulus without upper limit is NaN.
+        ``fitted_contact_point`` (nm), the piezo's travel on retraction at which the undeformed bodies touch;
+        ``tabor_parameter``; ``law``, the one used; ``force_rms`` (nN) of the residuals, to compare with
+        ``force_noise``; ``reason``, why a curve has no fit, whose values are then NaN.
+
+    Raises
+    ------
+    ValueError
+        If the spring constant is not known, or units are missing.
+
+    Notes
+    -----
+    The intervals contain noise with its correlation in time, the baseline with the choice of its stretch, and the given
+    errors of the calibration. They are wider by the rms of the residuals over the noise where the law fits worse than
+    that, and by the difference of the laws where "auto" uses JKR's or DMT's. The radius, roughness and viscosity are
+    not included. A soft cantilever on a stiff contact gives no upper limit of the modulus.
+
+    References
+    ----------
+    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301; Derjaguin, Muller & Toporov, J. Colloid Interface Sci.
+    53 (1975) 314; Maugis, J. Colloid Interface Sci. 150 (1992) 243.
+
+    Examples
+    --------
+    >>> from roughxr import reference
+    >>> delta = np.linspace(6000.0, -4000.0, 1500)
+    >>> contact = reference.jkr_sphere(delta[::-1], radius=2000, contact_modulus=0.0001, work_of_adhesion=0.05)
+    >>> force = contact.force.fillna(0.0).values[::-1] + np.random.default_rng(0).normal(0, 2.0, 1500)
+    >>> made = {"piezo": ("sample", delta + force / 10.0, {"units": "nm"}), "force": ("sample", force, {"units": "nN"})}
+    >>> fit = fit_curve(xr.Dataset(made), sphere_radius="2 um", spring_constant="10 N/m")
+    >>> bool(fit.fitted_modulus_low[0] < 0.0001 < fit.fitted_modulus_high[0]), fit.law.item()
+    (True, 'jkr')
+    """
+    ds = schema.entered(ds)
+    radius, reach = positive(sphere_radius, "nm", "sphere_radius"), positive(adhesion_range, "nm", "adhesion_range")
+    schema.one_of(law, LAWS, "law")
+    fraction(confidence, "confidence")
+    errors = {"spring_constant_error": spring_constant_error, "sensitivity_error": sensitivity_error}
+    for name, error in errors.items():
+        single(error, "1", name, "a relative error from 0 to below 1", lambda value: 0 <= value < 1)
+    recorded, stiffness = recorded_curves(ds, spring_constant)
+    if np.isinf(stiffness):
+        raise ValueError("spring_constant: expected it in N/m to subtract the bending of the cantilever, found none")
+    branches = [name for name in ("retraction", "loading") if "branch" in recorded.dims and name in recorded["branch"]]
+    parts = [recorded.sel(branch=name) for name in branches] or [recorded]
+    samples = np.stack([[part["piezo"].values, part["force"].values] for part in parts], axis=2)  # (z or F, …, branch)
+    shared = (radius, law, reach, stiffness, tuple(errors.values()), float(stats.chi2.ppf(confidence, 1)))
+    fits = task_results(_fit, list(zip(*samples)), _RESULT, *shared, name="fit_curve")
+    out = xr.Dataset({name: ("subregion", fits[name]) for name in _RESULT.names or ()})
+    places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
+    out = out.assign_coords({"subregion": np.arange(len(fits)), **places} if "subregion" in ds.dims else {})
+    out.attrs = {"sphere_radius": radius, "adhesion_range": reach, "spring_constant": stiffness, **errors}
+    out.attrs |= {"confidence": confidence, "missing": "NaN where reason says why"}
+    return finish(schema.record(schema.label(out), "fit_curve", ds, law=law, **errors, confidence=confidence))
+
+
+class _Part(NamedTuple):
+    """The means of a branch's samples in contact, without baseline."""
+
+    z: np.ndarray  # piezo from the detachment, nm
+    force: np.ndarray  # nN
+    error: np.ndarray  # standard errors, nN
+    line: np.ndarray  # changes by one standard error of the baseline's offset and tilt, nN
+
+
+class _Curve(NamedTuple):
+    """A curve as it is fitted."""
+
+    parts: list[_Part]  # retraction, and approach if it is there
+    gap: float  # standard error of the position of the detachment, nm
+    pull: float  # measured pull-off force, nN
+    radius: float
+    reach: float
+    stiffness: float
+    errors: tuple[float, float]
+
+    def branch(self, law: str, modulus: float, w: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return force and indentation along the stable branch of a law."""
+        R = self.radius
+        units = jkr.ellipse_units(0.5 / R, 0.5 / R, 1.0, modulus, w)
+        if law != "maugis":
+            return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
+        tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, self.reach)
+        P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
+        return units.P * P, units.delta * delta
+
+    def residuals(self, x: np.ndarray, law: str) -> np.ndarray:
+        """Return residuals in standard errors: of the samples, the detachment, and the corrections."""
+        stiffer, larger, drier, *lines = x[2 + len(self.parts) :]
+        stiffness = self.stiffness * np.exp(self.errors[0] * stiffer)
+        shown = np.exp(-self.errors[0] * stiffer - self.errors[1] * larger)
+        modulus, out = np.exp(np.clip(x[0], *_LOG_MODULUS)), [x[2 + len(self.parts) :]]
+        for k, part in enumerate(self.parts):
+            force, travel = self.branch(law, modulus, np.exp(x[1] + (k > 0) * _APPROACH_ADHESION * drier))
+            travel = travel + force / stiffness
+            end = int(np.argmin(travel))
+            if k == 0:
+                out.append(np.array([(x[2] + travel[end]) / self.gap]))
+            model = np.interp(part.z - x[2 + k], travel[end:], force[end:]) * shown
+            out.append((model - part.force + part.line @ lines[2 * k : 2 * k + 2]) / part.error)
+        return np.concatenate(out)
+
+    def fitted(self, x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
+        """Return the fit of parameters from a start."""
+        most = 40 * (x.size + 1)
+        return optimize.least_squares(residuals, x, method="lm", ftol=1e-6, xtol=1e-8, max_nfev=most)
+
+    def start(self, law: str, log_modulus: float) -> np.ndarray:
+        """Return parameters near the best at a modulus, with the measured pull-off force and detachment."""
+        w = self.pull / (1.5 * np.pi * self.radius)
+        for _ in range(3):
+            force, travel = self.branch(law, np.exp(log_modulus), w)
+            w *= self.pull / -force.min()
+        travel = travel + force / self.stiffness
+        end = int(np.argmin(travel))
+        points = [np.median(part.z - np.interp(part.force, force[end:], travel[end:])) for part in self.parts[1:]]
+        return np.r_[log_modulus, np.log(w), -travel[end], points, np.zeros(3 + 2 * len(self.parts))]
+
+    def best_start(self, law: str) -> np.ndarray:
+        """Return the best of starts over all moduli."""
+        starts = [self.start(law, log_modulus) for log_modulus in np.arange(-13.0, 8.0, 0.5)]
+        return min(starts, key=lambda x: (self.residuals(x, law) ** 2).sum())
+
+
+#: Ratios m along Maugis's branch, from its end to large loads; forces and indentations of other laws in JKR's units.
+_RATIOS = 1 + np.geomspace(1e6, 3e-7, _POINTS)
+_A = np.geomspace(jkr.END_A, 300.0, _POINTS)
+_REDUCED = {
+    "jkr": (_A**3 - 2 * _A**1.5, _A**2 - 4 / 3 * np.sqrt(_A)),
+    "dmt": (np.r_[0.0, _A**3] - 4 / 3, np.r_[0.0, _A**2]),
+}
+
+
+def _fit(
+    z: np.ndarray,
+    force: np.ndarray,
+    radius: float,
+    law: str,
+    reach: float,
+    stiffness: float,
+    errors: tuple[float, float],
+    level: float,
+) -> np.ndarray:
+    """Return the results of one curve, whose branches are the retraction and, if there is one, the approach."""
+    out = np.full((), np.nan, _RESULT)
+    out["law"], out["reason"] = "", ""
+    known = [np.isfinite(own) & np.isfinite(recorded) for own, recorded in zip(z, force)]
+    branches = [(own[some], recorded[some]) for own, recorded, some in zip(z, force, known)]
+    pull = evaluated_retraction(*branches[0], stiffness, 1.0)
+    end, gap, retraction = (0.0, 0.0, None) if pull.reason else _in_contact(*branches[0])
+    if retraction is None:
+        out["reason"] = pull.reason or f"fewer than {_LEAST_CONTACT} samples in contact"
+        return out
+    parts = [retraction, *(part for part in (_approach(*both, end) for both in branches[1:]) if part is not None)]
+    curve = _Curve(parts, gap, pull.pull_off_force, radius, reach, stiffness, errors)
+    used = "maugis" if law == "auto" else law
+    best = curve.fitted(curve.best_start(used), partial(curve.residuals, law=used))
+    ends = _intervals(curve, used, best, level, np.zeros(2))
+    extremes = [maugis.tabor(0.5 / radius, 0.5 / radius, np.exp(end), np.exp(best.x[1]), reach) for end in ends[0]]
+    if law == "auto" and (extremes[1] > _JKR_ABOVE or extremes[0] < _DMT_BELOW):
+        used, transition = ("jkr" if extremes[1] > _JKR_ABOVE else "dmt"), best.x[:2]
+        best = curve.fitted(best.x, partial(curve.residuals, law=used))
+        ends = _intervals(curve, used, best, level, best.x[:2] - transition)
+    misfit = best.fun[4 + 2 * len(parts) :][: retraction.z.size]
+    modulus = np.exp(best.x[0]) if np.isfinite(ends[0][1]) else np.nan
+    values = [(best_value, *np.exp(ends[k])) for k, best_value in enumerate((modulus, np.exp(best.x[1])))]
+    rms = float(np.sqrt((misfit**2 * retraction.error**2).mean()))
+    tabor = float(maugis.tabor(0.5 / radius, 0.5 / radius, modulus, np.exp(best.x[1]), reach))
+    out[()] = (*values[0], *values[1], end + best.x[2], tabor, rms, pull.force_noise, used, "")
+    return out
+
+
+def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _Part | None]:
+    """Return position and standard error of the detachment, and the part of a retraction in contact."""
+    line = fitted_baseline(z, force)
+    flat = force - line.force(z)
+    at = int(np.argmin(flat))
+    gone = flat[at:] > -max(-_DETACHED * flat[at], min(_SIGNIFICANCE * line.noise, -0.8 * flat[at]))
+    end = at + max(int(np.argmax(gone[:-1] & gone[1:])), 1)
+    position = float(z[end - 1] + z[end]) / 2
+    gap = max(float(z[end - 1] - z[end]) / np.sqrt(12), 1e-3)
+    return position, gap, _part(z, force, line, slice(0, end - 1), position)
+
+
+def _approach(z: np.ndarray, force: np.ndarray, position: float) -> _Part | None:
+    """Return the repulsive part of an approach."""
+    if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
+        return None
+    line = fitted_baseline(z, force)
+    weak = np.flatnonzero(force - line.force(z) <= _SIGNIFICANCE * line.noise)
+    return _part(z, force, line, slice(int(weak[-1]) + 1 if weak.size else 0, z.size), position)
+
+
+def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, position: float) -> _Part | None:
+    """Return means of the used samples, travel from a position; the errors contain the correlation of the noise."""
+    count = z[used].size
+    if count < _LEAST_CONTACT:
+        return None
+    far = force[z <= line.end] - line.force(z[z <= line.end])
+    correlated, length = 1.0, 2
+    while far.size >= 8 * length:
+        means = far[: far.size // length * length].reshape(-1, length).mean(axis=1)
+        correlated, length = (
+            max(correlated, length * float((means**2).mean()) / max(line.noise, 1e-300) ** 2),
+            2 * length,
+        )
+    width = -(-count // _BINS)
+    own = slice(used.start, used.start + count // width * width)
+    mean_z, mean_force = (values[own].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
+    wider = np.hypot(line.error(position), line.choice_error(position)) / line.error(position)
+    changes = line.columns(mean_z) * np.sqrt(np.diag(line.covariance)) * wider
+    noise = max(line.noise, 1e-9 * float(np.ptp(force)))
+    error = np.full(mean_z.size, noise * np.sqrt(correlated / width))
+    return _Part(mean_z - position, mean_force, error, changes)
+
+
+def _intervals(
+    curve: _Curve, law: str, best: optimize.OptimizeResult, level: float, other: np.ndarray
+) -> list[tuple[float, float]]:
+    """Return the ends at which the least sum of squares has risen by ``level`` times the misfit, of both logarithms."""
+    count = sum(part.z.size for part in curve.parts) - 2 - len(curve.parts)
+    level *= max(1.0, 2 * best.cost / max(count, 1))
+    half = _half_width(best.jac, 0, level)
+    works = [float(best.x[1])]
+    if half < _LARGE_ERROR * np.sqrt(level):
+        modulus = (
+            best.x[0] - np.hypot(half, np.sqrt(level) * other[0]),
+            best.x[0] + np.hypot(half, np.sqrt(level) * other[0]),
+        )
+        half = _half_width(best.jac, 1, level)
+    else:
+        sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
+        modulus = sides[0][0] - abs(other[0]), sides[1][0] + abs(other[0])
+        works += sides[0][1] + sides[1][1]
+        half = _half_width(np.delete(best.jac, 0, axis=1), 0, level)
+    half = np.hypot(half, np.sqrt(level) * other[1])
+    return [modulus, (min(works) - half, max(works) + half)]
+
+
+def _half_width(jacobian: np.ndarray, index: int, level: float) -> float:
+    """Return half the interval of a parameter by the curvature at the best fit."""
+    own, rest = jacobian[:, index], np.delete(jacobian, index, axis=1)
+    unexplained = float(((own - rest @ np.linalg.lstsq(rest, own, rcond=None)[0]) ** 2).sum())
+    return float(np.sqrt(level / max(unexplained, 1e-4)))
+
+
+def _modulus_end(
+    curve: _Curve, law: str, best: optimize.OptimizeResult, level: float, step: float
+) -> tuple[float, list[float]]:
+    """Return one end of the modulus' interval, infinite without a limit, and the works of adhesion up to it."""
+    x, works = best.x[1:], list[float]()
+
+    def height(value: float) -> float:
+        nonlocal x
+        starts = x, curve.start(law, value)[1:]
+        fits = [curve.fitted(start, lambda rest: curve.residuals(np.r_[value, rest], law)) for start in starts]
+        fixed = min(fits, key=lambda fit: fit.cost)
+        x = fixed.x
+        works.append(float(x[0]))
+        return float(np.sqrt(max(2 * (fixed.cost - best.cost), 0.0) / level))
+
+    inner, low = float(best.x[0]), 0.0
+    outer = inner + step
+    while (high := height(outer)) < 1:
+        inner, low, step = outer, high, 1.6 * step
+        outer = inner + step
+        if abs(outer - best.x[0]) > _LARGEST_CHANGE:
+            return (np.inf if step > 0 else -np.inf), works
+    works.pop()  # beyond the end
+    for _ in range(2):  # a parabola's square root is a line
+        middle = inner + (outer - inner) * (1 - low) / (high - low)
+        if (between := height(middle)) < 1:
+            inner, low = middle, between
+        else:
+            outer, high = middle, between
+    return outer, works
