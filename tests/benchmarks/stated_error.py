@@ -3,7 +3,7 @@
 Places of the glass twin, and of rough surfaces on which nothing was tuned, are solved with ``mesh="auto"`` and
 ``accuracy``; true is a mesh of twice the cells, at least eight to a pixel, in half the steps. Places that have no finer
 mesh are left out. Printed are the share of places whose stated error covers the difference and how large both are. The
-soft surfaces without range were chosen before the stated error; the first two places of 31 and 32 were seen. Hours.
+rule was fixed before any place of the soft surfaces was solved, but for the first two of 31 and of 32. Hours.
 
     python tests/benchmarks/stated_error.py [--places 8] [--accuracy 0.05] [--only "soft 42"]
 """
