@@ -38,6 +38,10 @@ _DETACHED, _SIGNIFICANCE = 0.25, 5.0
 #: Range of ln of the contact modulus in GPa; standard deviation of ln of the ratio of both works of adhesion.
 _LOG_MODULUS, _APPROACH_ADHESION = (-16.0, 9.0), 1.0
 
+#: Factor on the variance, for the error of the noise and its correlation, which a short baseline gives: without it,
+#: intervals of 95 % contained 91 to 97 % of synthetic values.
+_NOISE_UNCERTAINTY = 1.3
+
 #: Standard error of a logarithm from which on its interval follows from the likelihood, not from the curvature; change
 #: of a logarithm up to which its end is sought.
 _LARGE_ERROR, _LARGEST_CHANGE = 0.15, 9.0
@@ -308,7 +312,7 @@ def _intervals(
 ) -> list[tuple[float, float]]:
     """Return the ends at which the least sum of squares has risen by ``level`` times the misfit, of both logarithms."""
     count = sum(part.z.size for part in curve.parts) - 2 - len(curve.parts)
-    level *= max(1.0, 2 * best.cost / max(count, 1))
+    level *= _NOISE_UNCERTAINTY * max(1.0, 2 * best.cost / max(count, 1))
     half = _half_width(best.jac, 0, level)
     works = [float(best.x[1])]
     if half < _LARGE_ERROR * np.sqrt(level):
