@@ -31,11 +31,12 @@ def test_stored_kernels_are_those_of_the_present_sources_and_older_ones_are_remo
 
 
 def test_a_digest_follows_imports_and_nothing_else():
-    love, products, basins = (
+    love, layered, products, basins = (
         Path(jit.__file__).parent / name
-        for name in ("halfspace/love.py", "halfspace/products.py", "topography/basins.py")
+        for name in ("halfspace/love.py", "halfspace/layered.py", "halfspace/products.py", "topography/basins.py")
     )
-    assert love in jit._imports(products) and basins not in jit._imports(products)
+    assert layered in jit._imports(products) and basins not in jit._imports(products)
+    assert love in jit._imports(layered)
     assert jit.digest(products) != jit.digest(love)
 
 
