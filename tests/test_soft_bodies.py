@@ -10,6 +10,7 @@ from scipy import special
 import roughxr
 from roughxr.contact import adhesive_options
 from roughxr.contact.adhesive_options import snap_in_gap
+from roughxr.contact.cycle import coarser_mesh_error
 from tests import surfaces
 
 
@@ -156,3 +157,12 @@ def test_a_range_far_below_the_cells_is_refused_at_once():
     """w dx/(E* ρ²) = 350 on the finest cells, where Newton's method does not end."""
     with pytest.raises(ValueError, match=r"cells of at most .* nm .*; take law='griffith'"):
         smooth().contact.adhesive(law="exponential")
+
+
+@pytest.mark.parametrize("order", [0.42, 0.5, 1.0])
+def test_the_coarser_of_two_meshes_states_the_limit_of_a_slow_series(order):
+    """Pull-offs of soft rough bodies rise with each halving of the cells, by an order of a half."""
+    coarse, fine = (1 - 0.1 * 2 ** (-order * k) for k in (0, 1))
+    change = np.array([1 - coarse / fine])
+    assert 1 - coarse <= coarser_mesh_error(change, "griffith")[0]
+    assert coarser_mesh_error(change, "exponential") == change

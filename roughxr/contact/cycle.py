@@ -214,6 +214,13 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
     return np.maximum(np.maximum(*first) * _LEFT / (1 - _LEFT), _LEAST_ERROR)
 
 
+def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
+    """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
+    if law != "griffith":
+        return change
+    return np.maximum(change / np.where(change <= _LARGEST_DIFFERENCE, 1 - _LEFT, 1.0), _LEAST_ERROR)
+
+
 def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:
     """Return the change of the pull-off if heights are interpolated by splines; None if cells are pixels."""
     refine = cycles.problem.refine

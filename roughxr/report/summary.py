@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ..contact.cycle import coarser_mesh_error
 from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
 from ..statistics import bootstrap
@@ -149,7 +150,7 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
         return dict(run)
     force = run["statistics/adhesive"]["pull_off_force"]
     finer = _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values
-    error = ("subregion", abs(force / finer - 1).values)
+    error = ("subregion", coarser_mesh_error(abs(force / finer - 1).values, solved.attrs.get("law")))
     names = ("solutions/adhesive", "statistics/adhesive")
     return {**run, **{name: schema.label(run[name].assign(pull_off_error=error)) for name in names}}
 

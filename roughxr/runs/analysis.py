@@ -34,6 +34,7 @@ from ..bodies import liquid
 from ..bodies.pair import elastic
 from ..contact.adhesion import SMALL_CONTACTS, adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
+from ..contact.cycle import coarser_mesh_error
 from ..contact.elastic import direct
 from ..contact.mesh import MOST_REFINED, Mesh, TooManyCells, read_mesh
 from ..contact.problem import default_deltas
@@ -452,9 +453,10 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
             finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
         except TooManyCells:  # the largest error that was found is stated with the result
             break
-        checked = finer.assign(pull_off_error=coarse["pull_off_force"] / finer["pull_off_force"] - 1)
-        _show_answer(checked, stages)
-        if not mesh_error(checked) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
+        change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1)
+        stated = change.copy(data=coarser_mesh_error(change.values, finer.attrs["law"]))
+        _show_answer(finer.assign(pull_off_error=stated), stages)
+        if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
         checked_mesh = mesh, finer
         mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n

@@ -3,7 +3,7 @@
 Each entry is a relative standard deviation of the mean pull-off, with its own standard error. The entry of sampling is
 the standard error of the mean over places of this scan. Every other entry is the change of the mean, over a sample of
 places, when one assumption is changed by about its uncertainty. A known bias, as from the mesh to a mesh twice as fine,
-is subtracted from the mean, and half of it is its entry. An entry that was not computed is NaN and states the reason.
+is subtracted from the mean, and a part of it is its entry. An entry that was not computed is NaN and states the reason.
 
 Roughness finer than the scan is not an entry, since its heights are unknown rather than uncertain: see `extrapolated`
 and `scale_dependence`.
@@ -39,8 +39,8 @@ from .roughness_scale import quietly
 SAMPLING, THIN = "sampling", "thin menisci"
 
 #: Entries whose change is a known bias, and the part of it that is counted as uncertainty: about the change by still
-#: finer meshes, whose order of convergence lies between one and two.
-_BIASES, _BIAS_PART = ("mesh", THIN), 0.5
+#: finer meshes, whose order of convergence lies between one and two, or is a half without range on soft rough bodies.
+_BIASES, _BIAS_PART, _SLOW_PART = ("mesh", THIN), 0.5, 1.5
 
 #: Places at which the error of thin menisci is computed.
 _MENISCUS_PLACES = 4
@@ -56,12 +56,13 @@ class _Entry(NamedTuple):
     how: str
     bias: bool = False
     slope: float = np.nan  # d ln F / d ln parameter
+    part: float = _BIAS_PART  # of a bias, as uncertainty
 
     @property
     def value(self) -> float:
         """The relative standard deviation; of a bias, a part of it combined with its standard error."""
         if self.bias:
-            return float(np.hypot(_BIAS_PART * self.change.value, np.nan_to_num(self.change.error)))
+            return float(np.hypot(self.part * self.change.value, np.nan_to_num(self.change.error)))
         return abs(self.change.value)
 
 
@@ -113,7 +114,7 @@ def error_budget(
     -----
     For a factor that is changed both up and down, the larger change is used. The changes are taken as independent, each
     as one standard deviation; the entry of sampling is s/√n, n the number of independent places. The entry of a known
-    bias is half of it, combined with its standard error.
+    bias is half of it, that of a mesh without range 1.5 times it, combined with its standard error.
 
     References
     ----------
@@ -158,7 +159,7 @@ def budget_of(
     mean = float(by_share(pulls).mean())
     if finer is not None and "mesh" in settings:
         del settings["mesh"]
-        entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"])
+        entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
     some = regions.sample(solved, places)
     bare, law = ds.assign_coords(adhesion_range=attraction_range(ds)), solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
@@ -168,7 +169,7 @@ def budget_of(
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
     cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
     for name in dict.fromkeys([*own, *settings]):
-        entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count))
+        entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
     if schema.is_wet(ds):
         entries[THIN] = _thin_menisci(ds, solved)
     return _labelled(ds, solved, {SAMPLING: _sampling(pulls)} | entries, mean, count)
@@ -236,8 +237,9 @@ def _sampling(force: xr.DataArray) -> _Entry:
     return _Entry(Change(value, float(error), count), words)
 
 
-def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
+def _entry(factor: str, cases: Sequence[Case], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
+    part = _SLOW_PART if law == "griffith" else _BIAS_PART
     known = [case for case in cases if case.change.places]
     if not known:
         return _not_computed(cases[0].reason if cases else "left out of the settings")
@@ -246,8 +248,8 @@ def _entry(factor: str, cases: Sequence[Case], count: int) -> _Entry:
     if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
         how += " (the pixels are too coarse to show it)"
     if factor in _BIASES:
-        how += "; this known bias is subtracted from the mean, and half of it counts as error"
-    return _Entry(change, f"{how}; {_count(change.places, count)}", factor in _BIASES, _slope(factor, known))
+        how += f"; this known bias is subtracted from the mean, and {part:g} times its size counts as error"
+    return _Entry(change, f"{how}; {_count(change.places, count)}", factor in _BIASES, _slope(factor, known), part)
 
 
 def _slope(factor: str, cases: Sequence[Case]) -> float:
