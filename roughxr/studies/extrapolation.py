@@ -397,16 +397,19 @@ def _pilot(surface: Surface, question: Question, parts: int, end, accuracy: floa
         wavelengths.append(max(wavelengths[-1] * 0.5 ** (1 / parts), smallest))
     last = _means(forces)[-parts - 1 :]
     change = abs(np.log(last[-1] / last[0])) if end is None and len(last) > parts else 0.0
-    rest = _rest(max(np.log(last[0] / last[-1]), 0.0), model.hurst) if costly and not converged else (0.0, 0.0)
+    rest = (0.0, 0.0)
+    if costly and not converged:
+        rest = _rest(max(np.log(last[0] / last[-1]), 0.0), model.hurst, np.log2(wavelengths[-1] / smallest))
     return _Pilot(places, wavelengths, forces, guesses[1:], parts, converged or end is not None, change, rest)
 
 
-def _rest(change: float, hurst: float) -> tuple[float, float]:
-    """Return the fall of ln(mean) by all octaves after one that changed it, and its standard deviation.
+def _rest(change: float, hurst: float, octaves: float) -> tuple[float, float]:
+    """Return the fall of ln(mean) by octaves that follow one that changed it, and its standard deviation.
 
     Octave by octave the fall decreases at least as the amplitude of the roughness, and at most as its energy.
     """
-    by_amplitude, by_energy = (change / (2 ** (power * max(hurst, 0.3)) - 1) for power in (1, 2))
+    ratios = 2.0 ** (-max(hurst, 0.3) * np.array([1, 2]))
+    by_amplitude, by_energy = change * ratios * (1 - ratios**octaves) / (1 - ratios)
     return 0.5 * (by_amplitude + by_energy), 0.5 * (by_amplitude - by_energy)
 
 
