@@ -43,18 +43,23 @@ def describe(options: Namespace) -> None:
     print_attributes(ds)
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
     if "reason" in ds:
-        left = ds["reason"].where(ds["reason"] != "", "used").to_series().value_counts()
-        print("curves: " + ", ".join(f"{count} {reason}" for reason, count in left.items()))
+        _print_curves(ds, "used")
     force = ds["pull_off_force"].dropna("subregion")
     if force.size == 1:
         error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
-        words = with_error(float(force[0]), error)[: 2 if error > 0 else 1]
-        print(f"\npull-off force: {' ± '.join(words)} nN")
+        parts = with_error(float(force[0]), error)[: 2 if error > 0 else 1]
+        print(f"\npull-off force: {' ± '.join(parts)} nN")
     else:
         print("\npull-off force, nN, with its 95 % interval:")
         print(_with_intervals(statistics.bootstrap(ds, "pull_off_force"), {"estimate": ""}))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
+
+
+def _print_curves(ds: xr.Dataset, accepted: str) -> None:
+    """Print the numbers of curves that were accepted, and of the others by reason."""
+    reasons = ds["reason"].to_series().value_counts()
+    print("curves: " + ", ".join(f"{count} {reason or accepted}" for reason, count in reasons.items()))
 
 
 def _describe_fits(options: Namespace) -> None:
@@ -69,8 +74,7 @@ def _describe_fits(options: Namespace) -> None:
         fits.append(fit_curve(curves, sphere_radius=radius, spring_constant=needed))
     fit = xr.concat(fits, "subregion", combine_attrs="override") if len(fits) > 1 else fits[0]
     print_attributes(fit)
-    reasons = fit["reason"].to_series().value_counts()
-    print("curves: " + ", ".join(f"{count} {reason or 'fitted'}" for reason, count in reasons.items()))
+    _print_curves(fit, "fitted")
     laws = fit["law"].where(fit["reason"] == "", drop=True)
     print("law: " + ", ".join(f"{law} ({n})" for law, n in laws.to_series().value_counts().items()))
     if not laws.size:

@@ -210,15 +210,19 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
         return 0.0
     steep, wide = (pull_off_forces(cycles._replace(paths=paths, wider=[])) for paths in (cycles.paths, cycles.wider))
     rises = 1 - wide / np.where(steep > 0, steep, np.nan)
-    first = [np.where((each > 0) & (each <= _LARGEST_DIFFERENCE), each, 0.0) for each in (rises, change)]
-    return np.maximum(np.maximum(*first) * _LEFT / (1 - _LEFT), _LEAST_ERROR)
+    return np.maximum(np.maximum(_further_changes(rises), _further_changes(change)), _LEAST_ERROR)
 
 
 def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
     """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
     if law != "griffith":
         return change
-    return np.maximum(change / np.where(change <= _LARGEST_DIFFERENCE, 1 - _LEFT, 1.0), _LEAST_ERROR)
+    return np.maximum(change + _further_changes(change), _LEAST_ERROR)
+
+
+def _further_changes(change: Any) -> Any:
+    """Return the sum of all changes that follow one of a slow series; 0 after one that is not part of it."""
+    return np.where((change > 0) & (change <= _LARGEST_DIFFERENCE), change, 0.0) * _LEFT / (1 - _LEFT)
 
 
 def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:

@@ -193,11 +193,6 @@ class _Curve(NamedTuple):
             out.append((model - part.force + part.line @ lines[2 * k : 2 * k + 2]) / part.error)
         return np.concatenate(out)
 
-    def fitted(self, x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
-        """Return the fit of parameters from a start."""
-        most = 40 * (x.size + 1)
-        return optimize.least_squares(residuals, x, method="lm", ftol=1e-6, xtol=1e-8, max_nfev=most)
-
     def start(self, law: str, log_modulus: float) -> np.ndarray:
         """Return parameters near the best at a modulus, with the measured pull-off force and detachment."""
         w = self.pull / (1.5 * np.pi * self.radius)
@@ -224,6 +219,12 @@ _REDUCED = {
 }
 
 
+def _fitted(x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
+    """Return the fit of parameters from a start."""
+    most = 40 * (x.size + 1)
+    return optimize.least_squares(residuals, x, method="lm", ftol=1e-6, xtol=1e-8, max_nfev=most)
+
+
 def _fit(
     z: np.ndarray,
     force: np.ndarray,
@@ -247,12 +248,12 @@ def _fit(
     parts = [retraction, *(part for part in (_approach(*both, end) for both in branches[1:]) if part is not None)]
     curve = _Curve(parts, gap, pull.pull_off_force, radius, reach, stiffness, errors)
     used = "maugis" if law == "auto" else law
-    best = curve.fitted(curve.best_start(used), partial(curve.residuals, law=used))
+    best = _fitted(curve.best_start(used), partial(curve.residuals, law=used))
     ends = _intervals(curve, used, best, level, np.zeros(2))
     extremes = [maugis.tabor(0.5 / radius, 0.5 / radius, np.exp(end), np.exp(best.x[1]), reach) for end in ends[0]]
     if law == "auto" and (extremes[1] > _JKR_ABOVE or extremes[0] < _DMT_BELOW):
         used, transition = ("jkr" if extremes[1] > _JKR_ABOVE else "dmt"), best.x[:2]
-        best = curve.fitted(best.x, partial(curve.residuals, law=used))
+        best = _fitted(best.x, partial(curve.residuals, law=used))
         ends = _intervals(curve, used, best, level, best.x[:2] - transition)
     misfit = best.fun[4 + 2 * len(parts) :][: retraction.z.size]
     modulus = np.exp(best.x[0]) if np.isfinite(ends[0][1]) else np.nan
@@ -293,10 +294,8 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
     correlated, length = 1.0, 2
     while far.size >= 8 * length:
         means = far[: far.size // length * length].reshape(-1, length).mean(axis=1)
-        correlated, length = (
-            max(correlated, length * float((means**2).mean()) / max(line.noise, 1e-300) ** 2),
-            2 * length,
-        )
+        correlated = max(correlated, length * float((means**2).mean()) / max(line.noise, 1e-300) ** 2)
+        length *= 2
     width = -(-count // _BINS)
     own = slice(used.start, used.start + count // width * width)
     mean_z, mean_force = (values[own].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
@@ -316,10 +315,8 @@ def _intervals(
     half = _half_width(best.jac, 0, level)
     works = [float(best.x[1])]
     if half < _LARGE_ERROR * np.sqrt(level):
-        modulus = (
-            best.x[0] - np.hypot(half, np.sqrt(level) * other[0]),
-            best.x[0] + np.hypot(half, np.sqrt(level) * other[0]),
-        )
+        wide = np.hypot(half, np.sqrt(level) * other[0])
+        modulus = best.x[0] - wide, best.x[0] + wide
         half = _half_width(best.jac, 1, level)
     else:
         sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
@@ -346,7 +343,7 @@ def _modulus_end(
     def height(value: float) -> float:
         nonlocal x
         starts = x, curve.start(law, value)[1:]
-        fits = [curve.fitted(start, lambda rest: curve.residuals(np.r_[value, rest], law)) for start in starts]
+        fits = [_fitted(start, lambda rest: curve.residuals(np.r_[value, rest], law)) for start in starts]
         fixed = min(fits, key=lambda fit: fit.cost)
         x = fixed.x
         works.append(float(x[0]))

@@ -213,15 +213,11 @@ def _ruptures(force: np.ndarray) -> tuple[float, int]:
     sums = np.r_[0.0, np.cumsum(force)]
     means = (sums[n:] - sums[:-n]) / n
     rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
-    neighbour = np.maximum(
-        np.r_[rise[2 * n + 1 :], np.zeros(2 * n + 1)], np.r_[np.zeros(2 * n + 1), rise[: -2 * n - 1]]
-    )
-    spread = (
-        float(np.median(np.abs(rise - np.median(rise)))) / 0.6745
-    )  # larger than white noise would give if correlated
-    sudden = (rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)) & (
-        neighbour < np.maximum(_STEADY * rise, 3 * noise)
-    )
+    padding = np.zeros(2 * n + 1)
+    neighbour = np.maximum(np.r_[rise[2 * n + 1 :], padding], np.r_[padding, rise[: -2 * n - 1]])
+    spread = float(np.median(np.abs(rise - np.median(rise)))) / 0.6745  # larger than white noise gives if correlated
+    significant = rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)
+    sudden = significant & (neighbour < np.maximum(_STEADY * rise, 3 * noise))
     starts = np.flatnonzero(np.diff(np.r_[0, sudden]) == 1)
     return (float(rise[sudden].max()) if starts.size else np.nan), int(starts.size)
 

@@ -13,11 +13,12 @@ import numpy as np
 
 from . import formats, vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
+from .microscopes import TIFF
 
 #: First bytes that belong to one format only, even if other readers accept the file.
 SIGNATURES: dict[str, tuple[bytes, ...]] = {
     "di": (b"\\*File list", b"\\*EC File list"),
-    "ps": (b"II*\0", b"MM\0*"),
+    "ps": TIFF,
     "sur": (b"DIGITAL SURF", b"DSCOMPRESSED"),
     "ibw": (b"\x05\0", b"\0\x05", b"\x02\0", b"\0\x02"),
     "ezd": (b"[DataSet]",),
