@@ -164,9 +164,9 @@ def main_numbers(run: Run) -> pd.DataFrame:
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)
-            words = with_interval(float(at["estimate"]), float(at["low"]), float(at["high"])).removesuffix(")")
+            value, _, words = with_interval(float(at["estimate"]), float(at["low"]), float(at["high"])).partition(" (")
             count = number(at["independent_places"], digits=2)
-            table[f"{_MAIN[name]}, {places}"] = [*words.split(" (95 % interval "), count]
+            table[f"{_MAIN[name]}, {places}"] = [value, words.removeprefix("95 % interval ").removesuffix(")"), count]
     columns = ["estimate", "95 % interval", "independent places"]
     return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
 

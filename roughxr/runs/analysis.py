@@ -410,7 +410,7 @@ def _show_answer(solved: xr.Dataset, stages: Stages) -> None:
     if not bool((solved["pull_off_force"] > 0).any()):
         return
     first = "" if np.isfinite(mesh_error(solved)) else "First estimate, mesh not checked yet: "
-    stages.answer(first + headline(mean_pull_off(solved).drop_vars("smooth_share")))
+    stages.answer(first + headline(mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])))
 
 
 def _need_pull_off(first: xr.Dataset) -> None:

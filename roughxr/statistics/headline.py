@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import is_too_wide, number, percent, quantity, with_interval
+from ..vocabulary.numbers import number, percent, quantity, with_interval
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
@@ -32,6 +32,7 @@ SCALARS = {
     "high": ("nN", "upper end of its 95 % interval over places"),
     "places": ("1", "number of places that adhere"),
     "solved_places": ("1", "number of places that were solved"),
+    "independent_places": ("1", "number of independent places with as accurate a mean"),
     "mesh_error": ("1", "relative numerical error of the mean, due to mesh and step"),
     "smooth_share": ("1", "mean pull-off force over that from a smooth flat"),
     "total_error": ("1", "relative error by all known sources"),
@@ -48,6 +49,8 @@ SCALARS = {
     "supports": ("1", "contacts that support the sphere, median place"),
 }
 
+#: Ratio of the ends of an interval above which the next step is to narrow it.
+_WIDE = 4.0
 
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
 _PLACE_ERRORS = ("pull_off_error", "cell_error")
@@ -66,7 +69,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
-        the ends of its interval, ``places``, ``solved_places``, ``mesh_error`` and ``smooth_share``; NaN if unknown.
+        the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
+        ``smooth_share``; NaN if unknown, as the ends are for fewer than three independent places.
 
     Raises
     ------
@@ -78,6 +82,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> mean = answer(schema.label(pull))
     Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
+    Next: solve more places, or scan a larger area, since 3 places are few.
     """
     ds = schema.entered(ds)
     if "pull_off_mean" in ds:  # of `extrapolated`
@@ -118,7 +123,8 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     if not (force > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
     ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
-    low, high = (np.nan if ends is None else float(ends[end].item()) for end in ("low", "high"))
+    names = ("low", "high", "independent_places")
+    low, high, independent = (np.nan if ends is None else float(ends[name].item()) for name in names)
     mean = float(by_share(force).mean())
     smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
     scalars = {
@@ -127,6 +133,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "high": high,
         "places": known,
         "solved_places": force.size,
+        "independent_places": independent,
         "mesh_error": mesh_error(pull),
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
@@ -179,13 +186,10 @@ def headline(summary: xr.Dataset) -> str:
     if "assumed" in summary.attrs:
         words = with_interval(value["pull_off_force"], value["low"], value["high"])
         return f"Best estimate {words}, with the roughness below the pixel. {summary.attrs['assumed']}"
-    mean, known, count = value["pull_off_force"], int(value["places"]), int(value["solved_places"])
-    places = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
-    known_ends = np.isfinite(value["low"])
+    mean, spread = value["pull_off_force"], _places_in_words(value)
     opening = f"{quantity(mean)} ("
-    if known_ends:
+    if np.isfinite(value["low"]):
         opening = with_interval(mean, value["low"], value["high"]).removesuffix(")") + ", "
-    spread = places
     if np.isfinite(value["total_error"]):
         spread += f"; ± {percent(value['total_error'])} with all known errors"
     elif np.isfinite(error := value["mesh_error"]):
@@ -213,9 +217,28 @@ def headline(summary: xr.Dataset) -> str:
     return " ".join(filter(None, [*sentences, _next_step(summary, value)]))
 
 
+def _places_in_words(value: Mapping[str, float]) -> str:
+    """Return the number of places, and whether they are too few for an interval."""
+    known, count = int(value["places"]), int(value["solved_places"])
+    words = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
+    few = np.isnan(value["low"]) and np.isfinite(value["independent_places"])
+    return words + ", too few independent ones for an interval" * bool(few)
+
+
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return one sentence on the next step; empty if the errors suggest none."""
-    advice = summary.attrs.get("advice") or _REMEDIES.get(summary.attrs.get("largest_source", ""))
-    if not summary.attrs.get("advice") and is_too_wide(value["low"], value["high"]):
-        advice = "solve more places, or scan a larger area"
+    advice = summary.attrs.get("advice") or few_places(value)
+    advice = advice or _REMEDIES.get(summary.attrs.get("largest_source", ""))
     return f"Next: {advice}." if advice else ""
+
+
+def few_places(value: Mapping[str, float]) -> str:
+    """Return advice if the interval is wide or missing because of few independent places, else an empty string."""
+    low, high, independent, places = (value[name] for name in ("low", "high", "independent_places", "places"))
+    if not (np.isfinite(independent) and (high > _WIDE * low or np.isnan(low))):
+        return ""
+    equal = f"the {number(places)} places equal only {number(independent, digits=2)} independent ones"
+    if independent == places:
+        equal = f"{number(places)} places are few"
+    too_few = ", too few for an interval" if np.isnan(low) else ""
+    return f"solve more places, or scan a larger area, since {equal}{too_few}"

@@ -9,6 +9,12 @@ import numpy as np
 #: Largest number of samples for the correlation: more samples take longer without better accuracy.
 _MOST_SAMPLES = 2000
 
+#: Up to this number of samples the correlation is averaged over all that fit, since a correlogram would be too noisy.
+_FEW_SAMPLES = 100
+
+#: Part of the variance without correlation between neighbours; it keeps matrices well conditioned.
+_NUGGET = 0.05
+
 #: Largest distance of the correlation, in mean spacings.
 _LONGEST_LAG = 6
 
@@ -52,14 +58,19 @@ def normal_scores(values: np.ndarray) -> np.ndarray:
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     """Return the effective sample size, the number of independent samples with a mean of equal variance.
 
+    Few samples do not determine their correlation: 1/n is averaged over exponential and Gaussian correlations of all
+    lengths up to half the side, by their likelihood (Berger, De Oliveira & Sansó, J. Am. Stat. Assoc. 96 (2001) 1361).
+
     References
     ----------
     Bayley & Hammersley (1946), The "effective" number of independent observations in an autocorrelated series;
-    Geyer, Stat. Sci. 7 (1992) 473, for the initial positive part of the correlation.
+    Geyer, Stat. Sci. 7 (1992) 473, for the initial positive part of the correlation of many samples.
     """
     n = values.size
-    if places is None or n < 9 or np.ptp(values) == 0:
+    if places is None or n < 3 or np.ptp(values) == 0:
         return float(n)
+    if n <= _FEW_SAMPLES:
+        return _averaged_independent_places(values, places)
     lags = correlogram(values, places)
     effective = float(n)
     for _ in range(5):  # subtracting the mean removes 1/effective of the correlation
@@ -67,6 +78,27 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
         initial_positive = np.cumprod(correlation > 0).astype(bool)
         effective = n**2 / (n + 2 * (lags.pairs * correlation)[initial_positive].sum())
     return float(np.clip(effective, 1.0, n))
+
+
+def _averaged_independent_places(values: np.ndarray, places: np.ndarray) -> float:
+    """Return the harmonic mean of the effective sample size over correlations, weighted by their likelihood.
+
+    The likelihood is integrated over mean and variance of the samples' normal scores.
+    """
+    n, scores = values.size, normal_scores(values)
+    distance = np.hypot(*(places[:, None] - places).T) / mean_spacing(places)
+    lengths = 2.0 ** np.arange(-2.5, np.log2(0.5 * np.sqrt(n)) + 0.01, 0.5)
+    likelihood, share = [], []
+    for length in lengths:
+        for shape in (np.exp(-distance / length), np.exp(-((distance / length) ** 2) / 2)):
+            correlation = (1 - _NUGGET) * shape + _NUGGET * np.eye(n)
+            inverse = np.linalg.inv(correlation)
+            off = scores - inverse.sum(axis=0) @ scores / inverse.sum()
+            determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum())
+            likelihood.append(-0.5 * (determinant + (n - 1) * np.log(max(off @ inverse @ off, 1e-300))))
+            share.append(correlation.mean())
+    weights = np.exp(np.array(likelihood) - max(likelihood))
+    return float(1 / np.average(share, weights=weights))
 
 
 def mean_spacing(places: np.ndarray) -> float:
@@ -105,4 +137,4 @@ def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> floa
     spacing = mean_spacing(places)
     across = np.sqrt(values.size / effective)
     most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, in spite of rounding
-    return spacing * (1 if across <= 1.05 else int(np.clip(np.ceil(2 * across), 1, most)))
+    return spacing * (1 if across <= 1.25 else int(np.clip(np.ceil(2 * across), 1, most)))

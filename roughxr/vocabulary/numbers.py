@@ -91,6 +91,8 @@ def with_interval(value: float, low: float, high: float, units: str = "nN") -> s
     """Return a value with its 95 % interval, both in one unit."""
     unit, size = prefixed(value, units)
     error = (high - low) / 2
+    if not math.isfinite(error):
+        return f"{number(value / size, unit)} (no interval: too few independent places)"
     if is_too_wide(low, high):
         return f"{number(value / size, unit, 2)} (95 % interval {_TOO_WIDE}, too few values)"
     rounded, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
