@@ -107,7 +107,8 @@ def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confid
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
-    words = None if order else f"mean, {100 * confidence:g} % interval"
+    known = f"mean, {100 * confidence:g} % interval" if np.isfinite(low) else "mean, too few independent places"
+    words = None if order else known
     ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=words, **style)
 
 
