@@ -10,7 +10,7 @@ import xarray as xr
 
 from roughxr.contact.elastic import direct
 from roughxr.jobs import spread
-from roughxr.jobs.progress import Stages, progress, subregion_bar
+from roughxr.jobs.progress import Stages, print_line, progress, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
 
@@ -74,6 +74,20 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
     ]
     assert "stage 2 of 3:  12%" in stream.getvalue() and "8/64" in stream.getvalue()
     assert "/32" not in stream.getvalue()
+    assert "\r" not in stream.getvalue() and "" not in stream.getvalue().split("\n")[:-1]
+
+
+def test_a_bar_and_a_message_are_lines_of_their_own_in_a_file():
+    """A bar is drawn, a message comes while it stands, and another state follows."""
+    with progress(stream := io.StringIO()):
+        bar = subregion_bar(4, label="places")
+        bar.update(2)
+        bar.refresh()
+        print_line("Mean pull-off 60 nN")
+        bar.close()
+    lines = stream.getvalue().split("\n")
+    assert "Mean pull-off 60 nN" in lines and "\r" not in stream.getvalue()
+    assert all(line.startswith("places: ") for line in lines[:-1] if line != "Mean pull-off 60 nN")
 
 
 @pytest.mark.parametrize("fails", [True, False])

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import archive, cli, report
+from roughxr import archive, cli, figures, report
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
 from roughxr.vocabulary import numbers, schema
@@ -248,13 +248,24 @@ def test_a_file_that_is_no_run_is_refused(tmp_path):
 @pytest.mark.parametrize("width", [400, 1280])
 def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
     finished = {name: several._scan_result(run) for name in ("a.gsf", "b.gsf")}
-    several.write_summary(finished, {"c.gsf": "no scan"}, tmp_path)
+    several.write_summary(finished, {f"{'folder/' * 20}c.gsf": "no scan"}, tmp_path)
     with Browser() as browser:
         for page in (written, tmp_path / "index.html"):
             browser.open(page, width)
             assert browser.complaints() == []
             assert browser.value("document.documentElement.scrollWidth") <= width
             assert all(browser.value("[...document.images].map(image => image.naturalWidth > 0)"))
+        table = "document.querySelector('table')"  # of the index: at any width without scrolling in its box
+        assert browser.value(f"{table}.scrollWidth <= {table}.parentElement.clientWidth")
+
+
+def test_the_legend_of_the_overview_has_the_unit_of_its_axis(run):
+    force = run["statistics/adhesive"].pull_off_force
+    forces = run["statistics/adhesive"].assign(pull_off_force=force * (3000 / force.max()))  # nN
+    best = xr.Dataset({"pull_off_mean": 800.0, "pull_off_lower": 200.0, "pull_off_upper": 2700.0})
+    drawn = figures.overview(run | {"statistics/adhesive": forces, "statistics/extrapolated": best}).axes[2]
+    words = " ".join(text.get_text() for text in drawn.get_legend().get_texts())
+    assert drawn.get_xlabel().endswith("[µN]") and "0.8 µN (0.2 … 2.7 µN)" in words and "nN" not in words
 
 
 def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():

@@ -9,11 +9,11 @@ import xarray as xr
 
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share
-from ..vocabulary.numbers import number, quantity, with_interval
+from ..vocabulary.numbers import number, with_interval
 from .contact_fields import field_map
 from .distributions import distribution
 from .maps import scan_map
-from .style import BLACK, PAGE, TITLE, styled
+from .style import BLACK, PAGE, TITLE, label_axis, styled
 
 #: Methods of the pull-off distributions, and their labels.
 _METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperities"}
@@ -44,21 +44,24 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     groups = {name: run[f"statistics/{name}"] for name in _METHODS if f"statistics/{name}" in run}
     samples = {name: ds for name, ds in groups.items() if int(ds["pull_off_force"].notnull().sum()) > 1}
     for order, (name, ds) in enumerate(samples.items()):
-        mean = float(by_share(at_first_preload(ds["pull_off_force"])).mean())
-        distribution(ds, label=f"{_METHODS[name]}, mean {quantity(mean)}", order=order, ax=ax)
+        distribution(ds, label=_METHODS[name], order=order, ax=ax)
     if not samples:
         alone = any(bool(ds["pull_off_force"].notnull().any()) for ds in groups.values())
         words = "one place with adhesion" if alone else "no place with adhesion"
         ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
         ax.set_axis_off()
         return
+    unit, size = label_axis(ax.xaxis, "pull_off_force")
+    means = {_METHODS[name]: by_share(at_first_preload(ds["pull_off_force"])).mean() for name, ds in samples.items()}
     if (known := best_estimate(run)) is not None:
-        mean, *ends = known
-        words = with_interval(*known).replace("95 % interval ", "")
+        mean, low, high = known
+        words = with_interval(mean / size, low / size, high / size, unit).replace("95 % interval ", "")
         words = f"best estimate of the mean, with finer\nroughness, {words}"
         style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
-        ax.plot(ends, [0.04, 0.04], linewidth=1.2, **style)
+        ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
         ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=words, **style)
     if np.isfinite(ax.dataLim.y1):
         ax.set_ylim(top=1.05 * ax.dataLim.y1)
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
+    handles, labels = ax.get_legend_handles_labels()
+    labels = [f"{label}, mean {number(means[label] / size, unit)}" if label in means else label for label in labels]
+    ax.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.2))

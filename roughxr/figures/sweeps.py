@@ -52,7 +52,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
             band = force.quantile([low, 1 - low], "subregion").values
             share = f"{100 * (1 - 2 * low):.0f} % of them"
             ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
-        _interval_bars(ax, ds, "q50", BLACK, "its 95 % interval")
+        _interval_bars(ax, ds, "q50", BLACK, "95 % interval of the median")
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     tension = float(-force.min("delta").median())  # of the median place
     if 0 < tension < _LEAST_VISIBLE * float(force.max()):

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar, Token
-from typing import TextIO
+from typing import TextIO, cast
 
 from tqdm import tqdm
 
@@ -49,17 +49,35 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
     >>> "4/4" in stream.getvalue()
     True
     """
-    token = _STREAM.set(sys.stderr if stream is None else stream)
+    stream = sys.stderr if stream is None else stream
+    token = _STREAM.set(stream if stream.isatty() else cast(TextIO, _Lines(stream)))
     try:
         yield
     finally:
         _STREAM.reset(token)
 
 
+class _Lines:
+    """A stream that is no terminal: each state of a bar is a line of its own."""
+
+    def __init__(self, stream: TextIO):
+        self.stream = stream
+
+    def write(self, text: str) -> None:
+        """Write text with line feeds in place of carriage returns, without empty lines."""
+        self.stream.writelines(f"{line.rstrip()}\n" for line in text.splitlines() if line.strip())
+
+    def __getattr__(self, name: str):
+        return getattr(self.stream, name)
+
+
 def print_line(words: str) -> None:
     """Write a line, if progress is shown."""
     if stream := _STREAM.get():
-        tqdm.write(words, file=stream)
+        if stream.isatty():
+            tqdm.write(words, file=stream)
+        else:
+            stream.write(words)
         stream.flush()
 
 

@@ -158,7 +158,7 @@ def _cells(run: ScanResult) -> list[str]:
         quantity(value["best_estimate"]),
         interval(value["best_low"], value["best_high"], "nN"),
         percent(value["total_error"]),
-        f"{number(speed, 'm/s')} ({interval(low, high)})" if np.isfinite(speed) else "–",
+        number(speed, "m/s") + f" ({interval(low, high)})" * bool(np.isfinite(low)),
         quantity(value["wall_shear_stress"], "Pa"),
         number(value["places"]),
         number(value["supports"]),

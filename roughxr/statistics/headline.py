@@ -207,8 +207,12 @@ def headline(summary: xr.Dataset) -> str:
         effect = "lowers it" if best < mean else "hardly changes it"
         longest = summary.attrs.get("longest_added")
         finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
-        estimate = with_interval(best, value["best_low"], value["best_high"]).replace("95 % interval ", "")
-        estimate = estimate.replace(", too few values", "")  # but by what the scan does not show
+        estimate = with_interval(best, value["best_low"], value["best_high"]).replace(
+            "95 % interval wider", "interval wider"
+        )
+        estimate = estimate.replace("95 % interval ", "").replace(
+            ", too few values", ""
+        )  # but by what the scan does not show
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
