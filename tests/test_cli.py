@@ -322,6 +322,10 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     assert table.notna().any().all()
     rows = pd.read_csv("wafer/wafer.csv", index_col="scan")
     assert list(rows.index) == ["wafer-3.nc", "wafer-4.nc"] and (rows["places"] == 2).all()
+    columns = rows.columns.tolist()
+    order = ["pull_off_force [nN]", "critical_friction_velocity [m/s]", "wall_shear_stress [Pa]", "places", "supports"]
+    assert sorted(order, key=columns.index) == order and columns[-2:] == ["warnings", "path"]
+    assert rows["warnings"].str.endswith(".").all() and rows.notna().any().all()
     for name, row in rows.iterrows():
         groups = archive.load(tmp_path / "wafer" / Path(name).stem / "run.nc")
         summary = groups["statistics/summary"]
@@ -340,7 +344,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
             assert sentence in " ".join(html.unescape(text).split())
         assert pd.read_csv(f"wafer/{Path(name).stem}/places.csv").columns[0] == "scan"
     assert main(["detach", "wafer", "-o", "moved.csv"]) == 0
-    assert pd.read_csv("moved.csv")["scan"].tolist() == ["wafer-3"] * 2 + ["wafer-4"] * 2
+    assert pd.read_csv("moved.csv")["scan"].tolist() == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
     assert main(["detach", "wafer", "--picture", "moved.png"]) == 1
     page = (tmp_path / "wafer" / "index.html").read_text(encoding="utf-8")
     assert "wafer-4/report.html" in page and (tmp_path / "wafer" / "wafer-4" / "report.html").exists()

@@ -33,7 +33,7 @@ def test_resuspension_table_is_the_distribution(pull):
     assert forces.columns.tolist() == ["force_nN", "cdf", "force_over_smooth"]
     assert forces.force_nN.tolist() == [100, 200, 300] and forces.cdf.tolist() == [0.25, 0.75, 1.0]
     np.testing.assert_allclose(forces.force_over_smooth, forces.force_nN / (1.5 * np.pi * 0.1 * 1000))
-    assert "places: 4; without adhesion: 1" in head and "sphere radius [nm]: 1000" in head
+    assert "5 places; pull-off forces: 4; without adhesion: 1" in head and "sphere radius [nm]: 1000" in head
     assert "smooth sphere's pull-off force: 471.239 nN" in head
 
 

@@ -12,6 +12,7 @@ import xarray as xr
 
 import roughxr
 from roughxr import archive, cli, figures, report
+from roughxr.report.summary import critical_median
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
 from roughxr.vocabulary import numbers, schema
@@ -105,18 +106,49 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     told = capsys.readouterr().out
     held = report.run_moments(run, "adhesive")
     critical = held.contact.critical_load(shear_strength="5 MPa")
-    middle = float(critical.critical_friction_velocity.median())
-    assert f"median {middle:.3g}" in told and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
+    middle, low, high = re.search(r"median (\S+) m/s \(95 % interval (\S+) … (\S+) m/s\)", told).groups()
+    assert float(middle) == pytest.approx(float(critical.critical_friction_velocity.median()), rel=0.05)
+    assert float(low) < float(middle) < float(high) and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
     table = pd.read_csv(names["output"])
-    np.testing.assert_allclose(table["critical_friction_velocity [m/s]"], critical.critical_friction_velocity)
-    np.testing.assert_allclose(table["moment_over_directions [nN nm]"], held.resisting_moment.mean("direction"))
+    assert table.columns[:2].tolist() == ["scan", "place"] and "sphere_radius [nm]" not in table
+    speed, moment = critical.critical_friction_velocity, held.resisting_moment.mean("direction")
+    np.testing.assert_allclose(table["critical_friction_velocity [m/s]"], speed, rtol=1e-3)
+    np.testing.assert_allclose(table["moment_over_directions [nN nm]"], moment, rtol=1e-3)
     assert table["mode"].tolist() == critical["mode"].values.tolist()
-    np.testing.assert_allclose(report.by_place(run)["lever"], table["lever [nm]"])  # one name, one number
+    np.testing.assert_allclose(report.by_place(run)["lever"], table["lever [nm]"], rtol=1e-3)  # one name, one number
     numbers = pd.read_csv(names["parameters"], index_col="quantity")["value"]
     ratio = held.pull_off_force / (1.5 * np.pi * 0.5 * 500)
     assert float(numbers["adhesion_mean"]) == pytest.approx(float(np.exp(np.log(ratio).mean())))
     assert "lever_over_radius" in pd.read_csv(names["dem"], comment="#")
     assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
+    assert cli.main(["detach", str(written.parent)]) == 0
+    name, summary = "critical_friction_velocity", report.run_summary(run)
+    ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
+    assert ends[1] < ends[0] < ends[2] and f"median {numbers.with_interval(*ends, 'm/s')};" in capsys.readouterr().out
+    column = report.tables(run)["Detachment in a flow of air"]["adhesive"]
+    shown = column[[f"{end} end of the median's 95 % interval [m/s]" for end in ("lower", "upper")]]
+    np.testing.assert_allclose(shown, ends[1:])
+
+
+def test_random_surfaces_of_a_place_are_no_places(run, capsys):
+    """Twice the same surfaces: as many places, twice as many rows, and no narrower interval."""
+    moments = report.run_moments(run, "adhesive")
+    count = moments.sizes["subregion"]
+    twice = xr.concat([moments, moments], "subregion", coords="different", compat="equals", join="override")
+    twice = twice.assign_coords(subregion=np.arange(2 * count))
+    for code in ("lammps", "rock_n_roll"):
+        assert f"{count} places on 2 random surfaces each" in roughxr.particles.to_dem(twice, code=code)
+        assert "surfaces each" not in roughxr.particles.to_dem(moments, code=code)
+    table = report.place_table(twice[["lever"]].mean("direction"), "a.spm")
+    assert table.place.values.tolist() == [*range(count)] * 2
+    assert table.surface.values.tolist() == [0] * count + [1] * count
+    (_, low, high), (_, low_twice, high_twice) = (
+        critical_median(ds.contact.critical_load()) for ds in (moments, twice)
+    )
+    assert high_twice - low_twice >= 0.9 * (high - low)
 
 
 def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):

@@ -14,13 +14,14 @@ from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
-from ..particles.force_balance import NO_REST
+from ..particles.force_balance import NO_REST, places_in_words
 from ..report.detachment import best_method
 from ..report.run_tables import METHOD_WORDS
-from ..statistics.sampling import shares
+from ..report.summary import critical_median, place_table, scan_label
+from ..statistics.sampling import place_numbers, shares
 from ..studies.roughness_scale import quietly
-from ..vocabulary.numbers import number, percent
-from ..vocabulary.schema import is_wet
+from ..vocabulary import schema
+from ..vocabulary.numbers import number, percent, with_interval
 from . import words
 from .file_commands import save_picture
 
@@ -38,8 +39,7 @@ def detach(options: Namespace) -> None:
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
-            rows = [_named(part, name) for name, part in tables.items()]
-            table = xr.concat(rows, "scan", data_vars="all", coords="minimal", compat="override")
+            table = xr.concat(tables.values(), "scan", data_vars="all", coords="minimal", compat="override")
         print(f"written to {exports.to_table(table, options.output)}")
 
 
@@ -50,12 +50,6 @@ def _runs(path: Path) -> dict[str, Path]:
     return {path.name: path}
 
 
-def _named(table: xr.Dataset, name: str) -> xr.Dataset:
-    """Return a table of places with the name of its scan in each row."""
-    rows = table.drop_vars("subregion", errors="ignore").rename_dims(subregion="scan")
-    return rows.assign_coords(scan=[name] * table.sizes["subregion"])
-
-
 def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     """Print the critical load of one run, write the requested files, and return the table of places."""
     groups = _load(path)
@@ -63,7 +57,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     if report.CRITICAL[method] not in groups:
         raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
     moments = report.run_moments(groups, method)
-    humid = is_wet(moments)
+    humid = schema.is_wet(moments)
     if options.fluid == "water" and humid:
         raise ValueError(
             f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "
@@ -83,7 +77,8 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
         print(f"written to {file}")
     if options.picture:
         _draw(critical, moments, options.picture, f"{load}, {forces}")
-    return adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
+    table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
+    return place_table(table, scan_label(groups))
 
 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
@@ -97,20 +92,19 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
 
 def _print_critical(critical: xr.Dataset, load: str) -> None:
     """Print the critical strength of a load and the modes of detachment."""
-    name = next(iter(critical.data_vars))
+    name = str(next(iter(critical.data_vars)))
     units = critical[name].attrs["units"].replace("^2", "²")
     of = "particles" if "landing_share" in critical.coords else "places"
     values = critical[name].where(np.isfinite(critical[name]))
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
-        quantiles = values.weighted(shares(values)).quantile([0.05, 0.5, 0.95]).values
-        least, middle, most = (number(float(f"{value:.3g}"), units) for value in quantiles)
-        print(f"  median {middle}; 5 % of {of} below {least}, 95 % below {most}")
+        quantiles = values.weighted(shares(values)).quantile([0.05, 0.95]).values
+        least, most = (number(float(f"{value:.3g}"), units) for value in quantiles)
+        median = with_interval(*critical_median(critical, name), units)
+        print(f"  median {median}; 5 % of {of} below {least}, 95 % below {most}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
-    count, each = critical["mode"].size, critical["mode"].size // _one_surface(critical)["mode"].size
-    places = f"{count} places" if each == 1 else f"{count // each} places on {each} random surfaces each"
-    print(f"first mode of detachment, of {places}: {first}")
+    print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
     if NO_REST in modes:
         print(f"{NO_REST}: the sphere rolls off without any load; roughxr run --particle analyses resting positions")
     if "none" in modes:
@@ -131,5 +125,4 @@ def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> N
 
 def _one_surface(ds: xr.Dataset) -> xr.Dataset:
     """Return places with one of the random surfaces of each: their results lie above one another on a map."""
-    _, first = np.unique(np.c_[ds["subregion_x"], ds["subregion_y"]], axis=0, return_index=True)
-    return ds.isel(subregion=np.sort(first))
+    return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])

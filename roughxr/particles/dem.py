@@ -10,7 +10,7 @@ from ..statistics import cdf, reduction, smooth_pull_off
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
-from .force_balance import refuse_varied, scope_words
+from .force_balance import places_in_words, refuse_varied, scope_words
 
 #: Factors from roughxr's units to SI.
 _NEWTON, _METRE, _PASCAL = 1e-9, 1e-9, 1e9
@@ -73,7 +73,7 @@ def _header(ds: xr.Dataset, forces: np.ndarray) -> list[str]:
     radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
     mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
     return [
-        f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {ds['pull_off_force'].size} places",
+        f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {places_in_words(ds)}",
         f"pull-off force: mean {forces.mean():.5g} N, standard deviation {forces.std(ddof=1):.3g} N between places",
         f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
         f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g};",
@@ -114,6 +114,6 @@ def _distribution(ds: xr.Dataset) -> str:
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),
-        f"places: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
+        f"{places_in_words(ds)}; pull-off forces: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from ..asperity.moments import weakest
-from ..statistics.sampling import SHARE, conditions
+from ..statistics.sampling import SHARE, conditions, place_numbers
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
@@ -159,10 +159,17 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     return schema.record(schema.label(out), "with_pull_off", ds)
 
 
+def places_in_words(ds: xr.Dataset) -> str:
+    """Return the number of places, and of random surfaces at each of them if there are several."""
+    count, surfaces = int(place_numbers(ds).max()) + 1, ds.sizes["subregion"]
+    return f"{count} places" + f" on {surfaces // count} random surfaces each" * (surfaces > count)
+
+
 def scope_words(ds: xr.Dataset) -> str:
     """Return the scope of a result's places, in words."""
     where = "of rest" if SHARE in ds.coords else "where particles land, without settling"
-    return f"places {where}; the surface as the scan shows it: finer roughness lowers adhesion"
+    as_scanned = "the surface as the scan shows it: finer roughness lowers adhesion"
+    return f"places {where}; {ds.attrs.get('surface', as_scanned)}"
 
 
 def refuse_varied(ds: xr.Dataset):

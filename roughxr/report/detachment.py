@@ -15,7 +15,7 @@ from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent, quantity
-from .summary import RESTS
+from .summary import RESTS, critical_median
 
 Run = Mapping[str, xr.Dataset]
 
@@ -55,6 +55,7 @@ def _with_extrapolated_forces(moments: xr.Dataset, run: Run) -> xr.Dataset:
     which = [at[float(x), float(y)] for x, y in zip(extrapolated["subregion_x"], extrapolated["subregion_y"])]
     every = moments.isel(subregion=np.tile(which, extrapolated.sizes["seed"]))
     every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
+    every.attrs["surface"] = "the surface with roughness extrapolated below the scan"
     force = xr.zeros_like(every["pull_off_force"]) + extrapolated.transpose("seed", "subregion").values.ravel()
     return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
@@ -68,6 +69,8 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     }
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
         rows[f"critical friction velocity, {words} [m/s]"] = float(speed.weighted(share).quantile(part))
+    for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
+        rows[f"{end} end of the median's 95 % interval [m/s]"] = value
     shown = {
         "places where the sphere rolls first [%]": critical["mode"] == "roll",
         "places where the sphere lifts first [%]": critical["mode"] == "lift",

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..contact.cycle import coarser_mesh_error
@@ -13,7 +15,7 @@ from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import best_estimate, mean_pull_off, with_units
 from ..statistics.headline import headline as answer_text
-from ..statistics.sampling import shares
+from ..statistics.sampling import place_numbers, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 
@@ -110,15 +112,21 @@ def _flow(run: Run) -> dict[str, float]:
     """Return the critical air flow at the median place, with its interval, and the number of supporting contacts."""
     if not {"statistics/detachment", "solutions/rolling"} <= set(run):
         return {}
-    name, critical = "critical_friction_velocity", run["statistics/detachment"]
-    ends = (float(critical[name].weighted(shares(critical)).quantile(0.5)), np.nan, np.nan)
-    if int(critical[name].notnull().sum()) > 1:
-        median = bootstrap(critical[[name]].dropna("subregion"), name, statistics=["q50"]).isel(statistic=0)
-        ends = (float(median["estimate"]), float(median["low"]), float(median["high"]))
-    flow = dict(zip((name, f"{name}_low", f"{name}_high"), ends))
+    name = "critical_friction_velocity"
+    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(run["statistics/detachment"], name)))
     stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
     return flow | stress | {"supports": float(contacts.weighted(shares(contacts)).quantile(0.5))}
+
+
+def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:
+    """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
+    known = critical[[name]].dropna("subregion")
+    if known.sizes["subregion"] < 2:
+        return (float(known[name].mean()), np.nan, np.nan)
+    each = known.isel(subregion=np.unique(place_numbers(known), return_index=True)[1])  # surfaces of a place are alike
+    median = bootstrap(known, name, statistics=["q50"], within=each).isel(statistic=0)
+    return (float(median["estimate"]), float(median["low"]), float(median["high"]))
 
 
 def _advice(run: Run, out: xr.Dataset) -> str:
@@ -179,9 +187,15 @@ def summary_groups(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
     return {PLACES: by_place(run), SUMMARY: made.assign_attrs(command=command)}
 
 
+def scan_label(run: Run) -> str:
+    """Return the name of a run's scan in tables."""
+    return Path(run["scan"].attrs.get("source_file", "scan")).name
+
+
 def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
-    """Return a table of places as it is published: rows with the scan's name, four digits, and errors as forces."""
-    few = places.drop_vars("subregion", errors="ignore").reset_coords()
+    """Return a table of places as it is published: the scan's name first, few digits, errors as forces."""
+    alike = [name for name, column in places.variables.items() if not column.ndim or bool(column.isnull().all())]
+    few = places.drop_vars(["subregion", *alike], errors="ignore").reset_coords()
     if "pull_off_error" in few:
         error = few["pull_off_force"] * few["pull_off_error"]
         words = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
@@ -189,14 +203,17 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
     few = few.map(lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" else c, keep_attrs=True)
     count = few.sizes["subregion"]
     position = {name: few[name] for name in _POSITION if name in few}
-    first = xr.Dataset({"place": ("subregion", np.arange(count)), **position})
+    place = place_numbers(places)
+    first = xr.Dataset({"place": ("subregion", place), **position})
+    if place.max() + 1 < count:
+        first["surface"] = ("subregion", pd.Series(place).groupby(place).cumcount())
     table = first.merge(few.drop_vars(list(position))).rename_dims(subregion="scan")
     return table.assign_coords(scan=[label] * count)
 
 
 def few_digits(values: np.ndarray, name: str) -> list[float]:
     """Return the numbers of a column rounded to the digits of a published table."""
-    digits = _ERROR_DIGITS if str(name).endswith("_error") else _DIGITS
+    digits = _ERROR_DIGITS if str(name).endswith(("_error", "independent_places")) else _DIGITS
     return [float(f"{value:.{digits}g}") for value in values]
 
 

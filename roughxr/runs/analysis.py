@@ -46,7 +46,7 @@ from ..jobs.records import loading
 from ..particles import critical_load, resting
 from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import rigid_moments, simulated_moments
-from ..report.summary import BUDGET
+from ..report.summary import BUDGET, scan_label
 from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
@@ -534,9 +534,8 @@ def _write_folder(
             with atomic_write(folder / f"table-{part}.csv") as temporary:
                 tables[title].to_csv(temporary, float_format="%.6g")
     if places := report.by_place(groups):
-        label = Path(groups["scan"].attrs.get("source_file", "scan")).name
         for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
-            to_table(report.place_table(places, label), folder / f"places{ending}")
+            to_table(report.place_table(places, scan_label(groups)), folder / f"places{ending}")
     with atomic_write(folder / "table.txt") as temporary:
         temporary.write_text(printed, encoding="utf-8")
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again

@@ -119,12 +119,13 @@ def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     for name, (units, meaning) in SCALARS.items():
         values = np.array([row[name] for row in rows])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
+        column = f"relative_{name}" if name.endswith("_error") else column
         if np.isfinite(values).any():
             shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values, name)
             out[column] = ("scan", shown, {"units": units, "long_name": meaning})
         if name == "largest_error" and column in out:
             out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])
-    out["warnings"] = ("scan", [len(run.cautions) for run in finished.values()])
+    out["warnings"] = ("scan", [" ".join(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 

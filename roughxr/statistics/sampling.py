@@ -6,6 +6,7 @@ import re
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..vocabulary.text import warn
@@ -55,6 +56,13 @@ def at_first_preload(ds: Any) -> Any:
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
     """Return the weights of places: the shares of particles that rest there, else equal weights."""
     return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
+
+
+def place_numbers(ds: xr.Dataset) -> np.ndarray:
+    """Return the number of each sample's place; the random surfaces of one place share its number."""
+    if not set(PLACES["subregion"]) <= set(ds.coords):
+        return np.arange(ds.sizes["subregion"])
+    return pd.MultiIndex.from_arrays([ds[axis].values for axis in PLACES["subregion"]]).factorize()[0]
 
 
 def by_share(array: xr.DataArray) -> Any:
