@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughxr.kernels.adhesion import newton_system
 from roughxr.kernels.adhesion.path import CONVERGED, follow_path
 from roughxr.kernels.adhesion.traction_laws import smooth_law
 from roughxr.kernels.halfspace import products
@@ -51,7 +50,6 @@ def test_nothing_beyond_the_table_of_coefficients_is_read(cells, monkeypatch):
         products._small_transfer.cache_clear()
         with monkeypatch.context() as patched:
             patched.setattr(products, "coefficients_for", lambda shape, film=None, within=within: within)
-            patched.setattr(newton_system, "coefficients_for", products.coefficients_for)
             found.add(solutions(cells, 9))
     assert len(found) == 1
 

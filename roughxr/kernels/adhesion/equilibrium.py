@@ -26,7 +26,7 @@ from ..halfspace.products import displaced
 from ..halfspace.transforms import Convolution, convolve
 from ..jit import kernel
 from .newton_system import operator_on, solve, workspace
-from .traction_laws import SmoothLaw, remaining_work, traction
+from .traction_laws import SmoothLaw, remaining_work, traction, traction_and_work
 
 #: Cells are left out of the linear systems if |dt/du| is at most this, in units of a cell's stiffness (about 1).
 _SMALLEST_SLOPE = 1e-3
@@ -76,7 +76,6 @@ class BoxProblem(NamedTuple):
     law: SmoothLaw
     tolerance: float
     quick: Convolution  # with A, in single precision
-    inverse: Convolution  # with the periodic inverse of A
     displacement: np.ndarray  # the last one in double precision, nm
     film: tuple | None  # on the half space, see ``halfspace.layered``
 
@@ -126,9 +125,10 @@ def _newton(body, delta, state, near):
     most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
     for turn in range(most):
         exact = exact or worst < _EXACT_RESIDUAL
-        worst, potential = (_exact_residual if exact else _quick_residual)(body, delta, state)
-        if not exact and worst <= body.tolerance:
-            exact = True
+        if not exact:
+            worst, potential = _quick_residual(body.quick, body.separation, body.law, delta, state)
+            exact = worst <= body.tolerance
+        if exact:
             worst, potential = _exact_residual(body, delta, state)
         if exact and worst <= body.tolerance:
             return Convergence(turn, products, worst, True)
@@ -156,10 +156,11 @@ def _exact_residual(body, delta, state):
     return _classify(body.separation, body.law, delta, state)
 
 
-def _quick_residual(body, delta, state):
+@kernel
+def _quick_residual(convolution, separation, law, delta, state):
     """Compute gaps in single precision and the touching cells; return the largest residual, and the potential."""
-    _quick_gaps(body.quick, body.separation, delta, state)
-    return _classify(body.separation, body.law, delta, state)
+    _quick_gaps(convolution, separation, delta, state)
+    return _classify(separation, law, delta, state)
 
 
 @kernel
@@ -180,7 +181,7 @@ def _tangent_step(body, delta, state, fixed):
     at = rows, columns = _coupled_cells(body.law, state)
     if rows.size == 0:
         return 1
-    near = operator_on(rows, columns, body.quick, body.inverse, body.film)
+    near = operator_on(rows, columns, body.film)
     pressure, gap, contact = (np.append(values[at], values.dtype.type(0)) for values in state)
     pressure[:-1] += fixed[at]
     contact &= pressure > 0.0
@@ -217,10 +218,11 @@ def _classify(separation, law, delta, state):
         for j in range(state.gap.shape[1]):
             gap, pressure = state.gap[i, j], state.pressure[i, j]
             most = max(most, pressure)
-            t, tau = traction(max(gap, 0.0), law)
+            t, tau, left = traction_and_work(max(gap, 0.0), law)
             touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
             state.touching[i, j] = touching
-            potential += _cell_energy(pressure, gap, separation[i, j], delta, law)
+            if gap < law.range:
+                potential += 0.5 * pressure * (delta - separation[i, j] + gap) - left
             if touching:
                 potential -= (pressure + t) * gap
                 worst = max(worst, abs(gap))
@@ -234,17 +236,20 @@ def _classify(separation, law, delta, state):
 def _improve(body, state, worst):
     """Take a Newton step, or a tangent step where none descends; return the number of products."""
     rows, columns = _coupled_cells(body.law, state)
-    if rows.size == 0:
-        return 0
-    near = operator_on(rows, columns, body.quick, body.inverse, body.film)
-    touching, fall, right = _linear_system(body.law, state, rows, columns)
+    return _step(operator_on(rows, columns, body.film), body.law, state, rows, columns, worst) if rows.size else 0
+
+
+@kernel
+def _step(near, law, state, rows, columns, worst):
+    """Solve for a step on some cells, and apply it; return the number of products."""
+    touching, fall, right, work = _linear_system(law, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
     part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
     size = solve(near, touching, part * fall, right, _SYSTEM_TOLERANCE, 0, room, x, image)
-    while part > 0.0 and not _is_downhill(body.law, state, rows, columns, touching, x, image):
+    while part > 0.0 and not _is_downhill(law, state, rows, columns, touching, x, image, work):
         part = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0
         size = solve(near, touching, part * fall, right, _DAMPED_TOLERANCE, size, room, x, image)
-    _apply_step(body.law, state, rows, columns, touching, x, image)
+    _apply_step(law, state, rows, columns, touching, x, image)
     return size
 
 
@@ -274,9 +279,9 @@ def _coupled_cells(law, state):
 
 @kernel
 def _linear_system(law, state, rows, columns):
-    """Return which cells touch, the slopes τ of the others' tractions, and the right side."""
+    """Return which cells touch, the slopes τ of the others' tractions, the right side, and their remaining work."""
     count = rows.size
-    touching, tau, right = np.empty(count, np.bool_), np.zeros(count), np.empty(count)
+    touching, tau, right, work = np.empty(count, np.bool_), np.zeros(count), np.empty(count), np.zeros(count)
     for k in range(count):
         i, j = rows[k], columns[k]
         touching[k] = state.touching[i, j]
@@ -285,11 +290,12 @@ def _linear_system(law, state, rows, columns):
         else:
             t, tau[k] = traction(max(state.gap[i, j], 0.0), law)
             right[k] = -t - state.pressure[i, j]
-    return touching, tau, right
+            work[k] = _work_from(state.gap[i, j], law)
+    return touching, tau, right, work
 
 
 @kernel
-def _is_downhill(law, state, rows, columns, touching, x, image):
+def _is_downhill(law, state, rows, columns, touching, x, image, work):
     """Return whether a step x of the pressures and A x of the gaps lowers the potential and is short enough."""
     rise, longest = 0.0, _LARGEST_OPENING * law.length
     for k in range(rows.size):
@@ -299,7 +305,7 @@ def _is_downhill(law, state, rows, columns, touching, x, image):
         if abs(image[k]) > longest:
             return False
         gap, pressure = state.gap[rows[k], columns[k]], state.pressure[rows[k], columns[k]]
-        rise += pressure * image[k] - _work_from(gap + image[k], law) + _work_from(gap, law)
+        rise += pressure * image[k] - _work_from(gap + image[k], law) + work[k]
     return rise <= 0.0
 
 
@@ -315,16 +321,10 @@ def energy(separation, law, delta, state):
     total = 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
-            total += _cell_energy(state.pressure[i, j], state.gap[i, j], separation[i, j], delta, law)
+            gap, pressure = state.gap[i, j], state.pressure[i, j]
+            if gap < law.range:
+                total += 0.5 * pressure * (delta - separation[i, j] + gap) - remaining_work(max(gap, 0.0), law)
     return total
-
-
-@kernel
-def _cell_energy(pressure, gap, separation, delta, law):
-    """Return the energy of a cell, nm²."""
-    if not gap < law.range:
-        return 0.0
-    return 0.5 * pressure * (delta - separation + gap) - remaining_work(max(gap, 0.0), law)
 
 
 @kernel

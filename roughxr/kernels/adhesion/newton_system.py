@@ -15,8 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.products import DENSE_LIMIT, Operator, coefficients_for, convolve_cells, matrix_between, multiply
+from ..halfspace.products import DENSE_LIMIT, convolve_cells, multiply, operator
 from ..jit import kernel
+
+#: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
+_BOX_MULTIPLE = 16
 
 
 class Workspace(NamedTuple):
@@ -27,17 +30,15 @@ class Workspace(NamedTuple):
     images: np.ndarray  # (products, count) A times the preconditioned
 
 
-def operator_on(rows, columns, product, inverse, film):
-    """Return A on cells at (rows, columns) of a box, given convolutions there with A and with its periodic inverse."""
-    matrix = np.empty((0, 0))
-    if rows.size <= DENSE_LIMIT:
-        matrix = matrix_between(rows, columns, coefficients_for(product.box.shape, film))
-    return Operator(rows, columns, matrix, product, inverse)
+def operator_on(rows, columns, film):
+    """Return A and its periodic inverse on cells at (rows, columns)."""
+    return operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT, multiple=_BOX_MULTIPLE, inverse_from=0)
 
 
+@kernel
 def workspace(products, count):
     """Return work arrays for this many products on this many cells."""
-    return Workspace(*(np.empty((products, count)) for _ in Workspace._fields))
+    return Workspace(np.empty((products, count)), np.empty((products, count)), np.empty((products, count)))
 
 
 @kernel

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import ndimage
 
 from ..halfspace import displacement_control, yielding
-from ..halfspace.products import displaced, inverse_convolution, surface_convolution
+from ..halfspace.products import displaced, surface_convolution
 from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
 from .patches import contacts_and_resolution
 from .traction_laws import traction
@@ -204,8 +204,8 @@ class Solver:
         return state
 
     def _body(self, separation, tolerance):
-        product, inverse = (make(*separation.shape, self.film) for make in (surface_convolution, inverse_convolution))
-        return BoxProblem(separation, self.law, tolerance, product, inverse, np.empty(separation.shape), self.film)
+        product = surface_convolution(*separation.shape, self.film)
+        return BoxProblem(separation, self.law, tolerance, product, np.empty(separation.shape), self.film)
 
 
 def _rounded_slice(places, size, margin):

@@ -101,43 +101,39 @@ def widened_step(tension, length, width):
 @kernel
 def traction(u, law):
     """Return t(u) ≥ 0, and −dt/du."""
-    t, fall = 0.0, 0.0
-    if u >= law.range:
-        return t, fall
-    if law.exponential.size > 0.0:
-        length = law.exponential.near
-        t = law.exponential.size / length * np.exp(-u / length)
-        fall = t / length
-    if law.waals.size > 0.0:
-        length = law.waals.near
-        x = length / (length + u)
-        x3 = x * x * x
-        x9 = x3 * x3 * x3
-        scale = 8.0 * law.waals.size / (3.0 * length)
-        t += scale * (x3 - x9)
-        fall += scale * (3.0 * x3 - 9.0 * x9) * x / length
-    if law.step.size > 0.0 and u < law.step.far:
-        wide = law.step.far - law.step.near
-        s = max((u - law.step.near) / wide, 0.0)
-        t += law.step.size * (1.0 - s) ** 2
-        fall += 2.0 * law.step.size * (1.0 - s) / wide if u >= law.step.near else 0.0
-    return t, fall
+    return traction_and_work(u, law)[:2]
 
 
 @kernel
 def remaining_work(u, law):
     """Return the work left to separate the surfaces from the gap u, nm²."""
+    return traction_and_work(u, law)[2]
+
+
+@kernel
+def traction_and_work(u, law):
+    """Return t(u), −dt/du and the work left to separate the surfaces, nm²."""
+    t, fall, left = 0.0, 0.0, 0.0
     if u >= law.range:
-        return 0.0
+        return t, fall, left
     left = -law.cut
     if law.exponential.size > 0.0:
-        left += law.exponential.size * np.exp(-u / law.exponential.near)
+        length = law.exponential.near
+        part = law.exponential.size * np.exp(-u / length)
+        t, fall, left = part / length, part / (length * length), left + part
     if law.waals.size > 0.0:
-        x = law.waals.near / (law.waals.near + u)
-        x2 = x * x
+        length = law.waals.near
+        x = length / (length + u)
+        x2, x3 = x * x, x * x * x
+        x9 = x3 * x3 * x3
+        scale = 8.0 * law.waals.size / (3.0 * length)
+        t += scale * (x3 - x9)
+        fall += scale * (3.0 * x3 - 9.0 * x9) * x / length
         left += law.waals.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
     if law.step.size > 0.0 and u < law.step.far:
         wide = law.step.far - law.step.near
         s = max((u - law.step.near) / wide, 0.0)
+        t += law.step.size * (1.0 - s) ** 2
+        fall += 2.0 * law.step.size * (1.0 - s) / wide if u >= law.step.near else 0.0
         left += law.step.size * (max(law.step.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)
-    return left
+    return t, fall, left

@@ -98,14 +98,17 @@ def surface_displacement(pressure, dx, contact_modulus, film=None):
     return out * (dx / contact_modulus)
 
 
-def operator(rows, columns, film=None, *, dense):
-    """Return the operator of the cells at (rows, columns), the rows ascending; as a matrix if ``dense``."""
+def operator(rows, columns, film=None, *, dense, multiple=1, inverse_from=LONG_RANGE):
+    """Return the operator of the cells at (rows, columns), the rows ascending; as a matrix if ``dense``.
+
+    The sides of its box are multiples of ``multiple`` cells; from ``inverse_from`` cells on it has an inverse.
+    """
     rows, columns = rows - rows[0], columns - columns.min()
-    shape = int(rows[-1]) + 1, int(columns.max()) + 1
+    shape = tuple(multiple * (int(cells.max()) // multiple + 1) for cells in (rows, columns))
     if dense:
         matrix = matrix_between(rows, columns, coefficients_for(shape, film))
         return Operator(rows, columns, matrix, _NO_CONVOLUTION, _NO_CONVOLUTION)
-    inverse = inverse_convolution(*shape, film) if rows.size > LONG_RANGE else _NO_CONVOLUTION
+    inverse = inverse_convolution(*shape, film) if rows.size > inverse_from else _NO_CONVOLUTION
     return Operator(rows, columns, np.empty((0, 0)), surface_convolution(*shape, film), inverse)
 
 
