@@ -7,13 +7,14 @@ attribute `UNFINISHED` of its root lists what is missing.
 
 from __future__ import annotations
 
+import functools
 import glob
 import os
 import secrets
 import shutil
 import signal
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
@@ -25,7 +26,7 @@ import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
-from .vocabulary.schema import entered
+from .vocabulary.schema import VARIABLES, entered
 from .vocabulary.text import warn
 
 __all__ = ["load", "save"]
@@ -244,6 +245,25 @@ def run_archive(path: Path) -> Path:
         listed = ", ".join(str(file.relative_to(path)) for file in archives) or "none"
         raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
     return archives[0]
+
+
+def of_this_version(door: Callable) -> Callable:
+    """Return a function that takes a run, and names a variable or group that the run's archive lacks."""
+
+    @functools.wraps(door)
+    def checked(*arguments: Any, **options: Any):
+        try:
+            return door(*arguments, **options)
+        except KeyError as error:
+            name = str(error).strip("\"'").removeprefix("No variable named '").partition("'")[0]
+            if name not in VARIABLES and "/" not in name:
+                raise
+            raise ValueError(
+                f"expected {name!r} in the archive of the run, found none: another version of roughxr wrote it; repeat "
+                "the run under another name"
+            ) from error
+
+    return checked
 
 
 @contextmanager

@@ -159,6 +159,17 @@ def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsy
     assert "expected a run with resisting moments" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("lost", ["lever", "hinge_distance", "pull_off_force"])
+def test_a_run_with_other_names_ends_in_a_sentence_at_every_door(lost, run, tmp_path, capsys):
+    """As written before a variable was renamed."""
+    moments = run["solutions/rolling"].rename({lost: f"former_{lost}"})
+    made = {name: ds for name, ds in run.items() if name not in ("statistics/summary", "statistics/places")}
+    path = str(archive.save(made | {"solutions/rolling": moments}, tmp_path / "run.nc"))
+    for door in ("detach", "report"):
+        assert cli.main([door, path]) == 1
+        assert f"expected {lost!r} in the archive of the run, found none: another" in capsys.readouterr().err
+
+
 def test_a_run_without_moments_states_nothing_of_a_flow(run):
     less = {name: ds for name, ds in run.items() if name not in ("solutions/rolling", "solutions/direct")}
     assert report.detachment_notes(run) and report.detachment_notes(less) == []

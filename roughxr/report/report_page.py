@@ -34,6 +34,7 @@ Run = Mapping[str, xr.Dataset]
 _DPI = 160
 
 
+@archive.of_this_version
 def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
     """Write a run's archive as one self-contained HTML page, and return its path.
 

@@ -186,7 +186,7 @@ def headline(summary: xr.Dataset) -> str:
     if "assumed" in summary.attrs:
         words = with_interval(value["pull_off_force"], value["low"], value["high"])
         return f"Best estimate {words}, with the roughness below the pixel. {summary.attrs['assumed']}"
-    mean, spread = value["pull_off_force"], _places_in_words(value)
+    mean, spread = value["pull_off_force"], _places_in_words(summary)
     opening = f"{quantity(mean)} ("
     if np.isfinite(value["low"]):
         opening = with_interval(mean, value["low"], value["high"]).removesuffix(")") + ", "
@@ -221,11 +221,11 @@ def headline(summary: xr.Dataset) -> str:
     return " ".join(filter(None, [*sentences, _next_step(summary, value)]))
 
 
-def _places_in_words(value: Mapping[str, float]) -> str:
+def _places_in_words(summary: xr.Dataset) -> str:
     """Return the number of places, and whether they are too few for an interval."""
-    known, count = int(value["places"]), int(value["solved_places"])
+    known, count = int(summary["places"]), int(summary["solved_places"])
     words = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
-    few = np.isnan(value["low"]) and np.isfinite(value["independent_places"])
+    few = "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
     return words + ", too few independent ones for an interval" * bool(few)
 
 
