@@ -14,7 +14,8 @@ their fine roughness lies between the grains (``tests/benchmarks/real_below_the_
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Generator
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -181,17 +182,19 @@ def extrapolated(
     question = Question(problem, adhesion, AddedRoughness(model, model.shown, model.shown))
     pilot = _pilot(surface, question, _PARTS_OF_REAL if between else _PARTS_OF_POWER_LAW, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
-    forces = _completed(surface, question, pilot, -1, count) * np.exp(-pilot.rest[0])
-    entries, sides = _entries(surface, question, pilot, hardness, with_spectrum=not unlike), None
+    parts, sides = [_completed(surface, question, pilot, -1, count)], None
+    parts += [_entries(surface, question, pilot, hardness, with_spectrum=not unlike)]
     if between:
         bare = question._replace(below=question.below._replace(shortest=model.shown))
-        scanned = _completed(surface, bare, pilot, 0, 1)
-        effect = _effect_of_noise(
-            Surface(bodies, problem, centres), question, _real_surface_spectrum(bodies, model.shown), pilot
-        )
+        noisy = question.below._replace(spectrum=_real_surface_spectrum(bodies, model.shown))
+        parts += [_completed(surface, bare, pilot, 0, 1)]
+        parts += [_effect_of_noise(Surface(bodies, problem, centres), question._replace(below=noisy), pilot)]
+    forces, entries, *between_sides = _together(*parts)
+    forces = forces * np.exp(-pilot.rest[0])
+    if between:
+        scanned, effect = between_sides
         added = _mean(forces, centres)
-        noisy = added * np.exp(effect)
-        sides = _two_sides(_mean(scanned, centres), added, noisy, unlike, entries.pop("spectrum", 0.0))
+        sides = _two_sides(_mean(scanned, centres), added, added * np.exp(effect), unlike, entries.pop("spectrum", 0.0))
         forces = sides.estimate(scanned, forces)
     entries |= _scatter(forces, centres)
     given = preload, subregions, count, end
@@ -271,11 +274,15 @@ def _two_sides(scanned: float, added: float, noisy: float, unlike: str, spectrum
     return _Sides(scanned, added, noisy, fall, margin, "since the scan shows no power law over two octaves")
 
 
-def _effect_of_noise(noisy: Surface, question: Question, model: Spectrum, pilot: _Pilot) -> float:
+def _effect_of_noise(noisy: Surface, question: Question, pilot: _Pilot) -> Part:
     """Return the change of ln(mean) if the scan keeps its noise, with roughness added, at the places of the pilot."""
-    question, seeds = question._replace(below=question.below._replace(spectrum=model)), pilot.pulls[-1].shape[1]
-    pulls = noisy.solve(question, pilot.places, seeds, pilot.guesses[-1])[..., 0]
-    return float(np.diff(np.log(_means([pilot.pulls[-1], pulls])))[0])
+    (pulls,) = yield [noisy.case(question, pilot.places, pilot.seeds, pilot.guesses[-1])]
+    return _change(pilot.pulls[-1], pulls)
+
+
+def _change(before: np.ndarray, pulls: np.ndarray) -> float:
+    """Return the change of ln(mean) from pull-offs (place, seed) to those of a solved case."""
+    return float(np.diff(np.log(_means([before, pulls[:, 0].reshape(before.shape)])))[0])
 
 
 def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
@@ -329,23 +336,58 @@ class Surface:
 
     def solve(self, question: Question, places, seeds: int, guess=None) -> np.ndarray:
         """Return pull-off, depth and number of cells (place, seed, 3); both of the former may be guessed."""
-        surfaces = [(place, seed) for place in places for seed in range(seeds)]
-        return self.solve_each(question, surfaces, guess).reshape(len(places), seeds, 3)
+        return solve_cases([self.case(question, places, seeds, guess)])[0].reshape(len(places), seeds, 3)
 
-    def solve_each(self, question: Question, surfaces: list[tuple[int, int]], guess=None) -> np.ndarray:
-        """Return pull-off, depth and number of cells of pairs of place and seed.
+    def case(self, question: Question, places, seeds: int, guess) -> Case:
+        """Return the case of a question at some places on some random surfaces."""
+        return Case(self, question, [(int(place), seed) for place in places for seed in range(seeds)], guess)
 
-        A solve that fails is tried once more from another guess; NaN where this fails, too.
-        """
-        depth, pull = guess or (self.depth, 0.0)
-        pulls = self._solved(question, surfaces, (depth, pull))
-        if (failed := np.flatnonzero(np.isnan(pulls[:, 0]))).size:
-            pulls[failed] = self._solved(question, [surfaces[k] for k in failed], (2.0 * depth, pull))
-        return pulls
 
-    def _solved(self, question: Question, surfaces: list[tuple[int, int]], guess: tuple[float, float]) -> np.ndarray:
-        tasks = [(*self.patches[place], seed, *guess) for place, seed in surfaces]
-        return np.array(spread.task_results(extrapolated_pull_off, tasks, (3,), *question, name="extrapolated"))
+class Case(NamedTuple):
+    """A question on some surfaces, pairs of place and seed, with a guess of depth and pull-off if there is any."""
+
+    surface: Surface
+    question: Question
+    pairs: list[tuple[int, int]]
+    guess: tuple[float, float] | None
+
+    def tasks(self, depth_factor: float) -> list[tuple]:
+        """Return the tasks of the pairs, the guess of the depth multiplied by a factor."""
+        depth, pull = self.guess or (self.surface.depth, 0.0)
+        return [
+            (*self.surface.patches[place], seed, depth_factor * depth, pull, *self.question)
+            for place, seed in self.pairs
+        ]
+
+
+def solve_cases(cases: list[Case]) -> list[np.ndarray]:
+    """Return pull-off, depth and number of cells (pair, 3) of each case, all solved in one batch.
+
+    A solve that fails is tried once more from another guess; NaN where this fails, too.
+    """
+    tasks = [task for case in cases for task in case.tasks(1.0)]
+    pulls = np.array(spread.task_results(extrapolated_pull_off, tasks, (3,), name="extrapolated")).reshape(-1, 3)
+    if (failed := np.flatnonzero(np.isnan(pulls[:, 0]))).size:
+        deeper = [task for case in cases for task in case.tasks(2.0)]
+        again = [deeper[k] for k in failed]
+        pulls[failed] = spread.task_results(extrapolated_pull_off, again, (3,), name="extrapolated")
+    return np.split(pulls, np.cumsum([len(case.pairs) for case in cases])[:-1])
+
+
+#: A part of a result, which yields its cases once and gets them solved.
+Part = Generator[list[Case], list[np.ndarray], Any]
+
+
+def _together(*parts: Part) -> list[Any]:
+    """Return the results of parts that each yield their cases once; all are solved in one batch."""
+    cases = [next(part) for part in parts]
+    solved, results = iter(solve_cases([case for some in cases for case in some])), []
+    for part, some in zip(parts, cases):
+        try:
+            part.send([next(solved) for _ in some])
+        except StopIteration as end:
+            results.append(end.value)
+    return results
 
 
 def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -366,6 +408,11 @@ class _Pilot(NamedTuple):
     converged: bool
     change: float  # of ln(mean) by the last octave, where shorter wavelengths may follow
     rest: tuple[float, float] = (0.0, 0.0)  # fall of ln(mean) by octaves that would take too long, and its error
+
+    @property
+    def seeds(self) -> int:
+        """The number of random surfaces at each place."""
+        return self.pulls[-1].shape[1]
 
     @property
     def means(self) -> np.ndarray:
@@ -413,14 +460,14 @@ def _rest(change: float, hurst: float, octaves: float) -> tuple[float, float]:
     return 0.5 * (by_amplitude + by_energy), 0.5 * (by_amplitude - by_energy)
 
 
-def _completed(surface: Surface, question: Question, pilot: _Pilot, at: int, seeds: int) -> np.ndarray:
+def _completed(surface: Surface, question: Question, pilot: _Pilot, at: int, seeds: int) -> Part:
     """Return the pull-offs (place, seed) of all places at a wavelength of the pilot, whose own are not solved again."""
     known = pilot.pulls[at][:, :seeds]
     out, left = (np.full((len(surface.patches), seeds), value) for value in (np.nan, 1.0))
     out[pilot.places, : known.shape[1]], left[pilot.places, : known.shape[1]] = known, 0.0
     missing = [(int(place), int(seed)) for place, seed in np.argwhere(left)]
-    if missing:
-        out[left > 0] = surface.solve_each(question, missing, pilot.guesses[at])[:, 0]
+    (pulls,) = yield [Case(surface, question, missing, pilot.guesses[at])]
+    out[left > 0] = pulls[:, 0]
     return out
 
 
@@ -436,7 +483,7 @@ def _has_converged(means: np.ndarray, parts: int, accuracy: float) -> bool:
     return len(means) > parts + 1 and bool(np.ptp(np.log(means[-parts - 1 :])) < accuracy)
 
 
-def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool) -> dict[str, float]:
+def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool) -> Part:
     """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same surfaces.
 
     Those of the law and the bodies are solved an octave before the last wavelength, where a place takes a fifth of the
@@ -446,21 +493,18 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     problem, adhesion, below = question
     coarser = question._replace(below=below._replace(shortest=pilot.wavelengths[before]))
     longer = adhesion._replace(length=adhesion.length * _RANGE_FACTOR)  # a shorter range needs finer cells
-    changed_questions = {"range of adhesion": [coarser._replace(adhesion=longer)]}
+    variants = [("range of adhesion", before, coarser._replace(adhesion=longer))]
     if with_spectrum:
-        tilted = [below.spectrum._replace(tilt=tilt) for tilt in (-1.0, 1.0)]
-        changed_questions["spectrum"] = [
-            question._replace(below=below._replace(spectrum=variant)) for variant in tilted
-        ]
+        tilted = [below._replace(spectrum=below.spectrum._replace(tilt=tilt)) for tilt in (-1.0, 1.0)]
+        variants += [("spectrum", -1, question._replace(below=each)) for each in tilted]
     if problem.yielding:
         harder = problem.hardness * (_ESTIMATE_FACTOR if "estimate" in hardness else _HARDNESS_FACTOR)
-        changed_questions["hardness"] = [coarser._replace(problem=problem._replace(hardness=harder))]
-    seeds, out = max(1, -(-_PILOT_PLACES // pilot.places.size)), {}
-    for name, questions in changed_questions.items():
-        at = -1 if name == "spectrum" else before
-        solved = [surface.solve(variant, pilot.places, seeds, pilot.guesses[at])[..., 0] for variant in questions]
-        changes = [np.diff(np.log(_means([pilot.pulls[at], variant])))[0] for variant in solved]
-        out[name] = float(np.sqrt(np.mean(np.square(changes))))
+        variants += [("hardness", before, coarser._replace(problem=problem._replace(hardness=harder)))]
+    solved = yield [surface.case(each, pilot.places, pilot.seeds, pilot.guesses[at]) for _, at, each in variants]
+    changes: dict[str, list[float]] = {name: [] for name, *_ in variants}
+    for (name, at, _), pulls in zip(variants, solved):
+        changes[name].append(_change(pilot.pulls[at], pulls))
+    out = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in changes.items()}
     if with_spectrum or pilot.rest[0]:
         out["finer roughness"] = pilot.rest[1] or 0.5 * pilot.change
     return out
