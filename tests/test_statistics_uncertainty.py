@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from roughxr.statistics import bootstrap, pull_off, reduction
-from roughxr.statistics.places import blocks, correlogram, independent_places
+from roughxr.statistics.places import correlogram, independent_places
 from roughxr.statistics.sampling import Samples
 from roughxr.statistics.uncertainty import _small_sample_ends, density_intervals
 
@@ -26,12 +26,12 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
 
 
 @pytest.mark.parametrize(("side", "length"), [(8, 1.0), (8, 1.5), (16, 1.5)])
-def test_blocks_cover_mean_and_median_of_correlated_places(side, length):
+def test_intervals_cover_mean_and_median_of_correlated_places(side, length):
     shares = coverage(side, length)
     assert (shares >= 0.90).all()
 
 
-def test_blocks_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
+def test_intervals_cover_the_mean_of_a_law_as_skewed_as_pull_off_forces():
     """Log-normal with std / mean = 0.66, as the published 1.37 / 2.0 µN; a law twice as skewed is covered less."""
     shares = coverage(8, 1.0, law=lambda z: np.exp(0.6 * z), truth=(np.exp(0.18), 1.0))
     assert (shares >= 0.90).all()
@@ -88,7 +88,7 @@ def test_spread_is_covered_on_a_wide_field():
     assert shares.item() >= 0.90
 
 
-def test_independent_places_need_no_blocks():
+def test_independent_places_are_not_widened():
     shares = coverage(8, 0.2)
     assert (shares >= 0.90).all()
     assert (shares <= 0.99).all()
@@ -157,15 +157,6 @@ def clustered(rng, count=400, size=1000.0):
     return np.concatenate([spread, rng.uniform(0, size / 4, (count // 2, 2))])
 
 
-def test_every_scattered_sample_lies_in_as_many_blocks_though_they_crowd():
-    places = clustered(np.random.default_rng(1))
-    found = blocks(places, 200.0)
-    counts = np.bincount(np.concatenate(found), minlength=len(places))
-    assert len(set(counts.tolist())) == 1
-    spans = [np.ptp(places[block], axis=0) for block in found]
-    assert np.median(spans) < 250
-
-
 def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
     rng = np.random.default_rng(5)
     places = clustered(rng)
@@ -184,7 +175,7 @@ def test_intervals_are_labelled_and_repeatable():
     found = bootstrap(ds, "pull_off_force")
     assert list(found.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
     assert found.low.dims == ("statistic",) and found.low.units == "nN"
-    assert found.attrs["samples"] == 64 and found.attrs["block_side_nm"] > 625
+    assert found.attrs["samples"] == 64 and found.attrs["missing"] == 0
     assert float(found.independent_places) < 40
     bare = bootstrap(ds.drop_vars(["subregion_x", "subregion_y"]), "pull_off_force")
     assert float(bare.independent_places) == 64

@@ -66,7 +66,7 @@ def distribution(
     bins : int, str or array
         As for `statistics.pdf`; at most 48 by a rule.
     interval : float, optional
-        Confidence level of the intervals of mean and bars, by block bootstrap; None for no interval.
+        Confidence level of the intervals of mean and bars, by bootstrap; None for no interval.
     label, order
         Label in the legend, and index of the line style where several distributions share the Axes.
     fewest : int
@@ -100,7 +100,7 @@ def distribution(
 
 
 def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confidence: float):
-    """Draw the mean and its interval by block bootstrap along the upper edge, one row for each distribution."""
+    """Draw the mean and its interval by bootstrap along the upper edge, one row for each distribution."""
     interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
     low, mean, high = (float(interval[part].item()) for part in ("low", "estimate", "high"))
     row = 1.03 + 0.05 * order

@@ -78,7 +78,7 @@ def _loop(ds: xr.Dataset, ax):
 def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     """Draw the mean force over subregions of several solutions, by their labels in the legend.
 
-    Of several subregions the mean, its 95 % interval by block bootstrap, and the band that contains 68 % of them; of
+    Of several subregions the mean, its 95 % interval by bootstrap, and the band that contains 68 % of them; of
     one (``ds.sel(subregion=[3])``) its force, the pull-off marked.
     """
     ax = axes(ax)

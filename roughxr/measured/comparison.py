@@ -59,7 +59,7 @@ def compare(
 
     Notes
     -----
-    Intervals are those of a block bootstrap. For the ratio, the errors of both are taken as independent and their
+    Intervals are those of a bootstrap. For the ratio, the errors of both are taken as independent and their
     logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
     it is wider than necessary. The p-value is for the number of independent places of the mean; tails have more, so
     that the test may miss differences but hardly reports false ones.

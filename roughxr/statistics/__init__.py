@@ -6,7 +6,7 @@ densities         probability densities and cumulative distributions
 summaries         mean, standard deviation, extremes and quantiles
 laws              fits of distributions such as Weibull's
 places            effective sample size of correlated places
-uncertainty       bootstrap over blocks of places
+uncertainty       bootstrap of as many draws as places are independent
 pooling           several scans together
 debris_rule       places on debris
 force_ratios      superposed forces over those of the simulation

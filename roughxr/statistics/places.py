@@ -1,4 +1,4 @@
-"""The effective sample size of correlated places, and bootstrap blocks of correlated neighbours."""
+"""The effective sample size of correlated places."""
 
 from __future__ import annotations
 
@@ -115,26 +115,3 @@ def _extent(places: np.ndarray) -> np.ndarray:
         return span * columns / (columns - 1)
     side = np.sqrt(max(span.prod(), 1e-300) / len(places)) if span.all() else max(span.max(), 1.0) / len(places)
     return span + side
-
-
-def blocks(places: np.ndarray, side: float) -> list[np.ndarray]:
-    """Return the samples in squares of this side on a periodic lattice; each sample is in equally many squares."""
-    from scipy.spatial import cKDTree
-
-    extent, spacing = _extent(places), mean_spacing(places)
-    count = np.maximum(np.round(extent / spacing).astype(int), 1)
-    wide = max(1, round(side / spacing))
-    own = (places - places.min(axis=0)) * count / extent  # in steps of the lattice
-    corners = np.argwhere(np.ones(count))
-    middle = np.mod(corners + 0.5 * wide - 1e-6, count)
-    tree = cKDTree(np.mod(own, count), boxsize=count)
-    members = tree.query_ball_point(middle, 0.5 * wide, p=np.inf, return_sorted=True)
-    return [np.asarray(block) for block in members if block]
-
-
-def block_side(values: np.ndarray, places: np.ndarray, effective: float) -> float:
-    """Return the side (nm) of a block: two independent places along each axis, in steps of the mean spacing."""
-    spacing = mean_spacing(places)
-    across = np.sqrt(values.size / effective)
-    most = max(1, int(_extent(places).min() / spacing + 1e-6) // 2)  # a whole number of spacings, in spite of rounding
-    return spacing * (1 if across <= 1.25 else int(np.clip(np.ceil(2 * across), 1, most)))

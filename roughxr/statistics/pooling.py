@@ -15,7 +15,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from .sampling import SAMPLES, map_samples
-from .uncertainty import intervals as scan_intervals
+from .uncertainty import bootstrap
 
 #: Confidence level of the intervals.
 _CONFIDENCE = 0.95
@@ -121,7 +121,7 @@ def _scan_statistics(ds: xr.Dataset, name: str, over: str, options: dict) -> tup
     parts = [
         part.isel({dim: np.isfinite(part[name].values)}) for part in parts
     ]  # padding to other scans' samples does not count as missing
-    intervals = [scan_intervals(part, name, **options) for part in parts]
+    intervals = [bootstrap(part, name, fewest=0, **options) for part in parts]
     estimate = np.stack([interval["estimate"].values for interval in intervals])
     count = [max(float(interval["independent_places"]), 2.0) for interval in intervals]
     widths = 2 * t.ppf(0.5 + options["confidence"] / 2, np.array(count) - 1)

@@ -32,8 +32,8 @@ from ..scans.fine_scales import Spectrum, known_spectrum, rings, without_noise
 from ..scans.self_affinity import unlike_self_affine
 from ..scans.wavelength import scan_parts
 from ..specimen import Specimen
+from ..statistics import bootstrap
 from ..statistics.sampling import by_share
-from ..statistics.uncertainty import intervals
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantity, fraction, positive, whole_number
 
@@ -522,7 +522,7 @@ def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     means, mean = labelled.mean("seed").to_dataset(), _mean(forces, centres)
     count, seeds, sampling = int(means["pull_off_force"].count()), forces.shape[1], np.nan
     if count > 1:
-        interval = intervals(means, "pull_off_force", statistics=["mean"]).isel(statistic=0)
+        interval = bootstrap(means, "pull_off_force", statistics=["mean"], fewest=0).isel(statistic=0)
         sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
     within = labelled.var("seed", ddof=1).mean() if seeds > 1 else labelled.var()
     return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
