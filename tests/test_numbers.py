@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from roughxr.vocabulary.numbers import interval, number, percent, prefixed, quantity
+from roughxr.vocabulary.numbers import number, percent, prefixed, quantity, value_and_interval
 
 
 @pytest.mark.parametrize("share", [0.995, 0.9951, 0.99999, 1.0, 1.004])
@@ -16,7 +16,7 @@ def test_nearly_all_is_a_hundred_per_cent(share):
 def test_no_number_is_written_by_a_machine(scale, digits):
     """Never "e+02"; read again it is the number to three digits; the prefix leaves one to three digits in front."""
     value = digits * scale
-    for text in (number(value), quantity(value), percent(value), interval(-value, value, "nN")):
+    for text in (number(value), quantity(value), percent(value), *value_and_interval(value, -value, value)):
         assert "e" not in text and "nan" not in text
     plain = number(value).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
     assert float(plain) == pytest.approx(value, rel=0.00501)

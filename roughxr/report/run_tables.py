@@ -12,7 +12,7 @@ from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
 from ..statistics.sampling import SHARE, at_first_preload, by_share
-from ..vocabulary.numbers import number, prefixed, with_error, with_interval
+from ..vocabulary.numbers import number, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
 
@@ -164,9 +164,9 @@ def main_numbers(run: Run) -> pd.DataFrame:
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)
-            value, _, words = with_interval(float(at["estimate"]), float(at["low"]), float(at["high"])).partition(" (")
+            words = value_and_interval(float(at["estimate"]), float(at["low"]), float(at["high"]))
             count = number(at["independent_places"], digits=2)
-            table[f"{_MAIN[name]}, {places}"] = [value, words.removeprefix("95 % interval ").removesuffix(")"), count]
+            table[f"{_MAIN[name]}, {places}"] = [*words, count]
     columns = ["estimate", "95 % interval", "independent places"]
     return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
 

@@ -21,7 +21,7 @@ from ..statistics import pooled
 from ..statistics.headline import SCALARS, headline, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
-from ..vocabulary.numbers import interval, number, percent, quantity, with_interval
+from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
 
 _FORCE = "pull_off_force"
 
@@ -151,15 +151,12 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
 def _cells(run: ScanResult) -> list[str]:
     """Return the row of a scan on the summary page as text."""
     value = scalar_values(run.summary)
-    speed = value["critical_friction_velocity"]
-    low, high = (value[f"critical_friction_velocity_{end}"] for end in ("low", "high"))
+    speed = [value[f"critical_friction_velocity{end}"] for end in ("", "_low", "_high")]
     cells = [
-        quantity(value[_FORCE]),
-        interval(value["low"], value["high"], "nN"),
-        quantity(value["best_estimate"]),
-        interval(value["best_low"], value["best_high"], "nN"),
+        *value_and_interval(value[_FORCE], value["low"], value["high"]),
+        *value_and_interval(value["best_estimate"], value["best_low"], value["best_high"]),
         percent(value["total_error"]),
-        number(speed, "m/s") + f" ({interval(low, high)})" * bool(np.isfinite(low)),
+        *value_and_interval(*speed, "m/s"),
         quantity(value["wall_shear_stress"], "Pa"),
         number(value["places"]),
         number(value["supports"]),

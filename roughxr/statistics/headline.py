@@ -82,7 +82,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> mean = answer(schema.label(pull))
     Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
-    Next: solve more places, or scan a larger area, since 3 places are few.
+    Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.
     """
     ds = schema.entered(ds)
     if "pull_off_mean" in ds:  # of `extrapolated`
@@ -241,8 +241,6 @@ def few_places(value: Mapping[str, float]) -> str:
     low, high, independent, places = (value[name] for name in ("low", "high", "independent_places", "places"))
     if not (np.isfinite(independent) and (high > _WIDE * low or np.isnan(low))):
         return ""
-    equal = f"the {number(places)} places equal only {number(independent, digits=2)} independent ones"
-    if independent == places:
-        equal = f"{number(places)} places are few"
-    too_few = ", too few for an interval" if np.isnan(low) else ""
-    return f"solve more places, or scan a larger area, since {equal}{too_few}"
+    effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
+    of_them = f"{number(places)} places, {number(independent, digits=2)} of them independent,"
+    return f"solve more places, or scan a larger area, since {of_them} {effect}"

@@ -21,13 +21,12 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
-from ..vocabulary.text import warn
 from ..vocabulary.units import fraction
 from .places import independent_places
 from .sampling import Samples, other_dimensions, samples
 
-#: Largest number of resampled samples: neighbours on a map are correlated, so that more samples do not help.
-_MOST_SAMPLES = 20_000
+#: Largest number of draws of a resample; deviations of the mean of fewer draws are scaled.
+_MOST_DRAWS = 20_000
 
 #: Below this number of samples a normal or log-normal distribution is assumed.
 _FEWEST_SAMPLES = 30
@@ -65,7 +64,7 @@ def bootstrap(
     confidence : float
         Between 0 and 1.
     resamples : int
-        Number of resamples. Of more than 20,000 samples, as in a map, 20,000 are used, with a warning.
+        Number of resamples.
     seed : int
         The same seed gives the same intervals.
     within : Dataset, optional
@@ -85,8 +84,8 @@ def bootstrap(
     Coverage of nominal 95 % intervals in trials. Three to nine log-normal samples: mean 94 to 95 % (σ up to 0.7), 91 to
     93 % (σ = 1). Up to thirty (σ = 0.5): quantiles 92 to 97 %, std 78 to 91 %. Means of log-normal fields on grids of
     3 × 3 to 8 × 8 with five or more independent places: 93 to 99 %, of fields with exponential correlation 89 to 99 %;
-    with two to four, where an interval is given, 83 to 97 %. Grids on maps of eleven measured scans: 94 to 99 %, or 90 %
-    on a sixteenth of a map. Of 64 to 256 samples std 91 to 97 %, 95 % quantile 68 to 98 %.
+    with two to four, where an interval is given, 83 to 97 %. Grids on eleven maps of seven measured scans: 94 to 99 %,
+    on a sixteenth of a map 90 to 95 %. Of 64 to 256 samples std 91 to 97 %, 95 % quantile 68 to 98 %.
 
     References
     ----------
@@ -112,12 +111,8 @@ def bootstrap(
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     labels = list(statistics)
     estimate = [_estimate(label, every.values, every.weights) for label in labels]
-    sample = _subsample(every, seed)
-    if sample is not every:
-        total = every.values.size
-        warn(f"{name}: {total} samples; intervals are from {_MOST_SAMPLES} drawn at random, estimates from all")
-    count = _independent(sample, None if within is None else samples(within, name))
-    low, high = _intervals(sample, count, labels, confidence, resamples, seed)
+    count = _independent(every, None if within is None else samples(within, name))
+    low, high = _intervals(every, count, labels, confidence, resamples, seed)
     if count < fewest:
         low = high = np.full(len(labels), np.nan)
     out = xr.Dataset(
@@ -141,15 +136,6 @@ def bootstrap(
         )
     given = {"name": name, "confidence": confidence, "resamples": resamples, "seed": seed}
     return schema.record(schema.label(out), "bootstrap", ds, **given)
-
-
-def _subsample(sample: Samples, seed: int) -> Samples:
-    """Return the samples, or `_MOST_SAMPLES` of them drawn at random."""
-    if sample.values.size <= _MOST_SAMPLES:
-        return sample
-    chosen = np.sort(np.random.default_rng(seed).choice(sample.values.size, _MOST_SAMPLES, replace=False))
-    weights, places = (None if part is None else part[chosen] for part in (sample.weights, sample.places))
-    return Samples(sample.values[chosen], weights, places, sample.missing)
 
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
@@ -203,7 +189,7 @@ def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None)
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return bootstrap intervals of a histogram's densities."""
-    sample = _subsample(samples(ds, name), seed=0)
+    sample = samples(ds, name)
     edges, shares = np.asarray(bins, dtype=float), []
     for values, weights in _resampled(sample, _independent(sample), resamples, seed=0):
         weights = np.ones_like(values) if weights is None else weights
@@ -219,7 +205,7 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
     """Yield resamples of ``count`` values, and of their weights (or None), in arrays (some resamples, draws)."""
-    rng, draws = np.random.default_rng(seed), max(round(count), 2)
+    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), _MOST_DRAWS)
     step = max(1, _VALUES_AT_ONCE // draws)
     for start in range(0, resamples, step):
         chosen = rng.integers(0, sample.values.size, (min(step, resamples - start), draws))

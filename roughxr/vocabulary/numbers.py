@@ -89,27 +89,23 @@ def _to_place(value: float, place: int, unit: str) -> str:
 
 def with_interval(value: float, low: float, high: float, units: str = "nN") -> str:
     """Return a value with its 95 % interval, both in one unit."""
+    known, ends = value_and_interval(value, low, high, units)
+    few = ", too few values" * is_too_wide(low, high)
+    return f"{known} ({'95 % interval ' * math.isfinite(high - low)}{ends}{few})"
+
+
+def value_and_interval(value: float, low: float, high: float, units: str = "nN") -> tuple[str, str]:
+    """Return a value and its interval as text, both in one unit."""
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if not math.isfinite(error):
-        return f"{number(value / size, unit)} (no interval: too few independent places)"
+        return number(value / size, unit), "–" if math.isnan(value) else "no interval: too few independent places"
     if is_too_wide(low, high):
-        return f"{number(value / size, unit, 2)} (95 % interval {_TOO_WIDE}, too few values)"
-    rounded, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
-    return f"{rounded} (95 % interval {lower.removesuffix(unit).rstrip()} … {upper})"
+        return number(value / size, unit, 2), _TOO_WIDE
+    known, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
+    return known, f"{lower.removesuffix(unit).rstrip()} … {upper}"
 
 
 def is_too_wide(low: float, high: float) -> bool:
     """Return whether an interval is too wide to be printed as numbers."""
     return low > 0 and high > _WIDEST * low
-
-
-def interval(low: float, high: float, units: str = "") -> str:
-    """Return the ends of an interval in one unit, chosen by the larger end."""
-    if math.isnan(low) or math.isnan(high):
-        return "–"
-    if is_too_wide(low, high):
-        return _TOO_WIDE
-    unit, size = prefixed(max(abs(low), abs(high)), units)
-    _, _, lower, upper = with_error(high / size, (high - low) / 2 / size, low / size, high / size)
-    return f"{lower} … {upper} {unit}".strip()
