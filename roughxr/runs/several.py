@@ -151,12 +151,12 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
 def _cells(run: ScanResult) -> list[str]:
     """Return the row of a scan on the summary page as text."""
     value = scalar_values(run.summary)
-    speed = [value[f"critical_friction_velocity{end}"] for end in ("", "_low", "_high")]
+    speed, low, high = (value[f"critical_friction_velocity{end}"] for end in ("", "_low", "_high"))
     cells = [
         *value_and_interval(value[_FORCE], value["low"], value["high"]),
         *value_and_interval(value["best_estimate"], value["best_low"], value["best_high"]),
         percent(value["total_error"]),
-        *value_and_interval(*speed, "m/s"),
+        *value_and_interval(speed, low, high, "m/s"),
         quantity(value["wall_shear_stress"], "Pa"),
         number(value["places"]),
         number(value["supports"]),

@@ -70,7 +70,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Dataset
         The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
         the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
-        ``smooth_share``; NaN if unknown, as the ends are for fewer than three independent places.
+        ``smooth_share``; NaN if unknown, as the ends are for too few independent places.
 
     Raises
     ------

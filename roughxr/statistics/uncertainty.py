@@ -50,7 +50,7 @@ def bootstrap(
     resamples: int = 999,
     seed: int = 0,
     within: xr.Dataset | None = None,
-    fewest: float = 3.0,
+    fewest: float = 3.5,
 ) -> xr.Dataset:
     """Return statistics of a variable with their confidence intervals.
 
@@ -70,7 +70,7 @@ def bootstrap(
     within : Dataset, optional
         All places of the surface, if ``ds`` contains only some: their correlation sets the effective sample size.
     fewest : float
-        Smallest effective sample size with an interval: its own error is large below 3.
+        Smallest effective sample size of places with an interval: its own error is large below 3.5.
 
     Returns
     -------
@@ -113,7 +113,8 @@ def bootstrap(
     estimate = [_estimate(label, every.values, every.weights) for label in labels]
     count = _independent(every, None if within is None else samples(within, name))
     low, high = _intervals(every, count, labels, confidence, resamples, seed)
-    if count < fewest:
+    few = every.places is not None and count < fewest
+    if few:
         low = high = np.full(len(labels), np.nan)
     out = xr.Dataset(
         {
@@ -129,7 +130,7 @@ def bootstrap(
         out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + words}
     out.attrs = {"variable": name, "confidence": confidence, "samples": every.values.size}
     out.attrs["missing"] = every.missing
-    if count < fewest:
+    if few:
         of = f"{number(count, digits=2)} of {every.values.size}"
         out.attrs["no_interval"] = (
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"

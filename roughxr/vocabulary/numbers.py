@@ -91,7 +91,7 @@ def with_interval(value: float, low: float, high: float, units: str = "nN") -> s
     """Return a value with its 95 % interval, both in one unit."""
     known, ends = value_and_interval(value, low, high, units)
     few = ", too few values" * is_too_wide(low, high)
-    return f"{known} ({'95 % interval ' * math.isfinite(high - low)}{ends}{few})"
+    return f"{known} ({'95 % interval' if math.isfinite(high - low) else 'no interval:'} {ends}{few})"
 
 
 def value_and_interval(value: float, low: float, high: float, units: str = "nN") -> tuple[str, str]:
@@ -99,7 +99,7 @@ def value_and_interval(value: float, low: float, high: float, units: str = "nN")
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if not math.isfinite(error):
-        return number(value / size, unit), "–" if math.isnan(value) else "no interval: too few independent places"
+        return number(value / size, unit), "–" if math.isnan(value) else "too few independent places"
     if is_too_wide(low, high):
         return number(value / size, unit, 2), _TOO_WIDE
     known, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
