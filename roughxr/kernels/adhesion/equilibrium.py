@@ -244,11 +244,13 @@ def _step(near, law, state, rows, columns, worst):
     """Solve for a step on some cells, and apply it; return the number of products."""
     touching, fall, right, work = _linear_system(law, state, rows, columns)
     room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
-    part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
-    size = solve(near, touching, part * fall, right, _SYSTEM_TOLERANCE, 0, room, x, image)
-    while part > 0.0 and not _is_downhill(law, state, rows, columns, touching, x, image, work):
-        part = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0
-        size = solve(near, touching, part * fall, right, _DAMPED_TOLERANCE, size, room, x, image)
+    part, tolerance = 1.0 if worst < _TANGENT_RESIDUAL else 0.0, _SYSTEM_TOLERANCE
+    size = np.int64(0)  # for a literal 0 Numba compiles all calls once more
+    while True:
+        size = solve(near, touching, part * fall, right, tolerance, size, room, x, image)
+        if part == 0.0 or _is_downhill(law, state, rows, columns, touching, x, image, work):
+            break
+        part, tolerance = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0, _DAMPED_TOLERANCE
     _apply_step(law, state, rows, columns, touching, x, image)
     return size
 
