@@ -247,7 +247,7 @@ def run_archive(path: Path) -> Path:
     return archives[0]
 
 
-def of_this_version(door: Callable) -> Callable:
+def checked_names(door: Callable) -> Callable:
     """Return a function that takes a run, and names a variable or group that the run's archive lacks."""
 
     @functools.wraps(door)

@@ -26,7 +26,7 @@ from . import words
 from .file_commands import save_picture
 
 
-@archive.of_this_version
+@archive.checked_names
 def detach(options: Namespace) -> None:
     """Print the critical strength of a load for a run, or for each run in a folder, and write the requested files."""
     runs, tables = _runs(Path(options.run)), {}

@@ -88,7 +88,7 @@ def _describe_fits(options: Namespace) -> None:
         print(f"written to {exports.to_table(fit, options.output)}")
 
 
-@archive.of_this_version
+@archive.checked_names
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
     path = Path(options.run)

@@ -40,7 +40,7 @@ _PULL_OFFS = {
 _SCAN_PIXELS, _POINTS = 1200, 320
 
 
-@archive.of_this_version
+@archive.checked_names
 def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
     """Write a run's archive as one self-contained, interactive HTML page, and return its path.
 

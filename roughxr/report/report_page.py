@@ -34,7 +34,7 @@ Run = Mapping[str, xr.Dataset]
 _DPI = 160
 
 
-@archive.of_this_version
+@archive.checked_names
 def write_report(path: str | os.PathLike, output: str | os.PathLike | None = None) -> Path:
     """Write a run's archive as one self-contained HTML page, and return its path.
 
