@@ -242,5 +242,5 @@ def few_places(value: Mapping[str, float]) -> str:
     if not (np.isfinite(independent) and (high > _WIDE * low or np.isnan(low))):
         return ""
     effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
-    of_them = f"{number(places)} places, {number(independent, digits=2)} of them independent,"
-    return f"solve more places, or scan a larger area, since {of_them} {effect}"
+    counts = f"{number(places)} places, {number(independent, digits=2)} of them independent,"
+    return f"solve more places, or scan a larger area, since {counts} {effect}"
