@@ -231,16 +231,11 @@ def _places_in_words(summary: xr.Dataset) -> str:
 
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return one sentence on the next step; empty if the errors suggest none."""
-    advice = summary.attrs.get("advice") or few_places(value)
+    advice = summary.attrs.get("advice", "")
+    low, high, independent = (value[name] for name in ("low", "high", "independent_places"))
+    if not advice and np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low):
+        effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
+        counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
+        advice = f"solve more places, or scan a larger area, since {counts} {effect}"
     advice = advice or _REMEDIES.get(summary.attrs.get("largest_source", ""))
     return f"Next: {advice}." if advice else ""
-
-
-def few_places(value: Mapping[str, float]) -> str:
-    """Return advice if the interval is wide or missing because of few independent places, else an empty string."""
-    low, high, independent, places = (value[name] for name in ("low", "high", "independent_places", "places"))
-    if not (np.isfinite(independent) and (high > _WIDE * low or np.isnan(low))):
-        return ""
-    effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
-    counts = f"{number(places)} places, {number(independent, digits=2)} of them independent,"
-    return f"solve more places, or scan a larger area, since {counts} {effect}"

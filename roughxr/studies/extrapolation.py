@@ -81,6 +81,9 @@ _LARGEST_FALL = 0.5
 #: the added roughness.
 _ABOVE_SCAN, _BELOW_ADDED = 0.2, 0.3
 
+#: Fewer places are taken as independent, since they lie far apart.
+_FEWEST_CORRELATED = 9
+
 _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
 
@@ -522,7 +525,8 @@ def _scatter(forces: np.ndarray, centres: xr.Dataset) -> dict[str, float]:
     means, mean = labelled.mean("seed").to_dataset(), _mean(forces, centres)
     count, seeds, sampling = int(means["pull_off_force"].count()), forces.shape[1], np.nan
     if count > 1:
-        interval = bootstrap(means, "pull_off_force", statistics=["mean"], fewest=0).isel(statistic=0)
+        sample = means if count >= _FEWEST_CORRELATED else means.drop_vars(["subregion_x", "subregion_y"])
+        interval = bootstrap(sample, "pull_off_force", statistics=["mean"], fewest=0).isel(statistic=0)
         sampling = float(np.log(interval["high"] / interval["low"])) / (2 * 1.96)
     within = labelled.var("seed", ddof=1).mean() if seeds > 1 else labelled.var()
     return {"places": sampling, "seeds": float(np.sqrt(within * (1 + 1 / seeds) / max(count, 1)) / mean)}
