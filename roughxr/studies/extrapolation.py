@@ -81,8 +81,8 @@ _LARGEST_FALL = 0.5
 #: the added roughness.
 _ABOVE_SCAN, _BELOW_ADDED = 0.2, 0.3
 
-#: Fewer places are taken as independent, since they lie far apart.
-_FEWEST_CORRELATED = 9
+#: Fewer places do not show their correlation; they are taken as independent, since they lie far apart.
+_FEWEST_CORRELATED = 16
 
 _NO_HARDNESS = "the bodies stay elastic, since no hardness is known"
 
