@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
+from ..jobs.spread import task_results
 from ..kernels.topography import basins, dilation
 from ..kernels.topography.interpolation import band_limited
 from ..scans import regions
@@ -29,6 +30,9 @@ _REFINE = 2
 
 #: Least resolved barrier, in pixel²/R: the rise of the sphere's front over about one pixel.
 _RESOLVED_BARRIER = 0.01
+
+#: Borders between basins whose passes one task computes.
+_BORDERS = 64
 
 #: Largest distance (cells) between a resting position and the one on the vertices of asperities.
 _PAIRING_DISTANCE = 40.0
@@ -140,7 +144,7 @@ def _resting_positions(z: np.ndarray, surface: basins.Surface) -> _RestingPositi
     _relabel(labels, to)
     _claim_own_pixels(labels, places, to, surface)
     pairs, pixels = _borders(z, labels)
-    passes = basins.passes(z, labels, pairs, pixels, places[:, 2], surface)
+    passes = _passes(z, labels, pairs, pixels, places[:, 2], surface)
     to = _merged_basins(pairs, passes[:, 2], places[:, 2], shallow)
     reached = np.unique(to[np.unique(labels)])
     reached = reached[reached != basins.OFF]
@@ -196,6 +200,34 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     pairs = np.concatenate(parts)
     pairs = _lowest_rows(pairs, z.ravel()[pairs[:, 2]], equal)
     return pairs[:, :2], pairs[:, 2]
+
+
+def _passes(
+    z: np.ndarray,
+    labels: np.ndarray,
+    pairs: np.ndarray,
+    pixels: np.ndarray,
+    heights: np.ndarray,
+    surface: basins.Surface,
+) -> np.ndarray:
+    """Return x, y and height (nm) of the pass on each border, computed in tasks of equal size."""
+    if not len(pixels):
+        return np.zeros((0, 3))
+    rows = np.resize(np.arange(len(pixels)), (-(-len(pixels) // _BORDERS), _BORDERS))  # the last repeats the first
+    tasks, shape = [(pairs[row], pixels[row]) for row in rows], (_BORDERS, 3)
+    passes = task_results(_passes_of, tasks, shape, z, labels, heights, surface, each=_BORDERS, name="resting")
+    return passes.reshape(-1, 3)[: len(pixels)]
+
+
+def _passes_of(
+    pairs: np.ndarray,
+    pixels: np.ndarray,
+    z: np.ndarray,
+    labels: np.ndarray,
+    heights: np.ndarray,
+    surface: basins.Surface,
+) -> np.ndarray:
+    return basins.passes(z, labels, pairs, pixels, heights, surface)
 
 
 def _lowest_rows(pairs: np.ndarray, heights: np.ndarray, equal: float) -> np.ndarray:

@@ -163,6 +163,7 @@ def run(
     adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}
     adhesion["budget"] = whole_number(budget, "budget", least=0)
     if particle:
+        print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")

@@ -13,7 +13,7 @@ two contacts of equal height at a pass.
    pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does not lower
    the sphere. Basins from which it rolls to the same resting position are merged.
 3. The pass between two basins is the lowest point on their common border: its lowest pixel, or near that pixel the
-   lowest point on a line that joins two touched summits. It lies above both resting positions.
+   lowest point on a line that joins two contacts. It lies above both resting positions.
 
 Letters: x, y, u nm; Z nm; R radius (nm); d step (nm).
 """
@@ -39,8 +39,9 @@ _FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
 #: Least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are.
 _LEAST_SEPARATION = 1.9
 
-#: Most rounds of the search for a saddle, each by the planes at the point of the round before.
-_CROSSING_ROUNDS = 30
+#: Most rounds of the search for a saddle, each by the planes at the point of the round before, and the largest ratio of
+#: two steps whose geometric series is summed.
+_CROSSING_ROUNDS, _LARGEST_RATIO = 14, 0.98
 
 #: Largest deviation, in distance²/R, of the sphere's heights on two patches from their tangent planes.
 _LARGEST_DEVIATION = 2.5
@@ -406,45 +407,99 @@ def _divides(labels, a, b, x, y, surface, pair):
 
 
 @kernel
-def _saddle(a, b, x, y, ball):
-    """Return x, y and height of the saddle at which the sphere touches two patches; NaN if there is none."""
-    for _ in range(_CROSSING_ROUNDS):
-        first, second = _plane(a, x, y, ball), _plane(b, x, y, ball)
-        previous_x, previous_y = x, y
-        x, y = _crossing(first, second, x, y)
-        if not np.hypot(x - previous_x, y - previous_y) > 1e-9 * ball.radius:
-            return x, y, max(touch(a, x, y, ball)[0], touch(b, x, y, ball)[0])
+def _saddle(a, b, start, ball, farthest):
+    """Return x, y and height of the saddle at which the sphere touches two patches; NaN if none is near the start.
+
+    Contacts on level patches move along with the sphere, so that steps shrink slowly: every second one is extrapolated.
+    """
+    (x, y), before = start, (0.0, 0.0)
+    for n in range(_CROSSING_ROUNDS):
+        px, py = _crossing(_plane(a, x, y, ball), _plane(b, x, y, ball), x, y)
+        dx, dy = px - x, py - y
+        if not max(abs(dx), abs(dy)) > 1e-7 * ball.radius:
+            return px, py, max(touch(a, px, py, ball)[0], touch(b, px, py, ball)[0])
+        ratio = (dx * before[0] + dy * before[1]) / (before[0] ** 2 + before[1] ** 2) if n % 2 else 0.0
+        sum_of_steps = 1 / (1 - ratio) if ratio < _LARGEST_RATIO else 1.0
+        x, y, before = x + sum_of_steps * dx, y + sum_of_steps * dy, (dx, dy)
+        if max(abs(x - start[0]), abs(y - start[1])) > farthest:
+            break
     return x, y, np.nan
 
 
 @kernel
-def _lowest_saddle(rows, planes, start, least, labels, pair, surface):
+def _lowest_saddle(rows, start, least, labels, pair, surface):
     """Return x, y and height of the lowest saddle between two basins near their border's lowest pixel, or that pixel.
 
-    ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions.
+    ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions. Planes
+    hold near their point only, so that each quarter of the pixels around is searched with its own.
     """
-    (x, y, _), lowest, ball = start, start, surface.ball
-    largest = max(surface.pixel[0], surface.pixel[1])
-    nearest = _PASS_DISTANCE * largest
+    lowest, wide, (x, y, _) = start, int(_PASS_DISTANCE), start
+    reach = max(surface.pixel[0], surface.pixel[1])
+    for i in range(-wide, wide + 1):
+        for j in range(-wide, wide + 1):
+            if i * i + j * j > (wide + 1) ** 2:
+                continue
+            px, py = x + i * surface.pixel[0], y + j * surface.pixel[1]
+            planes = _planes(rows, px, py, surface.ball, reach)
+            if not _may_hold_saddle(planes, reach, least, lowest[2], surface.ball):
+                continue
+            near = _patches_of_planes(rows, planes)
+            for s in (-0.25, 0.25):
+                for t in (-0.25, 0.25):
+                    at = px + s * surface.pixel[0], py + t * surface.pixel[1]
+                    lowest = _lower_saddle(near, at, start, lowest, least, labels, pair, surface)
+    return lowest
+
+
+@kernel
+def _may_hold_saddle(planes, step, least, highest, ball):
+    """Return whether two patches may be touched within a step, at heights between two bounds."""
+    low = high = -np.inf
+    for n in range(len(planes)):
+        rise = (abs(planes[n, 1]) + abs(planes[n, 2])) * step
+        low, high = max(low, planes[n, 0] - rise), max(high, planes[n, 0] + rise)
+    deviation = 2 * _LARGEST_DEVIATION * step * step / ball.radius
+    return len(planes) > 1 and low - deviation <= highest and high + deviation >= least
+
+
+@kernel
+def _lower_saddle(rows, at, start, lowest, least, labels, pair, surface):
+    """Return the lowest saddle within half a pixel of a point, or ``lowest`` if there is none below that."""
+    (x, y), ball, largest = at, surface.ball, max(surface.pixel[0], surface.pixel[1])
+    reach = 0.5 * largest
+    planes = _planes(rows, x, y, ball, reach)
+    if not _may_hold_saddle(planes, reach, least, lowest[2], ball):
+        return lowest
     for p in range(len(planes)):
         for q in range(p):
-            if not _are_on_different_summits(planes[p], planes[q], surface.pixel):
-                continue
             px, py = _crossing(planes[p], planes[q], x, y)
-            off = np.hypot(px - x, py - y)
-            if not off < nearest + largest:
+            dx, dy = px - x, py - y
+            if not max(abs(dx), abs(dy)) < reach:
                 continue
-            deviation = _LARGEST_DEVIATION * off * off / ball.radius  # of the heights from the planes
-            highest = min(_plane_height(planes[p], px - x, py - y), lowest[2]) + deviation
-            if _highest_plane(planes, px - x, py - y)[0] > highest:
+            deviation = _LARGEST_DEVIATION * (dx * dx + dy * dy) / ball.radius  # of the heights from the planes
+            highest = min(_plane_height(planes[p], dx, dy), lowest[2]) + deviation
+            if _highest_plane(planes, dx, dy)[0] > highest:
                 continue
-            px, py, height = _saddle(rows[p], rows[q], px, py, ball)
-            if not (np.hypot(px - x, py - y) < nearest and least <= height < lowest[2]) or _is_off(surface, px, py):
+            a, b = rows[int(planes[p, 5])], rows[int(planes[q, 5])]
+            px, py, height = _saddle(a, b, (px, py), ball, reach)
+            near = np.hypot(px - start[0], py - start[1]) < _PASS_DISTANCE * largest
+            if not (near and least <= height < lowest[2]) or _is_off(surface, px, py):
                 continue  # heights beyond the scan's edge are unknown
-            on_surface = _touching_height(rows, px, py, ball) <= height + 1e-8 * ball.radius
-            if on_surface and _divides(labels, planes[p], planes[q], px, py, surface, pair):
+            if _touches(rows, px, py, height, surface) and _divides(
+                labels, planes[p], planes[q], px, py, surface, pair
+            ):
                 lowest = (px, py, height)
     return lowest
+
+
+@kernel
+def _touches(rows, x, y, height, surface):
+    """Return whether a sphere at a height overlaps no patch: first of some, then of all that it may touch."""
+    highest = height + 1e-8 * surface.ball.radius
+    if _touching_height(rows, x, y, surface.ball) > highest:
+        return False
+    i, j = _pixel_at(surface, x, y)
+    return _touching_height(_patches_near(surface, i, j), x, y, surface.ball) <= highest
 
 
 @kernel
@@ -453,16 +508,14 @@ def passes(z, labels, pairs, pixels, rest_heights, surface):
     out, reach = np.zeros((pixels.size, 3)), _PASS_DISTANCE * max(surface.pixel[0], surface.pixel[1])
     for n in range(pixels.size):
         i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
-        x, y = surface.first[0] + i * surface.pixel[0], surface.first[1] + j * surface.pixel[1]
-        rows = _patches_near_pass(surface, i, j)
-        planes = _planes(rows, x, y, surface.ball, reach)
+        start = surface.first[0] + i * surface.pixel[0], surface.first[1] + j * surface.pixel[1], z[i, j]
         least = -np.inf
         for label in pairs[n]:
             if label != OFF:
                 least = max(least, rest_heights[label])
-        out[n, 0], out[n, 1], out[n, 2] = _lowest_saddle(
-            _patches_of_planes(rows, planes), planes, (x, y, z[i, j]), least, labels, pairs[n], surface
-        )
+        rows = _patches_near_pass(surface, i, j)
+        rows = _patches_of_planes(rows, _planes(rows, start[0], start[1], surface.ball, reach))
+        out[n, 0], out[n, 1], out[n, 2] = _lowest_saddle(rows, start, least, labels, pairs[n], surface)
     return out
 
 
