@@ -50,7 +50,7 @@ def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **
         return checkpointed(lambda: compute(ds), output, scan=ds, arguments=arguments, **options)
 
 
-def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, **options):
+def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, workers_by="spawn", **options):
     """Run as a child process, which ends itself after ``stops_after`` stored batches."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if stops_after is not None:
@@ -64,7 +64,7 @@ def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, **options):
 
         Checkpoint.put = put_and_stop
     if options.get("scheduler") == "processes":
-        dask.config.set(num_workers=2)
+        dask.config.set({"num_workers": 2, "multiprocessing.context": workers_by})
     try:
         run(output, **options)
     except BaseException as error:

@@ -7,7 +7,7 @@ import xarray as xr
 import roughxr
 from roughxr.scans.synthetic import self_affine
 
-TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (3, 3)}
+TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
 
 
 def surface(seed, work=TRUE, n=12, scale=1.0):

@@ -231,9 +231,9 @@ def test_the_report_states_the_command_that_was_typed(tmp_path, monkeypatch):
     line += " --subregions 3 2 --preload 2 --mesh 1 --budget 0 --level quadratic -o first.nc -q"
     with bare_runs():
         assert cli.main(shlex.split(line)) == 0
-    first = archive.load("first.nc")
+        first = archive.load("first.nc")
+        page = html.unescape(report.page(first))
     assert "statistics/rests" in first and "preload=2.0" in first["statistics/summary"].attrs["history"]
-    page = html.unescape(report.page(first))
     assert f"roughxr {line}</pre>" in page and "curl" not in page
 
 

@@ -272,7 +272,7 @@ def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
 
 @pytest.mark.parametrize("scheduler", ["synchronous", "processes"])
 def test_every_scheduler_gives_the_same_file(tmp_path, undisturbed, scheduler):
-    finish(tmp_path / "run.nc", scheduler=scheduler)
+    finish(tmp_path / "run.nc", scheduler=scheduler, workers_by="fork")
     same(tmp_path / "run.nc", undisturbed[0])
 
 
