@@ -15,8 +15,8 @@ from pathlib import Path
 
 from numba import njit
 
-#: IEEE arithmetic; division by zero gives inf or NaN as in NumPy.
-_OPTIONS = {"nogil": True, "error_model": "numpy"}
+#: IEEE arithmetic; division by zero gives inf or NaN as in NumPy. Nothing calls kernels as C functions.
+_OPTIONS = {"nogil": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
 
 #: LLVM's flags for sums that may be reordered and fused for speed. NaN and inf keep their meaning.
 _REORDER = {"reassoc", "contract", "arcp", "nsz"}
