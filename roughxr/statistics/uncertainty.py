@@ -3,7 +3,8 @@
 Neighbours are alike, so that n places have a mean as accurate as m < n independent ones. Resamples therefore have m
 draws (Bickel, Götze & van Zwet 1997). Percentiles of few draws are too narrow: they are taken at the levels of
 Student's t (Hesterberg 2015, "expanded percentile"). Intervals of quantiles need no resamples: the share of samples
-below a quantile is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998).
+below a quantile is binomial (Clopper & Pearson; Woodruff 1952; Korn & Graubard 1998). Where a quantile may lie beyond
+all samples, the interval includes that of a log-normal distribution, too.
 
 Fewer than thirty samples are taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005). A
 prior above the scatter of measured scans joins it where that shortens the interval, since few samples overstate their
@@ -85,7 +86,8 @@ def bootstrap(
     93 % (σ = 1). Up to thirty (σ = 0.5): quantiles 92 to 97 %, std 78 to 91 %. Means of log-normal fields on grids of
     3 × 3 to 8 × 8 with five or more independent places: 93 to 99 %, of fields with exponential correlation 89 to 99 %;
     with two to four, where an interval is given, 83 to 97 %. Grids on eleven maps of seven measured scans: 94 to 99 %,
-    on a sixteenth of a map 90 to 95 %. Of 64 to 256 samples std 91 to 97 %, 95 % quantile 68 to 98 %.
+    on a sixteenth of a map 90 to 95 %. Of 64 to 256 samples std 91 to 97 %; 5 % and 95 % quantiles of 36 to 144 places
+    on log-normal, normal, uniform, gamma and bimodal fields 91 to 100 %.
 
     References
     ----------
@@ -246,7 +248,11 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
         below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
         least = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
         most = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
-        return _quantile(values, [float(least), float(most)], sample.weights)
+        ends = _quantile(values, [float(least), float(most)], sample.weights)
+        if min(below, above) < -np.log(tail):  # the quantile may lie beyond all samples
+            law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
+            ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
+        return ends
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
