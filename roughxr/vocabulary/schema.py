@@ -120,7 +120,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     for name, dims in KINDS[kind].items():
         if name not in ds:
             names = ", ".join(map(str, ds.data_vars)) or "none"
-            raise ValueError(f"expected a {kind} with variable {name!r}, found variables: {names}")
+            raise ValueError(f"{kind}: expected a variable {name!r}, found {names}")
         if not set(dims) <= set(ds[name].dims):
             raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
         if ds[name].dtype.kind not in "fiu":
