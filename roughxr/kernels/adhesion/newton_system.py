@@ -19,7 +19,7 @@ from ..halfspace.products import DENSE_LIMIT, convolve_cells, multiply, operator
 from ..jit import kernel
 
 #: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
-_BOX_MULTIPLE = 16
+BOX_MULTIPLE = 16
 
 
 class Workspace(NamedTuple):
@@ -32,7 +32,7 @@ class Workspace(NamedTuple):
 
 def operator_on(rows, columns, film):
     """Return A and its periodic inverse on cells at (rows, columns)."""
-    return operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT, multiple=_BOX_MULTIPLE, inverse_from=0)
+    return operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT, multiple=BOX_MULTIPLE, inverse_from=0)
 
 
 @kernel

@@ -18,11 +18,9 @@ from scipy import ndimage
 from ..halfspace import displacement_control, yielding
 from ..halfspace.products import displaced, surface_convolution
 from .equilibrium import BoxProblem, ContactState, closed_parts, energy, settle
+from .newton_system import BOX_MULTIPLE
 from .patches import contacts_and_resolution
 from .traction_laws import traction
-
-#: The sides of boxes are multiples of this many cells, so that few transforms of the coefficients are needed.
-_BOX_MULTIPLE = 16
 
 #: Width (cells) of the margin of a box around the cells within range or under traction: few states then need a larger
 #: box. Saves 40 % of the work of cycles without range.
@@ -116,7 +114,7 @@ class Solver:
         With ``near`` the solve does not converge where there is no state close to the last. Unless ``exact`` its
         tolerance is ``INTERMEDIATE_TOLERANCE``.
         """
-        for margin in itertools.count(_BOX_MARGIN, _BOX_MULTIPLE):
+        for margin in itertools.count(_BOX_MARGIN, BOX_MULTIPLE):
             rows, columns = self._box(delta, last, margin)
             solved = self._solve_in_box(rows, columns, delta, last, near, exact)
             while solved.grows and np.isfinite(solved.force):
@@ -209,11 +207,11 @@ class Solver:
 
 
 def _rounded_slice(places, size, margin):
-    """Return a slice around some cells, its length a multiple of `_BOX_MULTIPLE`."""
+    """Return a slice around some cells, its length a multiple of `BOX_MULTIPLE`."""
     if places.size == 0:
-        return slice(0, min(_BOX_MULTIPLE, size))
+        return slice(0, min(BOX_MULTIPLE, size))
     first, end = places[0] - margin, places[-1] + 1 + margin
-    length = min(_BOX_MULTIPLE * -(-(end - first) // _BOX_MULTIPLE), size)
+    length = min(BOX_MULTIPLE * -(-(end - first) // BOX_MULTIPLE), size)
     first = min(max(first, 0), size - length)
     return slice(first, first + length)
 
