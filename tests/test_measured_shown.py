@@ -55,9 +55,48 @@ def test_what_a_command_lacks_is_said(run, capsys):
 
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     numbers = {"pull_off_mean": 43.0, "pull_off_lower": 11.0, "pull_off_upper": 87.0}
-    words = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, 61.0)
+    means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
+    words = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in words
-    assert "best estimate is" not in measurements._beyond_scan({}, 61.0)
+    assert "best estimate is" not in measurements._beyond_scan({}, means)
+
+
+@pytest.mark.parametrize(("error", "verdict"), [(0.3, "they agree"), (0.03, "they disagree")])
+def test_means_agree_within_all_known_errors(error, verdict):
+    """Errors of places and spectrum are in the estimate's interval, that of the work of adhesion widens it.
+
+    Upper ends: 43 exp(√((ln 87/43)² + (1.96 · 0.3)²)) = 107 nN, with 3 % 87.2 nN.
+    """
+    numbers = {"pull_off_mean": 43.0, "pull_off_lower": 11.0, "pull_off_upper": 87.0}
+    estimate = xr.Dataset(numbers, {"entry": ["places", "spectrum"]})
+    names = ["sampling", "spectrum", "work of adhesion", "mesh"]
+    budget = xr.Dataset({"relative_error": ("entry", [5.0, 5.0, error, np.nan])}, {"entry": names})
+    groups = {"statistics/extrapolated": estimate, "statistics/error_budget": budget}
+    means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
+    assert verdict in measurements._beyond_scan(groups, means)
+    assert "they agree" in measurements._beyond_scan(groups, means - 15.0)
+
+
+def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):
+    """Approach and retraction in each; the eighth does not adhere, and its reason does not hide the written forces."""
+    piezo = np.concatenate([np.linspace(-300.0, 60.0, 361), np.linspace(60.0, -300.0, 361)])
+    rng, files = np.random.default_rng(0), []
+    for pull in (20.0, 30.0, 25.0, 40.0, 35.0, 28.0, 33.0, 0.0):
+        adheres = np.where(np.arange(722) < 361, 0.0, pull)
+        force = np.where(piezo > -adheres / 2.0, 2.0 * piezo, 0.0) + rng.normal(0, 0.1, 722)
+        files.append(run / f"curve{len(files)}.csv")
+        rows = "\n".join(f"{z:.3f},{f / 100:.6f}" for z, f in zip(piezo, force))
+        files[-1].write_text(f"piezo (nm),deflection (V)\n{rows}\n")
+    names, table = [str(file) for file in files], str(run / "pulls.csv")
+    assert main(["measured", names[0], "--sensitivity", "50 nm/V", "--spring-constant", "2"]) == 1
+    assert "or of a force-distance curve --baseline 1" in capsys.readouterr().err
+    given = ["--baseline", "1", "--sensitivity", "50 nm/V", "--spring-constant", "2"]
+    assert main(["measured", *names, *given, "-o", table]) == 0
+    assert "curves: 7 used, 1 no pull exceeds the noise" in capsys.readouterr().out
+    expected = [20.0, 30.0, 25.0, 40.0, 35.0, 28.0, 33.0, np.nan]
+    np.testing.assert_allclose(roughxr.open_pull_off(table).pull_off_force, expected, atol=2.5)
+    assert main(["compare", str(run), table, "--method", "energy"]) == 0
+    assert "1 of 8 measured without a pull-off are left out" in capsys.readouterr().out
 
 
 def test_quantiles_are_drawn_where_they_are():

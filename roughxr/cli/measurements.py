@@ -6,6 +6,7 @@ from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pull_off
-from ..report.summary import ON_MEASURED_SURFACES, PLACES
+from ..report.summary import BUDGET, ON_MEASURED_SURFACES, PLACES
 from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
 from ..vocabulary.numbers import number, with_error, with_interval
@@ -25,13 +26,12 @@ from .file_commands import image_options, print_attributes, save_picture
 def measurement(files: list[str], options: Namespace) -> xr.Dataset:
     """Return the measured pull-offs in files, read with the given options."""
     constant = options.spring_constant and words.number(options.spring_constant)
-    known = {"sensitivity": options.sensitivity, "spring_constant": constant}
+    known = {"units": options.units, "sensitivity": options.sensitivity, "spring_constant": constant}
     if options.baseline is None:
-        stated = {"units": options.units, "place_units": options.place_units, "pulls": options.pulls}
+        stated = {"place_units": options.place_units, "pulls": options.pulls}
         return open_pull_off(files, **image_options(options), **stated, **known)
-    if len(files) > 1:
-        raise ValueError(f"--baseline: expected one file of curves, found {len(files)}")
-    return curves_pull_off(open_curves(files[0], **known), baseline=options.baseline)
+    curves = [curves_pull_off(open_curves(file, **known), baseline=options.baseline) for file in files]
+    return xr.concat(curves, "subregion", combine_attrs="drop_conflicts") if len(files) > 1 else curves[0]
 
 
 def describe(options: Namespace) -> None:
@@ -49,7 +49,7 @@ def describe(options: Namespace) -> None:
         error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
         parts = with_error(float(force[0]), error)[: 2 if error > 0 else 1]
         print(f"\npull-off force: {' ± '.join(parts)} nN")
-    else:
+    elif force.size:
         print("\npull-off force, nN, with its 95 % interval:")
         print(_with_intervals(statistics.bootstrap(ds, "pull_off_force"), {"estimate": ""}))
     if options.output:
@@ -106,17 +106,20 @@ def compare_with_run(options: Namespace) -> None:
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(compared, columns))
     if options.method == "adhesive":
-        print("\n" + _beyond_scan(groups, float(compared["predicted"].sel(statistic="mean"))))
+        print("\n" + _beyond_scan(groups, compared.sel(statistic="mean")))
     distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
     print(
-        f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; two samples of one "
-        f"distribution differ at least as much with probability {number(p_value, digits=2)}"
+        f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; samples of one "
+        f"distribution differ at least as much with probability p = {number(p_value, digits=2)}, which "
+        "includes the scatter between places, but no error common to all places"
     )
     predicted_places, measured_places = float(compared.predicted_places), float(compared.measured_places)
+    count, known = own["pull_off_force"].size, int(own["pull_off_force"].count())
     print(
-        "independent places (neighbours are alike, so that fewer independent ones have as accurate a mean): "
-        f"{predicted_places:.0f} of the {predicted['pull_off_force'].size} predicted, {measured_places:.0f} of the "
-        f"{int(own['pull_off_force'].count())} measured"
+        f"neighbouring places are alike: the {int(predicted['pull_off_force'].count())} predicted count as "
+        f"{predicted_places:.0f} independent ones, the {known} measured as {measured_places:.0f}"
+        + f"; {count - known} of {count} measured without a pull-off are left out"
+        * (known < count)
     )
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
@@ -125,13 +128,28 @@ def compare_with_run(options: Namespace) -> None:
         save_picture(axes[0].figure, options.picture)
 
 
-def _beyond_scan(groups: Mapping[str, xr.Dataset], predicted: float) -> str:
-    """Return how much the roughness that the scan does not show changes a mean pull-off force (nN)."""
+def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
+    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
     words = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
     if best := best_estimate(groups):
-        ratio = number(best[0] / predicted, digits=2)
+        ratio = number(best[0] / float(means["predicted"]), digits=2)
         words += f" With it the run's best estimate is {with_interval(*best)}, {ratio} times the prediction."
-    return f"{words} {ON_MEASURED_SURFACES}"
+    words = f"{words} {ON_MEASURED_SURFACES}"
+    if not best or BUDGET not in groups or np.isnan(best).any():
+        return words
+    contained = ["sampling", *groups["statistics/extrapolated"]["entry"].values]
+    others = groups[BUDGET]["relative_error"].drop_sel(entry=contained, errors="ignore").fillna(0.0)
+    below, above = np.hypot(np.log([best[0] / best[1], best[2] / best[0]]), 1.96 * float(np.sqrt((others**2).sum())))
+    low, high = (best[0] * np.exp(ends) for ends in (-below, above))
+    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
+    verdict = (
+        "overlaps that of the measured mean: they agree" if overlap else "excludes the measured mean: they disagree"
+    )
+    ends = f"{number(low, digits=2)} … {number(high, digits=2)} nN"
+    return (
+        f"{words}\nWith all known errors of the prediction, the 95 % interval of the best estimate, {ends}, "
+        f"{verdict}. Errors of spring constant and sensitivity are not included."
+    )
 
 
 #: Statistics in words.

@@ -47,7 +47,7 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
     at = marked["predicted_quantile"].values, marked["measured_quantile"].values
-    ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 %")
+    ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 % quantiles")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
     above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it

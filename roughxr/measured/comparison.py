@@ -160,7 +160,7 @@ def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset,
     tested = {"place_correlation": match.correlation, "place_p_value": match.p_value}
     ds = xr.Dataset({"shift_x": x, "shift_y": y, **tested})
     if by_chance:
-        return ds, "not compared: no shift correlates better than by chance"
+        return ds, "not compared: no shift of the measured map correlates better than by chance"
     ds["predicted_force"] = ("subregion", match.predicted)
     ds["measured_force"] = ("subregion", measured.values)
     axes: dict[str, Any] = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}

@@ -104,7 +104,9 @@ def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[s
                     name, own = _read_with_afmformats(file, kind, known)
                     curves += [{**curve, "kind": kind} for curve in own]
     if not curves:
-        raise ValueError("expected force-distance curves, found an archive without any that afmformats can read")
+        raise ValueError(
+            "expected force-distance curves, found an archive without any that afmformats can read; unpack tables"
+        )
     return f"{name} in an archive", curves
 
 

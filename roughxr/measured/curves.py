@@ -32,8 +32,8 @@ def open_curves(
     path : str or path
         A microscope's file of a curve or of a map of curves, in a format that afmformats knows (extra ``curves``: JPK,
         Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension.
-        Or a table of one retraction: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets,
-        one row for each sample, from the largest contact force on; ``piezo`` grows towards the surface.
+        Or a table of one curve: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one
+        row for each sample; ``piezo`` grows towards the surface. An approach before its largest value is left out.
     units, piezo_units : str, optional
         Units of a table's force or deflection and of its piezo, only if the table does not state them.
     sensitivity, spring_constant : quantity, optional
@@ -91,4 +91,6 @@ def _read_curve_table(path: Path, piezo_units: str | None, given: Calibration) -
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
     piezo = lengths(path, columns["piezo"], piezo_units)
-    return xr.Dataset({"piezo": ("sample", piezo), "force": ("sample", force)}, attrs=how)
+    nearest = int(piezo.argmax())
+    retraction = slice(nearest if nearest < piezo.size - 1 else 0, None)
+    return xr.Dataset({"piezo": ("sample", piezo[retraction]), "force": ("sample", force[retraction])}, attrs=how)

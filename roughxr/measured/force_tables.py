@@ -163,7 +163,7 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
     """Return a column of numbers, None for one of text; raise for text among numbers."""
     numbers = [_number(cell, comma) for _, cell in cells]
     words = [(line, cell) for (line, cell), number in zip(cells, numbers) if number is None]
-    if len(words) > len(cells) / 2:
+    if len(words) > sum(cell.lower() not in _EMPTY for _, cell in cells) / 2:
         return None
     if words:
         line, cell = words[0]
@@ -183,7 +183,8 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
         listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
         number = len(fitting) or "none"
-        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel=")
+        curve = ", or of a force-distance curve baseline=1" * any(column.name == "piezo" for column in columns)
+        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel={curve}")
     return fitting[0]
 
 
