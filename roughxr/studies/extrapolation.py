@@ -14,8 +14,7 @@ their fine roughness lies between the grains (``tests/benchmarks/real_below_the_
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -185,19 +184,22 @@ def extrapolated(
     question = Question(problem, adhesion, AddedRoughness(model, model.shown, model.shown))
     pilot = _pilot(surface, question, _PARTS_OF_REAL if between else _PARTS_OF_POWER_LAW, end, accuracy)
     question = question._replace(below=question.below._replace(shortest=pilot.wavelengths[-1]))
-    parts, sides = [_completed(surface, question, pilot, -1, count)], None
-    parts += [_entries(surface, question, pilot, hardness, with_spectrum=not unlike)]
+    variants = _variants(surface, question, pilot, hardness, with_spectrum=not unlike)
+    missing, sides = [_missing(surface, question, pilot, -1, count)], None
     if between:
         bare = question._replace(below=question.below._replace(shortest=model.shown))
+        missing += [_missing(surface, bare, pilot, 0, 1)]
         noisy = question.below._replace(spectrum=_real_surface_spectrum(bodies, model.shown))
-        parts += [_completed(surface, bare, pilot, 0, 1)]
-        parts += [_effect_of_noise(Surface(bodies, problem, centres), question._replace(below=noisy), pilot)]
-    forces, entries, *between_sides = _together(*parts)
-    forces = forces * np.exp(-pilot.rest[0])
+        unsmoothed, asked = Surface(bodies, problem, centres), question._replace(below=noisy)
+        variants += [("noise", -1, unsmoothed.case(asked, pilot.places, pilot.seeds, pilot.guesses[-1]))]
+    solved = solve_cases([*missing, *(case for *_, case in variants)])  # at once, so that no core waits between them
+    changes = _changes(variants, solved[len(missing) :], pilot)
+    entries = _entries(changes, pilot, with_spectrum=not unlike)
+    forces = _completed(centres, pilot, -1, missing[0], solved[0], count) * np.exp(-pilot.rest[0])
     if between:
-        scanned, effect = between_sides
-        added = _mean(forces, centres)
-        sides = _two_sides(_mean(scanned, centres), added, added * np.exp(effect), unlike, entries.pop("spectrum", 0.0))
+        scanned, added = _completed(centres, pilot, 0, missing[1], solved[1], 1), _mean(forces, centres)
+        noisy_mean = added * np.exp(changes["noise"][0])
+        sides = _two_sides(_mean(scanned, centres), added, noisy_mean, unlike, entries.pop("spectrum", 0.0))
         forces = sides.estimate(scanned, forces)
     entries |= _scatter(forces, centres)
     given = preload, subregions, count, end
@@ -275,17 +277,6 @@ def _two_sides(scanned: float, added: float, noisy: float, unlike: str, spectrum
     fall = 0.5 * max(float(np.log(scanned / min(added, noisy))), 0.0)
     margin = max(_BELOW_ADDED, 1.96 * spectrum_error)
     return _Sides(scanned, added, noisy, fall, margin, "since the scan shows no power law over two octaves")
-
-
-def _effect_of_noise(noisy: Surface, question: Question, pilot: _Pilot) -> Part:
-    """Return the change of ln(mean) if the scan keeps its noise, with roughness added, at the places of the pilot."""
-    (pulls,) = yield [noisy.case(question, pilot.places, pilot.seeds, pilot.guesses[-1])]
-    return _change(pilot.pulls[-1], pulls)
-
-
-def _change(before: np.ndarray, pulls: np.ndarray) -> float:
-    """Return the change of ln(mean) from pull-offs (place, seed) to those of a solved case."""
-    return float(np.diff(np.log(_means([before, pulls[:, 0].reshape(before.shape)])))[0])
 
 
 def _unlike_self_affine(ds: xr.Dataset, shown: float) -> str:
@@ -377,22 +368,6 @@ def solve_cases(cases: list[Case]) -> list[np.ndarray]:
     return np.split(pulls, np.cumsum([len(case.pairs) for case in cases])[:-1])
 
 
-#: A part of a result, which yields its cases once and gets them solved.
-Part = Generator[list[Case], list[np.ndarray], Any]
-
-
-def _together(*parts: Part) -> list[Any]:
-    """Return the results of parts that each yield their cases once; all are solved in one batch."""
-    cases = [next(part) for part in parts]
-    solved, results = iter(solve_cases([case for some in cases for case in some])), []
-    for part, some in zip(parts, cases):
-        try:
-            part.send([next(solved) for _ in some])
-        except StopIteration as end:
-            results.append(end.value)
-    return results
-
-
 def next_guess(pulls: np.ndarray, before: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return the depth (nm) and pull-off (nN) to expect of rougher surfaces."""
     if not np.isfinite(pulls).any():
@@ -463,14 +438,21 @@ def _rest(change: float, hurst: float, octaves: float) -> tuple[float, float]:
     return 0.5 * (by_amplitude + by_energy), 0.5 * (by_amplitude - by_energy)
 
 
-def _completed(surface: Surface, question: Question, pilot: _Pilot, at: int, seeds: int) -> Part:
-    """Return the pull-offs (place, seed) of all places at a wavelength of the pilot, whose own are not solved again."""
-    known = pilot.pulls[at][:, :seeds]
-    out, left = (np.full((len(surface.patches), seeds), value) for value in (np.nan, 1.0))
-    out[pilot.places, : known.shape[1]], left[pilot.places, : known.shape[1]] = known, 0.0
-    missing = [(int(place), int(seed)) for place, seed in np.argwhere(left)]
-    (pulls,) = yield [Case(surface, question, missing, pilot.guesses[at])]
-    out[left > 0] = pulls[:, 0]
+def _missing(surface: Surface, question: Question, pilot: _Pilot, at: int, seeds: int) -> Case:
+    """Return the case of all places that the pilot did not solve at a wavelength."""
+    left = np.ones((len(surface.patches), seeds))
+    left[pilot.places, : pilot.seeds] = 0.0
+    return Case(surface, question, [(int(place), int(seed)) for place, seed in np.argwhere(left)], pilot.guesses[at])
+
+
+def _completed(
+    centres: xr.Dataset, pilot: _Pilot, at: int, missing: Case, solved: np.ndarray, seeds: int
+) -> np.ndarray:
+    """Return the pull-offs (place, seed) of all places at a wavelength of the pilot, with those that it lacked."""
+    out = np.full((centres.sizes["subregion"], seeds), np.nan)
+    out[pilot.places, : pilot.seeds] = pilot.pulls[at][:, :seeds]
+    for pair, (pull, *_) in zip(missing.pairs, solved):
+        out[pair] = pull
     return out
 
 
@@ -486,8 +468,10 @@ def _has_converged(means: np.ndarray, parts: int, accuracy: float) -> bool:
     return len(means) > parts + 1 and bool(np.ptp(np.log(means[-parts - 1 :])) < accuracy)
 
 
-def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool) -> Part:
-    """Return the standard deviations of ln(mean) by the assumptions, each from a few places on the same surfaces.
+def _variants(
+    surface: Surface, question: Question, pilot: _Pilot, hardness: str, *, with_spectrum: bool
+) -> list[tuple[str, int, Case]]:
+    """Return a case for each assumption, at the pilot's places, with its name and the pilot's entry to compare with.
 
     Those of the law and the bodies are solved an octave before the last wavelength, where a place takes a fifth of the
     time; that of the spectrum at the last, to which its error grows.
@@ -496,18 +480,31 @@ def _entries(surface, question: Question, pilot: _Pilot, hardness: str, *, with_
     problem, adhesion, below = question
     coarser = question._replace(below=below._replace(shortest=pilot.wavelengths[before]))
     longer = adhesion._replace(length=adhesion.length * _RANGE_FACTOR)  # a shorter range needs finer cells
-    variants = [("range of adhesion", before, coarser._replace(adhesion=longer))]
+    questions = [("range of adhesion", before, coarser._replace(adhesion=longer))]
     if with_spectrum:
         tilted = [below._replace(spectrum=below.spectrum._replace(tilt=tilt)) for tilt in (-1.0, 1.0)]
-        variants += [("spectrum", -1, question._replace(below=each)) for each in tilted]
+        questions += [("spectrum", -1, question._replace(below=each)) for each in tilted]
     if problem.yielding:
         harder = problem.hardness * (_ESTIMATE_FACTOR if "estimate" in hardness else _HARDNESS_FACTOR)
-        variants += [("hardness", before, coarser._replace(problem=problem._replace(hardness=harder)))]
-    solved = yield [surface.case(each, pilot.places, pilot.seeds, pilot.guesses[at]) for _, at, each in variants]
+        questions += [("hardness", before, coarser._replace(problem=problem._replace(hardness=harder)))]
+    return [
+        (name, at, surface.case(changed, pilot.places, pilot.seeds, pilot.guesses[at]))
+        for name, at, changed in questions
+    ]
+
+
+def _changes(variants: list[tuple[str, int, Case]], solved: list[np.ndarray], pilot: _Pilot) -> dict[str, list[float]]:
+    """Return the changes of ln(mean) by each assumption, on the surfaces of the pilot."""
     changes: dict[str, list[float]] = {name: [] for name, *_ in variants}
     for (name, at, _), pulls in zip(variants, solved):
-        changes[name].append(_change(pilot.pulls[at], pulls))
-    out = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in changes.items()}
+        before = pilot.pulls[at]
+        changes[name].append(float(np.diff(np.log(_means([before, pulls[:, 0].reshape(before.shape)])))[0]))
+    return changes
+
+
+def _entries(changes: dict[str, list[float]], pilot: _Pilot, *, with_spectrum: bool) -> dict[str, float]:
+    """Return the standard deviations of ln(mean) by the assumptions."""
+    out = {name: float(np.sqrt(np.mean(np.square(some)))) for name, some in changes.items() if name != "noise"}
     if with_spectrum or pilot.rest[0]:
         out["finer roughness"] = pilot.rest[1] or 0.5 * pilot.change
     return out
