@@ -291,7 +291,7 @@ def test_a_file_that_is_no_run_is_refused(tmp_path):
 @pytest.mark.skipif(BROWSER is None, reason=NO_BROWSER)
 @pytest.mark.parametrize("width", [400, 1280])
 def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
-    finished = {name: several._scan_result(run) for name in ("a.gsf", "b.gsf")}
+    finished = {name: several._scan_result(run) for name in ("wafer_12_of_lot_3_10um_256.gsf", "b.gsf")}
     several.write_summary(finished, {f"{'folder/' * 20}c.gsf": "no scan"}, tmp_path)
     with Browser() as browser:
         for page in (written, tmp_path / "index.html"):

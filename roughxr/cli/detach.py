@@ -25,6 +25,11 @@ from ..vocabulary.numbers import number, percent, with_interval
 from . import words
 from .file_commands import save_picture
 
+_NO_REST_OF_PLACES = "the sphere rolls off without any load; roughxr run --particle analyses resting positions"
+_NO_REST_OF_PARTICLES = (
+    "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
+)
+
 
 @archive.checked_names
 def detach(options: Namespace) -> None:
@@ -107,11 +112,12 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
     if NO_REST in modes:
-        print(f"{NO_REST}: the sphere rolls off without any load; roughxr run --particle analyses resting positions")
+        print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
     if "none" in modes:
         print("none: the sphere stays at any strength of this load")
     if name == "critical_friction_velocity":
-        print(f"drag formulas valid at {int(critical['in_range'].sum())} of {critical['in_range'].size} places")
+        valid = percent(critical["in_range"].mean())
+        print(f"drag formulas valid at {valid} of them")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:

@@ -38,7 +38,7 @@ FEWEST_SAMPLES = 10
 _MOST_BINS = 48
 
 #: Share of the vertical axis that one line of a legend takes.
-_LEGEND_LINE = 0.1
+_LEGEND_LINE = 0.13
 
 
 @styled
