@@ -15,7 +15,7 @@ from roughxr.kernels.adhesion import rigid as kernels
 from roughxr.kernels.asperity import maugis
 from roughxr.kernels.topography.interpolation import splined
 from roughxr.particles.resting_places import resting
-from roughxr.particles.simulated_moments import rigid_moments
+from roughxr.particles.simulated_moments import simulated_moments
 from roughxr.scans import regions
 from roughxr.specimen import specimen_of
 
@@ -267,15 +267,21 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
         assert soft == pytest.approx(1.5 * np.pi * menisci.work * both, rel=1e-4) == pytest.approx(found, rel=5e-3)
 
 
+def solved_moments(ds, places, **directions):
+    """Return the resisting moments of a simulation at these places."""
+    solved = ds.contact.adhesive(preload=0.0, subregions=places, mesh=4)
+    return simulated_moments(specimen_of(ds), solved, **directions)
+
+
 def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
-    """From rigid bodies and from the simulation's own pressures; on single summits it grows with the humidity."""
+    """From the contacts of the simulation and its own pressures; the moment grows with the humidity."""
     dry = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.3)
     more = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.8)
-    moments = [rigid_moments(specimen_of(ds), regions.centres(ds, (2, 2)), directions=6) for ds in (dry, more)]
+    moments = [solved_moments(ds, (2, 2), directions=6) for ds in (dry, more)]
     assert float(moments[1].resisting_moment.mean()) > 1.2 * float(moments[0].resisting_moment.mean()) > 0
     assert (moments[0].contact.critical_load().critical_friction_velocity > 0).all()
     places = resting(more).isel(subregion=[0, 1, 2])
-    left = rigid_moments(specimen_of(more), places, directions=6).contact.resuspension(friction_velocity=[0.01, 1e3])
+    left = solved_moments(more, places, directions=6).contact.resuspension(friction_velocity=[0.01, 1e3])
     assert left.remaining.values[:, 0].tolist() == [1.0, 0.0]
     solved = summit(humidity=0.5, n=33, pixel=4.0, contact_modulus=4.0).contact.adhesive(
         delta=[-0.4, 0.0, 0.4, 0.8], fields=True, mesh=roughxr.Mesh(4, accuracy=None)
@@ -441,8 +447,8 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
-    held = rigid_moments(specimen_of(humid), regions.centres(humid, (2, 1)), directions=4)
-    groups = dict.fromkeys(report.DETACHMENT, held)
+    held = solved_moments(humid, (2, 1), directions=4)
+    groups = dict.fromkeys(report.DETACHMENT, held) | {"scan": humid}
     roughxr.archive.save(groups, tmp_path / "run.nc")
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive", "--fluid", "water"]) == 1
     assert "expected a dry run" in capsys.readouterr().err

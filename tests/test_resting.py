@@ -13,7 +13,7 @@ import roughxr
 from roughxr.kernels.topography import dilation
 from roughxr.kernels.topography.interpolation import band_limited
 from roughxr.particles.resting_places import resting
-from roughxr.particles.simulated_moments import rigid_moments, simulated_moments
+from roughxr.particles.simulated_moments import simulated_moments
 from roughxr.specimen import specimen_of
 
 from .surfaces import glass_pair, rough, scan
@@ -117,15 +117,16 @@ def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_eq
     assert moments.lever.values[0] == pytest.approx(foremost, rel=within)
 
 
-def test_rigid_bodies_and_water_resist_by_the_distance_of_the_foremost_of_three_equal_summits():
-    ring = polygon(3, 150.0, turn=np.pi / 6)
-    surface = caps(ring, 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
+@pytest.mark.parametrize("turn", [np.pi / 6, 0.2])  # on a symmetry of the pixels, and off it
+def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(turn):
+    surface = caps(polygon(3, 150.0, turn=turn), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, humidity=0.5)
-    moments = rigid_moments(specimen_of(surface), resting(surface), directions=12)
+    solved = roughxr.adhesive(surface, preload=0.0, subregions=resting(surface), mesh=4)
+    moments = simulated_moments(specimen_of(surface), solved, directions=12)
     assert int(moments.contacts[0]) == 3
-    at = np.pi / 6 + 2 * np.pi / 3 * np.arange(3)
+    at = turn + 2 * np.pi / 3 * np.arange(3)
     foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)
-    assert moments.lever.values[0] == pytest.approx(foremost, rel=0.05)
+    assert moments.lever.values[0] == pytest.approx(foremost, rel=0.1)
 
 
 @pytest.mark.parametrize("amplitude", [1.0, 8.0])

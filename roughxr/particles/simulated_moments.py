@@ -1,37 +1,30 @@
-"""Resisting moments of the simulation's contacts, or of the contacts of rigid bodies."""
+"""Resisting moments of the simulation's contacts."""
 
 from __future__ import annotations
-
-import warnings
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import MISSING, States, moments_of_states, rolling, states_layout, touching_cells
+from ..asperity.moments import MISSING, States, moments_of_states, states_layout, touching_cells
 from ..bodies.pair import attraction_range
 from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
 from ..contact.cycle import Adhesion, cycles_on, events
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, cell_axes, surface_at
 from ..contact.problem import places as placed_at
-from ..contact.rigid.attraction import read_options
-from ..contact.rigid.bodies import rigid
 from ..contact.solving import state_fields
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
-from ..kernels.adhesion.rigid import smallest_gap
 from ..specimen import Specimen
+from ..statistics.sampling import SHARE
 from ..vocabulary import schema
 
-#: Number of states of the retraction whose moments are compared, and largest number of cells along a side of a pixel.
-_STATES, _MOST_CELLS = 12, 2
+#: Number of states of the retraction whose moments are compared, and largest number of cells along a side of a pixel;
+#: more of them where heights that differ by fractions of a nanometre decide which supports touch.
+_STATES, _MOST_CELLS, _SUPPORT_CELLS = 12, 2, 4
 
 #: Range of displacements at places without a simulated pull-off, in ranges of adhesion.
 _WITHOUT_PULL_OFF = -10 / 3, 1 / 3
-
-#: Cells along a side of a pixel between rigid bodies: heights of their supports differ by fractions of a nanometre.
-_RIGID_CELLS = 4
 
 
 def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
@@ -40,6 +33,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload, for
     the levers of its contacts. A law without range takes the steeper edge's results.
     """
+    finest = _SUPPORT_CELLS if SHARE in solved.coords or schema.is_wet(specimen.bodies) else _MOST_CELLS
     law, length = solved.attrs["law"], attraction_range(specimen.bodies)
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
     problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
@@ -50,7 +44,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
         low, high = (low, high) if low < high else (_WITHOUT_PULL_OFF[0] * length, _WITHOUT_PULL_OFF[1] * length)
         cells = int(place["refinement"].max())
-        refine = cells if law == "lennard_jones" else min(cells, _MOST_CELLS)
+        refine = cells if law == "lennard_jones" else min(cells, finest)
         own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
         (placed,), _ = placed_at(specimen, place, window_half_width(specimen, own, adhesion))
         arguments.append((*placed, own, adhesion))
@@ -85,23 +79,6 @@ def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesio
     )
     pull_off = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
     return moments_of_states(contact, layout, 0.0, converged=states["converged"].all(), **pull_off)
-
-
-def rigid_moments(specimen: Specimen, positions: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
-    """Return the resisting moments of the contacts of rigid bodies at their closest approach, in the form of `rolling`.
-
-    For humid or stiff pairs, whose adhesive simulation is slow.
-    """
-    closest = smallest_gap(read_options(specimen, "hamaker").law)
-    places = []
-    with warnings.catch_warnings():  # the run has already warned of these sums
-        warnings.simplefilter("ignore", UserWarning)
-        for k in range(positions.sizes["subregion"]):
-            some: dict[str, Any] = {"subregions": positions.isel(subregion=[k]), "refine": _RIGID_CELLS, "fields": True}
-            states = rigid(specimen, delta=[-closest], datum="first_contact", **some)
-            places.append(rolling(states, directions=directions))
-    out = xr.concat(places, "subregion", combine_attrs="override")
-    return _recorded(out, specimen, positions, "rigid_moments", directions)
 
 
 def _recorded(out: xr.Dataset, specimen: Specimen, positions: xr.Dataset, verb: str, directions: int) -> xr.Dataset:

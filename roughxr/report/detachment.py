@@ -13,7 +13,6 @@ from ..particles.force_balance import with_pull_off
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, shares
-from ..vocabulary import schema
 from ..vocabulary.numbers import percent, quantity
 from .summary import RESTS, critical_median
 
@@ -92,12 +91,11 @@ def detachment_notes(run: Run) -> list[str]:
     speed, at_rest = critical["critical_friction_velocity"], RESTS in run
     stress = AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
-    levers = "rigid bodies' contacts" if schema.is_wet(moments) else "the simulation's contacts"
     notes = [
         f"A steady flow of air along x acts on the sphere {'at its resting position' if at_rest else 'at each place'}. "
         "Its weight is neglected. The sphere can roll or lift off, but not slide, since no friction is given. The wall "
         f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
-        f"pull-off force times the lever arm of {levers}."
+        f"pull-off force times the lever arm of the simulation's contacts."
     ]
     if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
         notes.append(

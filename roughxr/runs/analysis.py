@@ -45,7 +45,7 @@ from ..jobs.progress import Stages, print_line, rough_duration
 from ..jobs.records import loading
 from ..particles import critical_load, resting
 from ..particles.resting_places import are_resting_positions
-from ..particles.simulated_moments import rigid_moments, simulated_moments
+from ..particles.simulated_moments import simulated_moments
 from ..report.summary import BUDGET, scan_label
 from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen, specimen_of
@@ -358,9 +358,9 @@ def _extrapolated_pull_off(task: _Task) -> dict[str, xr.Dataset]:
 
 
 def _detachment(task: _Task) -> dict[str, xr.Dataset]:
-    """Return resisting moments, of simulated contacts or in humid air of rigid bodies, and the critical flow."""
+    """Return resisting moments, of the simulation's contacts, and the critical flow."""
     groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
-    moments = (rigid_moments if task.is_wet else simulated_moments)(task.specimen, solved)
+    moments = simulated_moments(task.specimen, solved)
     out = {"solutions/rolling": moments}
     known = groups | out
     for way, group in report.CRITICAL.items():
