@@ -149,6 +149,9 @@ def test_random_surfaces_of_a_place_are_no_places(run, capsys):
         critical_median(ds.contact.critical_load()) for ds in (moments, twice)
     )
     assert high_twice - low_twice >= 0.9 * (high - low)
+    alone = twice.isel(subregion=[0, count]).contact.critical_load()
+    alone["critical_friction_velocity"] = ("subregion", [1.0, 3.0])
+    np.testing.assert_equal(critical_median(alone), (2.0, np.nan, np.nan))  # one place has no interval
 
 
 def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):

@@ -122,9 +122,10 @@ def _flow(run: Run) -> dict[str, float]:
 def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:
     """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
     known = critical[[name]].dropna("subregion")
-    if known.sizes["subregion"] < 2:
-        return (float(known[name].mean()), np.nan, np.nan)
-    each = known.isel(subregion=np.unique(place_numbers(known), return_index=True)[1])  # surfaces of a place are alike
+    first = np.unique(place_numbers(known), return_index=True)[1]  # surfaces of a place are alike
+    if first.size < 2:
+        return (float(known[name].median()), np.nan, np.nan)
+    each = known.isel(subregion=first)
     median = bootstrap(known, name, statistics=["q50"], within=each).isel(statistic=0)
     return (float(median["estimate"]), float(median["low"]), float(median["high"]))
 
