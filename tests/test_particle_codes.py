@@ -30,6 +30,24 @@ def test_jkr_of_lammps_gives_the_mean_of_each_class(pulls):
     assert modulus / (2 * (1 - 0.3**2)) == pytest.approx(40e9, rel=1e-5)
 
 
+@pytest.mark.parametrize("shares", [np.ones(6) / 6, np.array([0.3, 0.05, 0.05, 0.1, 0.1, 0.4])])
+@pytest.mark.parametrize("classes", [1, 4, 5])
+def test_classes_keep_the_mean_over_the_particles(pulls, classes, shares):
+    """Where they cut places, and where places hold unequal shares of the particles."""
+    text = particles.to_dem(pulls.assign_coords(landing_share=("subregion", shares)), code="lammps", classes=classes)
+    gamma = numbers(r"granular jkr \S+ \S+ \S+ (\S+)", text)
+    assert 3 * np.pi * gamma.mean() * RADIUS == pytest.approx(shares @ PULLS, rel=1e-5)
+    assert numbers(r"mean (\S+) N,", text) * 1e9 == pytest.approx([shares @ PULLS], rel=1e-4)
+    law = particles.parameters(pulls.assign_coords(landing_share=("subregion", shares)))
+    ratio = float(law.adhesion_mean) * 1.5 * np.pi * 0.1 * RADIUS
+    assert np.log(ratio) == pytest.approx(shares @ np.log(PULLS))
+
+
+def test_lines_for_lammps_can_be_included_where_the_atoms_exist(pulls):
+    commands = {line.split()[0] for line in particles.to_dem(pulls, code="lammps").splitlines()}
+    assert commands == {"#", "group", "fix"}  # units are not allowed after the box, nor groups before it
+
+
 def test_what_cannot_be_handed_over_is_refused(pulls):
     with pytest.raises(ValueError, match="code: expected one of 'lammps'"):
         particles.to_dem(pulls, code="lamps")

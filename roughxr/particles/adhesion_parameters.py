@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..statistics import fit, reduction
+from ..statistics import cdf, reduction
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from .force_balance import expect_moments, refuse_varied, scope_words
 
@@ -53,20 +54,24 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
     (True, 'J/m^2')
     """
+    from scipy.stats import norm
+
     ds = schema.entered(ds)
     refuse_varied(ds)
     ds = reduction(ds)
-    law = fit(ds, "pull_off_ratio", laws=["log_normal"], simulations=0).isel(law=0)
+    ratio, steps = by_share(np.log(ds["pull_off_ratio"])), cdf(ds, "pull_off_ratio")
+    mean, spread = float(ratio.mean()), float(ratio.std())
+    law, below = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread), np.append(0.0, steps.values[:-1])
     rows = {
-        "adhesion_mean": float(law["scale"]),
-        "adhesion_spread": float(np.exp(law["shape"])),
-        "adhesion_law_distance": float(law["ks_distance"]),
+        "adhesion_mean": np.exp(mean),
+        "adhesion_spread": np.exp(spread),
+        "adhesion_law_distance": float(np.maximum(abs(law - steps), abs(law - below)).max()),
         **_quantiles("work_of_adhesion", ds["pull_off_force"] / (1.5 * np.pi * ds["sphere_radius"])),
     }
     rows["surface_energy_median"] = 0.5 * rows["work_of_adhesion_median"]
     if "lever" in ds:
-        moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
-        rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std(ddof=1)))}
+        moment = by_share(np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0)))
+        rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std()))}
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_words(ds)})
@@ -90,4 +95,4 @@ def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
 
 
 def _quantiles(name: str, values: xr.DataArray) -> dict[str, float]:
-    return {f"{name}_{end}": float(values.quantile(share)) for end, share in _QUANTILES.items()}
+    return {f"{name}_{end}": float(by_share(values).quantile(share)) for end, share in _QUANTILES.items()}

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from ..statistics import cdf, reduction, smooth_pull_off
+from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
@@ -27,13 +30,13 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     ds : Dataset
         A pull-off with its pair, or a result of `rolling`, which also gives the coefficient of rolling friction.
     code : {"lammps", "rock_n_roll"}
-        "lammps": pair_style granular and fix wall/gran, jkr. "rock_n_roll": a table (CSV) of the distribution:
+        "lammps": fix wall/gran granular jkr. "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
         from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places
         without adhesion are only counted.
     classes : int
         For "lammps": particle types of equal share among which the places are divided, by their pull-off; at most one
-        for each place. 1: all alike, with the mean pull-off.
+        for each place. 1: all alike, with the mean pull-off. Any number keeps the mean; more keep the spread.
     poisson_ratio : float
         Of both bodies, for "lammps", which needs Young's modulus, E = 2(1 − ν²)E*.
 
@@ -41,7 +44,8 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     -------
     str
         Lines with comments and SI units, one particle type for each class, at the sphere's radius. They contain the
-        adhesion between sphere and wall; add the dynamics (damping, friction, time step) yourself.
+        adhesion between sphere and wall; add the dynamics (friction, time step) yourself. Include them after ``units
+        si``, the atoms and ``variable damping equal …`` (kg/s).
 
     Notes
     -----
@@ -61,23 +65,25 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)
-    forces = np.sort(ds["pull_off_force"].values[ds["pull_off_force"].notnull()]) * _NEWTON
-    count = min(whole_number(classes, "classes", least=1), forces.size)
-    means = [part.mean() for part in np.array_split(forces, count)]
-    lines = _lammps_lines(ds, means, fraction(poisson_ratio, "poisson_ratio"))
-    return "\n".join([*(f"# {line}" for line in _header(ds, forces)), *lines]) + "\n"
+    force = ds["pull_off_force"].dropna("subregion") * _NEWTON
+    force = force.isel(subregion=np.argsort(force.values))
+    count = min(whole_number(classes, "classes", least=1), force.size)
+    share = shares(force).values / shares(force).values.sum()
+    below, sums = (np.append(0.0, np.cumsum(each)) for each in (share, share * force.values))
+    means = count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))  # of whole and cut places
+    lines = _lammps_lines(ds, means.tolist(), fraction(poisson_ratio, "poisson_ratio"))
+    return "\n".join([*(f"# {line}" for line in _header(ds, by_share(force))), *lines]) + "\n"
 
 
-def _header(ds: xr.Dataset, forces: np.ndarray) -> list[str]:
-    law = parameters(ds)
+def _header(ds: xr.Dataset, forces: Any) -> list[str]:
+    law, mean_force, deviation = parameters(ds), float(forces.mean()), float(forces.std())
     radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
     mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
     return [
         f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {places_in_words(ds)}",
-        f"pull-off force: mean {forces.mean():.5g} N, standard deviation {forces.std(ddof=1):.3g} N between places",
+        f"pull-off force: mean {mean_force:.5g} N, standard deviation {deviation:.3g} N over places",
         f"over the smooth sphere's {smooth_pull_off(ds) * _NEWTON:.5g} N log-normal, geometric mean {mean:.4g}, spread",
-        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g};",
-        "if that is too much, take more classes",
+        f"{spread:.4g}, which differs from the cumulative distribution over places by up to {misfit:.2g}",
         scope_words(ds),
     ]
 
@@ -85,10 +91,13 @@ def _header(ds: xr.Dataset, forces: np.ndarray) -> list[str]:
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
     count, radius = len(forces), float(ds["sphere_radius"]) * _METRE
     young_modulus = 2 * (1 - poisson_ratio**2) * schema.pair(ds, "contact_modulus")[0] * _PASCAL
-    lines = ["units si", f"# {count} types of equal share; jkr: pull-off force 3 pi gamma R, one E for both"]
+    lines = [
+        f"# {count} types of equal share; jkr: pull-off force 3 pi gamma R, one E for both",
+        f"# include after: units si, atom_style sphere, a box of {count} types with atoms, variable damping (kg/s)",
+    ]
     friction = ""
     if "lever" in ds:  # coefficient of rolling friction, from the lever arm at rest
-        friction = f" rolling sds 0.0 0.0 {0.5 * float((ds['lever'] / ds['sphere_radius']).median()):.4g}"
+        friction = f" rolling sds 0.0 0.0 {0.5 * float(by_share(ds['lever'] / ds['sphere_radius']).quantile(0.5)):.4g}"
     for k, force in enumerate(forces, 1):
         normal = f"jkr {young_modulus:.6g} ${{damping}} {poisson_ratio:g} {force / (3 * np.pi * radius):.6g}"
         lines += [
