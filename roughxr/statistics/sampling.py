@@ -65,7 +65,7 @@ def place_numbers(ds: xr.Dataset) -> np.ndarray:
     return pd.MultiIndex.from_arrays([ds[axis].values for axis in PLACES["subregion"]]).factorize()[0]
 
 
-def by_share(array: xr.DataArray) -> Any:
+def by_share(array: Any) -> Any:
     """Return values weighted by the shares of particles, if places have shares; else the values."""
     return array.weighted(array[SHARE]) if SHARE in array.coords else array
 
