@@ -61,7 +61,9 @@ def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     assert "best estimate is" not in measurements._beyond_scan({}, means)
 
 
-@pytest.mark.parametrize(("error", "verdict"), [(0.3, "they agree"), (0.03, "they disagree")])
+@pytest.mark.parametrize(
+    ("error", "verdict"), [(0.3, "they agree"), (0.03, "they disagree"), (1.5, "it is too wide to decide")]
+)
 def test_means_agree_within_all_known_errors(error, verdict):
     """Errors of places and spectrum are in the estimate's interval, that of the work of adhesion widens it.
 
@@ -74,7 +76,7 @@ def test_means_agree_within_all_known_errors(error, verdict):
     groups = {"statistics/extrapolated": estimate, "statistics/error_budget": budget}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
     assert verdict in measurements._beyond_scan(groups, means)
-    assert "they agree" in measurements._beyond_scan(groups, means - 15.0)
+    assert "disagree" not in measurements._beyond_scan(groups, means - 15.0)
 
 
 def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):

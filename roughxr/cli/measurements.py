@@ -17,7 +17,7 @@ from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pu
 from ..report.summary import BUDGET, ON_MEASURED_SURFACES, PLACES
 from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
-from ..vocabulary.numbers import number, with_error, with_interval
+from ..vocabulary.numbers import is_too_wide, number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -133,7 +133,7 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     words = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
     if best := best_estimate(groups):
         ratio = number(best[0] / float(means["predicted"]), digits=2)
-        words += f" With it the run's best estimate is {with_interval(*best)}, {ratio} times the prediction."
+        words += f" With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
     words = f"{words} {ON_MEASURED_SURFACES}"
     if not best or BUDGET not in groups or np.isnan(best).any():
         return words
@@ -142,13 +142,14 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     below, above = np.hypot(np.log([best[0] / best[1], best[2] / best[0]]), 1.96 * float(np.sqrt((others**2).sum())))
     low, high = (best[0] * np.exp(ends) for ends in (-below, above))
     overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
-    verdict = (
-        "overlaps that of the measured mean: they agree" if overlap else "excludes the measured mean: they disagree"
-    )
-    ends = f"{number(low, digits=2)} … {number(high, digits=2)} nN"
+    decided = "they agree" if overlap else "they disagree"
+    if overlap and is_too_wide(low, high):
+        decided = "it is too wide to decide"
+    ends = " … ".join(number(float(f"{end:.2g}")) for end in (low, high)) + " nN"
     return (
         f"{words}\nWith all known errors of the prediction, the 95 % interval of the best estimate, {ends}, "
-        f"{verdict}. Errors of spring constant and sensitivity are not included."
+        f"{'overlaps' if overlap else 'does not overlap'} that of the measured mean: {decided}. Errors of spring "
+        "constant and sensitivity are not included."
     )
 
 

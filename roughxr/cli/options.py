@@ -276,8 +276,7 @@ def _add_measurement(command: Any) -> None:
         ("--spring-constant", "K", "spring constant, for deflections, N/m"),
     )
     _add(group, ("--pulls", None, "sign of pull-off forces in the file"), choices=("positive", "negative"))
-    words = "for tables of one force curve each, with columns piezo and force or deflection: part of the curve, from "
-    words += "its far end, that may contain the baseline (1: all of it)"
+    words = "for tables of one force curve each: part, from its far end, that may contain the baseline (1: all of it)"
     _add(group, ("--baseline", "PART", words), type=float)
 
 

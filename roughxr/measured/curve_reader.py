@@ -105,7 +105,7 @@ def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[s
                     curves += [{**curve, "kind": kind} for curve in own]
     if not curves:
         raise ValueError(
-            "expected force-distance curves, found an archive without any that afmformats can read; unpack tables"
+            "expected force-distance curves, found an archive with none that afmformats reads; unpack tables"
         )
     return f"{name} in an archive", curves
 

@@ -87,6 +87,7 @@ def run_summary(run: Run) -> xr.Dataset:
     if BUDGET in run:
         entries = run[BUDGET]["relative_error"].fillna(0.0)
         out = out.assign(total_error=float(run[BUDGET]["total_error"]), largest_error=float(entries.max()))
+        out.attrs["known_bias"] = 1 - float(run[BUDGET]["pull_off_corrected"] / run[BUDGET]["pull_off_mean"])
         out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())
     if advice := _advice(run, out):
         out.attrs["advice"] = advice

@@ -197,28 +197,32 @@ def headline(summary: xr.Dataset) -> str:
         cells = f"overestimated by about {percent(error)} due to the size of cells"
         spread += f"; {cells}" if rigid else f"; ± {percent(error)} numerical error"
     air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
-    sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}."]
-    if value["smooth_share"] > 1:
-        limit = "possible for stiff bodies, but not for soft ones"
-        if "rigid" in summary.attrs:
-            limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
-        sentences.append(f"It is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
+    sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}.", *_limits(summary, value)]
     if np.isfinite(best := value["best_estimate"]):
         effect = "lowers it" if best < mean else "hardly changes it"
         longest = summary.attrs.get("longest_added")
         finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
-        estimate = with_interval(best, value["best_low"], value["best_high"]).replace(
-            "95 % interval wider", "interval wider"
-        )
-        estimate = estimate.replace("95 % interval ", "").replace(
-            ", too few values", ""
-        )  # but by what the scan does not show
+        estimate = with_interval(best, value["best_low"], value["best_high"], why_wide="")
+        estimate = estimate.replace("95 % interval wider", "interval wider").replace("95 % interval ", "")
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
         words = "choice of places" if source == "sampling" else source
         sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
     return " ".join(filter(None, [*sentences, _next_step(summary, value)]))
+
+
+def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
+    """Return sentences on a known bias above 10 %, and on a mean above that of a smooth flat."""
+    sentences, mean = [], value["pull_off_force"]
+    if abs(bias := summary.attrs.get("known_bias", 0.0)) > 0.1:
+        sentences.append(f"Without its known bias, {percent(abs(bias))}, it is {quantity(mean * (1 - bias))}.")
+    if value["smooth_share"] > 1:
+        limit = "possible for stiff bodies, but not for soft ones"
+        if "rigid" in summary.attrs:
+            limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
+        sentences.append(f"It is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
+    return sentences
 
 
 def _places_in_words(summary: xr.Dataset) -> str:

@@ -87,10 +87,10 @@ def _to_place(value: float, place: int, unit: str) -> str:
     return number(value, unit)
 
 
-def with_interval(value: float, low: float, high: float, units: str = "nN") -> str:
-    """Return a value with its 95 % interval, both in one unit."""
+def with_interval(value: float, low: float, high: float, units: str = "nN", why_wide: str = ", too few values") -> str:
+    """Return a value with its 95 % interval, both in one unit, and why that is too wide for numbers."""
     known, ends = value_and_interval(value, low, high, units)
-    few = ", too few values" * is_too_wide(low, high)
+    few = why_wide * is_too_wide(low, high)
     return f"{known} ({'95 % interval' if math.isfinite(high - low) else 'no interval:'} {ends}{few})"
 
 
