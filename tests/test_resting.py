@@ -12,7 +12,7 @@ from scipy import ndimage
 import roughxr
 from roughxr.kernels.topography import dilation
 from roughxr.kernels.topography.interpolation import band_limited
-from roughxr.particles.resting_places import resting
+from roughxr.particles.resting_places import resettled, resting
 from roughxr.particles.simulated_moments import simulated_moments
 from roughxr.specimen import specimen_of
 
@@ -115,6 +115,34 @@ def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_eq
     at = np.pi / 6 + 2 * np.pi / 3 * np.arange(3)
     foremost = np.cos(moments.direction.values[:, None] - at).max(axis=1) * 150.0 * RADIUS / (RADIUS + 60.0)
     assert moments.lever.values[0] == pytest.approx(foremost, rel=within)
+
+
+def test_from_the_resting_positions_of_a_sphere_a_larger_one_rolls_to_its_own():
+    surface = glass_pair(scan(rough(64, seed=1)), 1500.0)
+    larger, rests = surface.assign_coords(sphere_radius=1575.0), resting(surface)
+    rests = rests.where(~rests.truncated & (rests.barrier > 0.1), drop=True)
+    own = resting(larger)
+    for ds, expected, moves in ((surface, rests, False), (larger, own, True)):
+        found = resettled(ds, rests)
+        nearest = [
+            float(np.hypot(expected.subregion_x - x, expected.subregion_y - y).min())
+            for x, y in zip(found.subregion_x.values, found.subregion_y.values)
+        ]
+        assert np.max(nearest) < 0.05
+        assert bool(abs(found.subregion_x - rests.subregion_x).max() > 0.05) == moves
+
+
+def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_rest():
+    """Where the former sphere rested, a larger one lies on a single summit, and its pull-off seems to fall."""
+    surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
+    surface["height"] = surface.height + 0.01 * surface.x  # a tilted ground: the rest depends on the radius
+    surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)
+    options = {"places": 1, "mesh": roughxr.Mesh(2, accuracy=None), "settings": {"sphere radius": [1.1]}}
+    slopes = [
+        float(roughxr.error_budget(surface, subregions=at, **options).slope.sel(entry="sphere radius"))
+        for at in (resting(surface), resting(surface).drop_vars("landing_share"))
+    ]
+    assert abs(slopes[0]) < 0.5 and slopes[1] < -3.0
 
 
 @pytest.mark.parametrize("turn", [np.pi / 6, 0.2])  # on a symmetry of the pixels, and off it

@@ -119,6 +119,15 @@ def are_resting_positions(places: Any) -> bool:
     return isinstance(places, xr.Dataset) and "pass_x" in places and "landings" in places.attrs
 
 
+def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
+    """Return the places to which the sphere of this pair rolls from former resting positions, NaN off the scan."""
+    scan = schema.validate(ds, "scan")
+    _, surface = _dilated_surface(scan, *schema.pair(scan, "sphere_radius"))
+    former = np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=-1)
+    x, y, _ = basins.settle(surface, former).T
+    return places.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))
+
+
 def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.Surface]:
     """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and the surface it may touch."""
     height, cells = schema.finite(scan["height"].values), (np.arange(_REFINE) + 0.5) / _REFINE - 0.5

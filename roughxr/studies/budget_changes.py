@@ -18,7 +18,8 @@ from ..contact.batch import place_cases, pull_offs
 from ..contact.cycle import EDGED, resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
 from ..jobs.progress import print_line
-from ..statistics.sampling import shares
+from ..particles.resting_places import resettled
+from ..statistics.sampling import SHARE, shares
 from .assumptions import FACTORS
 from .roughness_scale import quietly
 
@@ -78,7 +79,8 @@ def changes(
             except ValueError as refused:
                 cases.append(Case(factor, value, str(value), reason=str(refused)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
-    solved, weight = _solved([each for pair in pairs.values() for each in pair], places), shares(places).values
+    weight = shares(places).values
+    solved = _solved([each for pair in pairs.values() for each in pair], places, base.ds)
     for k, (changed, reference) in pairs.items():
         change = mean_change(solved[changed.key], solved[reference.key], weight)
         reason = "" if change.places else "no place was solved in both cases"
@@ -86,18 +88,29 @@ def changes(
     return cases
 
 
-def _solved(bases: Sequence[Base], places: xr.Dataset) -> dict[tuple, np.ndarray]:
+def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) -> dict[tuple, np.ndarray]:
     """Return the pull-offs (place,), nN, of each base by its key; NaN if they cannot be solved."""
     tasks: dict[tuple, Any] = {}
     different = {each.key: each for each in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
         mesh = Mesh(int(cells[cells <= MOST_REFINED].max()), None, step)
-        at_places = place_cases(ds, places, preload=preload, law=law, mesh=mesh, splined=splined)
-        tasks |= {(key, k): case.refined(n) for k, (case, n) in enumerate(zip(at_places, cells)) if n <= MOST_REFINED}
+        rests = _own_rests(ds, places, unchanged)
+        on_scan = np.flatnonzero(np.isfinite(rests["subregion_x"].values))  # a free particle may roll off
+        some = rests.isel(subregion=on_scan)
+        at_places = place_cases(ds, some, preload=preload, law=law, mesh=mesh, splined=splined) if on_scan.size else []
+        tasks |= {(key, k): case.refined(cells[k]) for k, case in zip(on_scan, at_places) if cells[k] <= MOST_REFINED}
     pulls = dict(zip(tasks, pull_offs(list(tasks.values())).tolist())) if tasks else {}
     return {
         key: np.array([pulls.get((key, k), np.nan) for k in range(each.cells.size)]) for key, each in different.items()
     }
+
+
+def _own_rests(ds: xr.Dataset, places: xr.Dataset, unchanged: xr.Dataset) -> xr.Dataset:
+    """Return the places, and of a free particle on other heights or with another radius its own resting positions."""
+    same = all(
+        ds[name].variable.equals(unchanged[name].variable) for name in {"height", "sphere_radius"} & {*ds.variables}
+    )
+    return places if same or SHARE not in places.coords else resettled(ds, places)
 
 
 def mean_change(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change:
