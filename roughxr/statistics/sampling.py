@@ -76,8 +76,8 @@ def conditions(array: xr.DataArray) -> list[str]:
 
 
 def without_weights(some: Samples, verb: str) -> Samples:
-    """Return samples without weights, with a warning if there were any."""
-    if some.weights is not None:
+    """Return samples without weights, with a warning if they differed."""
+    if some.weights is not None and np.ptp(some.weights) > 1e-9 * some.weights.max():
         warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
     return some._replace(weights=None)
 
