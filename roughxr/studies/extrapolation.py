@@ -149,7 +149,8 @@ def extrapolated(
     noise. The estimate then lies between the surface as scanned and the scan with the usual fine roughness of real
     surfaces added, and the interval contains both (``tests/benchmarks/real_below_the_pixel.py``).
 
-    The effect of octaves that would take too long is estimated from the last one's, as ``assumed`` states.
+    The effect of octaves that would take too long is estimated from the last one's, as ``assumed`` states. Resting
+    positions stay those of the scan; on fine roughness a particle would roll on to others, and adhere more.
 
     Examples
     --------
