@@ -191,8 +191,8 @@ def extrapolated(
         bare = question._replace(below=question.below._replace(shortest=model.shown))
         missing += [_missing(surface, bare, pilot, 0, 1)]
         noisy = question.below._replace(spectrum=_real_surface_spectrum(bodies, model.shown))
-        unsmoothed, asked = Surface(bodies, problem, centres), question._replace(below=noisy)
-        variants += [("noise", -1, unsmoothed.case(asked, pilot.places, pilot.seeds, pilot.guesses[-1]))]
+        unsmoothed, changed = Surface(bodies, problem, centres), question._replace(below=noisy)
+        variants += [("noise", -1, unsmoothed.case(changed, pilot.places, pilot.seeds, pilot.guesses[-1]))]
     solved = solve_cases([*missing, *(case for *_, case in variants)])  # at once, so that no core waits between them
     changes = _changes(variants, solved[len(missing) :], pilot)
     entries = _entries(changes, pilot, with_spectrum=not unlike)
