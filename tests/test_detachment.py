@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 
 import roughxr
 from roughxr import particles
-from roughxr.cli.detach import _one_surface
 from roughxr.particles import Flow, biasi_adhesion, loads, rock_n_roll
 from roughxr.particles.force_balance import with_pull_off
 from roughxr.particles.kinetics import resuspension_rate
+from roughxr.statistics.sampling import one_of_each_place
 
 from .benchmarks import reeks_hall
 from .surfaces import glass_pair, rough, scan
@@ -349,4 +349,4 @@ def test_a_map_of_random_surfaces_shows_one_of_each_place():
     x, y = np.tile([0.0, 10.0, 10.0], 2), np.tile([0.0, 0.0, 10.0], 2)
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     ds = xr.Dataset({"critical_friction_velocity": ("subregion", np.arange(6.0))}, places)
-    xr.testing.assert_identical(_one_surface(ds), ds.isel(subregion=[0, 1, 2]))
+    xr.testing.assert_identical(one_of_each_place(ds), ds.isel(subregion=[0, 1, 2]))

@@ -18,7 +18,7 @@ from ..particles.force_balance import NO_REST, places_in_words
 from ..report.detachment import best_method
 from ..report.run_tables import METHOD_WORDS
 from ..report.summary import critical_median, place_table, scan_label
-from ..statistics.sampling import place_numbers, shares
+from ..statistics.sampling import one_of_each_place, shares
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, with_interval
@@ -123,13 +123,8 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    critical, moments = _one_surface(critical), _one_surface(moments)
+    critical, moments = one_of_each_place(critical), one_of_each_place(moments)
     critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)
     save_picture(figure, path)
-
-
-def _one_surface(ds: xr.Dataset) -> xr.Dataset:
-    """Return places with one of the random surfaces of each: their results lie above one another on a map."""
-    return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])

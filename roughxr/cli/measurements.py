@@ -163,7 +163,7 @@ def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
     rows = {}
     for name in ds["statistic"].values.tolist():
         known = [_with_ends(ds.sel(statistic=name), column) for column in columns]
-        rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "").replace("95 % interval ", "") for ends in known]
+        rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "", name="") for ends in known]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
     return table.to_string(header=any(columns.values()), justify="left")
 

@@ -55,7 +55,7 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     means = {_METHODS[name]: by_share(at_first_preload(ds["pull_off_force"])).mean() for name, ds in samples.items()}
     if (known := best_estimate(run)) is not None:
         mean, low, high = known
-        words = with_interval(mean / size, low / size, high / size, unit, "").replace("95 % interval ", "")
+        words = with_interval(mean / size, low / size, high / size, unit, why_wide="", name="")
         words = f"best estimate of the mean, with finer\nroughness, {words}"
         style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
         ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)

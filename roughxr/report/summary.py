@@ -15,7 +15,7 @@ from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import best_estimate, mean_pull_off, with_units
 from ..statistics.headline import headline as answer_text
-from ..statistics.sampling import place_numbers, shares
+from ..statistics.sampling import one_of_each_place, place_numbers, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 
@@ -123,10 +123,9 @@ def _flow(run: Run) -> dict[str, float]:
 def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:
     """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
     known = critical[[name]].dropna("subregion")
-    first = np.unique(place_numbers(known), return_index=True)[1]  # surfaces of a place are alike
-    if first.size < 2:
+    each = one_of_each_place(known)  # surfaces of a place are alike
+    if each.sizes["subregion"] < 2:
         return (float(known[name].median()), np.nan, np.nan)
-    each = known.isel(subregion=first)
     median = bootstrap(known, name, statistics=["q50"], within=each).isel(statistic=0)
     return (float(median["estimate"]), float(median["low"]), float(median["high"]))
 

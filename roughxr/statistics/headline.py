@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent, quantity, with_interval
+from ..vocabulary.numbers import is_too_wide, number, percent, quantity, with_interval
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
@@ -202,8 +202,8 @@ def headline(summary: xr.Dataset) -> str:
         effect = "lowers it" if best < mean else "hardly changes it"
         longest = summary.attrs.get("longest_added")
         finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
-        estimate = with_interval(best, value["best_low"], value["best_high"], why_wide="")
-        estimate = estimate.replace("95 % interval wider", "interval wider").replace("95 % interval ", "")
+        ends = value["best_low"], value["best_high"]
+        estimate = with_interval(best, *ends, why_wide="", name="interval" * is_too_wide(*ends))
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):

@@ -65,6 +65,11 @@ def place_numbers(ds: xr.Dataset) -> np.ndarray:
     return pd.MultiIndex.from_arrays([ds[axis].values for axis in PLACES["subregion"]]).factorize()[0]
 
 
+def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
+    """Return places with the first of the random surfaces of each."""
+    return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])
+
+
 def by_share(array: Any) -> Any:
     """Return values weighted by the shares of particles, if places have shares; else the values."""
     return array.weighted(array[SHARE]) if SHARE in array.coords else array

@@ -87,11 +87,20 @@ def _to_place(value: float, place: int, unit: str) -> str:
     return number(value, unit)
 
 
-def with_interval(value: float, low: float, high: float, units: str = "nN", why_wide: str = ", too few values") -> str:
-    """Return a value with its 95 % interval, both in one unit, and why that is too wide for numbers."""
+def with_interval(
+    value: float,
+    low: float,
+    high: float,
+    units: str = "nN",
+    *,
+    why_wide: str = ", too few values",
+    name: str = "95 % interval",
+) -> str:
+    """Return a value with its interval, both in one unit, the interval's name, and why it is too wide for numbers."""
     known, ends = value_and_interval(value, low, high, units)
     few = why_wide * is_too_wide(low, high)
-    return f"{known} ({'95 % interval' if math.isfinite(high - low) else 'no interval:'} {ends}{few})"
+    lead = name if math.isfinite(high - low) else "no interval:"
+    return f"{known} ({f'{lead} {ends}'.lstrip()}{few})"
 
 
 def value_and_interval(value: float, low: float, high: float, units: str = "nN") -> tuple[str, str]:
