@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from html import escape
+from inspect import signature
 
 import xarray as xr
 
@@ -31,13 +32,24 @@ from .studies.roughness_scale import scale_dependence
 from .studies.uncertainty_budget import error_budget
 from .vocabulary import schema
 from .vocabulary.numbers import number
+from .vocabulary.text import did_you_mean
 
 
 def _method(function: Callable) -> Callable:
     """Return ``function`` as a method of the accessor, with its own help text and signature."""
 
+    parameters = signature(function).parameters
+    takes_any_option = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values())
+
     @functools.wraps(function)
     def method(self, *arguments, **options):
+        unknown = [] if takes_any_option else [name for name in options if name not in parameters]
+        if unknown:
+            allowed = [name for name, parameter in parameters.items() if parameter.kind is parameter.KEYWORD_ONLY]
+            raise TypeError(
+                f"{unknown[0]}: {function.__name__} has no such option{did_you_mean(unknown[0], allowed)}; expected "
+                f"{', '.join(allowed) or 'none'}"
+            )
         return function(self._ds, *arguments, **options)
 
     return method
@@ -58,6 +70,11 @@ class ContactAccessor:
 
     def __dir__(self) -> list[str]:
         return sorted(_fitting(self._ds))
+
+    def __getattr__(self, name: str):
+        # only for names that are no verb
+        verbs = [verb for verb in vars(type(self)) if not verb.startswith("_")]
+        raise AttributeError(f"contact: no verb {name!r}{did_you_mean(name, verbs)}; list them by print(ds.contact)")
 
 
 #: Verbs by the kind of Datasets that they fit.

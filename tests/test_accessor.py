@@ -36,6 +36,13 @@ def test_every_verb_is_the_public_function_of_its_name(verb):
     assert "Parameters" in function.__doc__ and "Returns" in function.__doc__
 
 
+def test_misspelt_options_and_verbs_name_the_nearest(surface):
+    with pytest.raises(TypeError, match=r"load: adhesive has no such option \(did you mean preload\?\)"):
+        surface.contact.adhesive(load=3)
+    with pytest.raises(AttributeError, match=r"no verb 'pulloff' \(did you mean pull_off\?\)"):
+        surface.contact.pulloff()
+
+
 def test_verbs_chain(surface):
     sweep = surface.contact.superpose(delta=np.arange(-2, 6, 0.5), subregions=(2, 2))
     density = sweep.contact.pull_off().contact.pdf("pull_off_force", bins=2)

@@ -298,6 +298,23 @@ def test_the_engine_is_xarrays(tmp_path):
         xr.open_dataset(path, engine=RoughxrBackend, chanel="Height")
     if "roughxr" in xr.backends.list_engines():
         xr.testing.assert_identical(xr.open_dataset(path, engine="roughxr"), direct)
+        xr.testing.assert_identical(xr.open_dataset(path), direct)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_only_files_of_microscopes_are_claimed_without_an_engine(name, tmp_path):
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    shared = {"text", "xyz", "npy", "native", "surfacetopography", "cf", "hdf5", "topostats", "h5-jpk", "nhf"}
+    assert RoughxrBackend().guess_can_open(path) == (name not in shared)
+
+
+def test_pixels_and_heights_smaller_than_atoms_are_refused(tmp_path):
+    rows = picture()
+    with pytest.raises(UnreadableScan, match=r"expected pixels of at least 0\.001 nm"):
+        open_scan(write_gwy(tmp_path, rows, (1e-3, 1e-3)))
+    with pytest.raises(UnreadableScan, match=r"expected heights over at least 0\.001 nm"):
+        open_scan(write_gwy(tmp_path, 1e-9 * rows, image_size(rows)))
 
 
 @pytest.mark.parametrize("name", WRITERS)

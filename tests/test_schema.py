@@ -78,7 +78,26 @@ def test_infinite_heights_are_refused():
 
 
 def test_a_scan_without_units_is_taken_as_nm_with_a_warning_that_states_its_size():
-    axis = np.arange(8) * 1e-8
-    bare = xr.Dataset({"height": (("x", "y"), 1e-9 * rough(8))}, {"x": axis, "y": axis})
-    with pytest.warns(UserWarning, match="found none; taken as nm, a scan of 8e-08 x 8e-08 nm"):
+    axis = np.arange(8) * 10.0
+    bare = xr.Dataset({"height": (("x", "y"), rough(8))}, {"x": axis, "y": axis})
+    with pytest.warns(UserWarning, match="found none; taken as nm, a scan of 80 x 80 nm"):
         roughness(bare)
+
+
+def test_a_scan_in_metres_without_units_is_refused():
+    metres = np.arange(8) * 1e-8
+    nanometres = {axis: (axis, np.arange(8) * 10.0, {"units": "nm"}) for axis in "xy"}
+    heights = 1e-9 * rough(8)
+    with pytest.raises(ValueError, match=r"x: expected pixels of at least 0\.001 nm, found 1e-08 nm"):
+        roughness(xr.Dataset({"height": (("x", "y"), heights)}, {"x": metres, "y": metres}))
+    with pytest.raises(ValueError, match=r"height: expected units and heights over at least 0\.001 nm"):
+        roughness(xr.Dataset({"height": (("x", "y"), heights)}, nanometres))
+
+
+def test_labels_convert_what_states_other_units_of_its_quantity():
+    metres = {axis: (axis, np.arange(8) * 1e-8, {"units": "m"}) for axis in "xy"}
+    scan = xr.Dataset({"height": (("x", "y"), 1e-9 * rough(8), {"units": "m"})}, metres)
+    labelled = schema.label(scan)
+    np.testing.assert_allclose(labelled["height"], rough(8))
+    np.testing.assert_allclose(labelled["x"], np.arange(8) * 10.0)
+    assert labelled["height"].units == labelled["x"].units == "nm"

@@ -10,7 +10,7 @@ import xarray as xr
 from xarray.backends import BackendEntrypoint
 
 from ..vocabulary.units import Quantities
-from .files import read_scan
+from .files import is_microscope_file, read_scan
 
 
 class RoughxrBackend(BackendEntrypoint):
@@ -18,6 +18,10 @@ class RoughxrBackend(BackendEntrypoint):
 
     description = "AFM images as scans in nm (Bruker, Asylum, Park, JPK, Gwyddion, text, NetCDF and others)"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
+
+    def guess_can_open(self, filename_or_obj: Any) -> bool:
+        """Return whether a file is that of a microscope, so that ``xr.open_dataset`` needs no engine."""
+        return is_microscope_file(filename_or_obj)
 
     def open_dataset(  # type: ignore[override]  # options of a reader's own, as xarray asks
         self,

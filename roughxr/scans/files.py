@@ -12,6 +12,7 @@ import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.provenance import flat
-from ..vocabulary.schema import history, label, pixel, record, validate
+from ..vocabulary.schema import SMALLEST_LENGTH, history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
 from . import formats, gwyddion, hdf5, microscopes, plain, vendors
@@ -27,6 +28,9 @@ from .channel import Channel, UnreadableScan, ambiguity_warning, choose, first_b
 from .force_curve_formats import refuse_curves
 from .netcdf import HDF5, is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
+
+#: Format families that only microscopes and Gwyddion write.
+_MICROSCOPE_FAMILIES = ("gsf", "gwy", "sxm", "asd", "jpk")
 
 
 def regular_file(path: Any) -> Path:
@@ -66,6 +70,20 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
     if plain.is_text(head) and not head.startswith(vendors.TEXT_SIGNATURES):
         return "text", plain.text_channels
     return "vendor", vendors.channels
+
+
+def is_microscope_file(path: Any) -> bool:
+    """Return whether a file begins as that of a microscope: no text, NumPy, NetCDF or HDF5, which others read, too."""
+    if not isinstance(path, (str, PathLike)) or not Path(path).is_file():
+        return False
+    path = Path(path)
+    family, _ = reader_of(path)
+    if family != "vendor":
+        return family in _MICROSCOPE_FAMILIES
+    head = first_bytes(path, 512)
+    if head.startswith(microscopes.TIFF):
+        return microscopes.is_park(path)
+    return bool(vendors.code_of(head)) or path.suffix.lower() == ".x3p"  # a zip file, whose first bytes say nothing
 
 
 def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) -> Any:
@@ -197,7 +215,8 @@ def with_size(channel: Channel, size: Any, path: Path) -> Channel:
         raise UnreadableScan(path, f"expected at least 2 x 2 pixels, found {columns} x {rows}")
     stated = _stated_size(channel, path)
     wanted = None if size is None else _given_size(size, channel.shape)
-    if stated is None and wanted is None:
+    used = wanted or stated
+    if used is None:
         raise UnreadableScan(
             path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
         )
@@ -205,7 +224,12 @@ def with_size(channel: Channel, size: Any, path: Path) -> Channel:
         raise ValueError(f"{path}: size: expected {stated} nm, as the file states, found {wanted} nm; leave size= out")
     if stated and not wanted and not channel.counted:
         _check_square(channel, stated, path)
-    return channel._replace(size=wanted or stated, lateral_units="nm")
+    smallest_pixel = min(used[0] / columns, used[1] / rows)
+    if smallest_pixel < SMALLEST_LENGTH:
+        raise UnreadableScan(
+            path, f"expected pixels of at least {SMALLEST_LENGTH:g} nm, found {smallest_pixel:.3g} nm: wrong units?"
+        )
+    return channel._replace(size=used, lateral_units="nm")
 
 
 def _stated_size(channel: Channel, path: Path) -> tuple[float, float] | None:

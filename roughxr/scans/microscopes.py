@@ -24,6 +24,9 @@ TIFF, SXM = (b"II*\0", b"MM\0*"), b":NANONIS_VERSION:"
 #: Tags of a JPK page: names, direction, default slot; sizes and reflection of the grid may stand on page 0 alone.
 _NAME, _RETRACE, _TITLE, _SLOT, _WIDTH, _HEIGHT, _REFLECTED = 0x8050, 0x8051, 0x8052, 0x8081, 0x8042, 0x8043, 0x8045
 
+#: Tag of Park's magic number.
+_PARK = 0xC502
+
 #: Tag of the first JPK slot's name, distance between slots, and where others of a slot follow its name.
 _FIRST, _STRIDE, _UNITS, _SCALING, _FACTOR, _OFFSET = 0x8090, 0x30, 0x12, 0x13, 0x14, 0x15
 
@@ -41,8 +44,18 @@ _VOLTS = {1: (0, 1), 2: (0, 2.5), 4: (0, 5), 1 << 16: (-1, 1), 1 << 17: (-2.5, 2
 
 def is_jpk(path: Path) -> bool:
     """Return whether one of the first pages of a TIFF file has the name of a JPK channel."""
+    return _has_tag(path, _NAME)
+
+
+def is_park(path: Path) -> bool:
+    """Return whether a TIFF file has the magic number of Park Systems."""
+    return _has_tag(path, _PARK)
+
+
+def _has_tag(path: Path, tag: int) -> bool:
+    """Return whether one of the first pages of a TIFF file has a tag."""
     try:
-        return any(_NAME in page for page in _pages(path, 2))
+        return any(tag in page for page in _pages(path, 2))
     except Exception:  # any other TIFF that Pillow cannot read
         return False
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.schema import pixel
+from ..vocabulary.schema import SMALLEST_LENGTH, pixel
 from .channel import UnreadableScan
 
 #: Least correlation of neighbouring pixels; below, the data are garbled or pure noise.
@@ -47,8 +47,15 @@ class ImplausibleScan(UserWarning):
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
-    """Raise UnreadableScan if heights are infinite, range over a thousand widths, or include a missing-pixel mark."""
+    """Raise UnreadableScan if heights are infinite, include a missing-pixel mark, or have an impossible range.
+
+    A range over a thousand widths, or a thousandth of a nanometre, is impossible; heights may all be equal.
+    """
     low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
+    if 0 < high - low < SMALLEST_LENGTH:
+        raise UnreadableScan(
+            path, f"expected heights over at least {SMALLEST_LENGTH:g} nm, found {high - low:.3g} nm: wrong units?"
+        )
     marks = _missing_mark(height, width) if high - low > width else []
     if marks:
         raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")

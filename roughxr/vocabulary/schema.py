@@ -11,7 +11,7 @@ import xarray as xr
 from .provenance import height_hash, history, record  # noqa: F401
 from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 from .text import did_you_mean, warn
-from .units import in_units, magnitude, single
+from .units import converts, in_units, magnitude, single
 
 #: Public names; the others are for roughxr's own functions.
 __all__ = [
@@ -31,6 +31,9 @@ __all__ = [
 _SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
 _SIZES |= {"layer_thickness", "layer_modulus"}
 
+#: Smallest pixel and range of heights, nm: an atom is a hundred times as wide.
+SMALLEST_LENGTH = 1e-3
+
 #: Choices of the origin of delta.
 DATUMS = ("highest_peak", "first_contact")
 
@@ -38,17 +41,24 @@ DATUMS = ("highest_peak", "first_contact")
 def label(ds: xr.Dataset) -> xr.Dataset:
     """Return a Dataset with units, long name and meaning set on every variable of a known name.
 
-    Numbers must be in the units of `VARIABLES`; they are not converted.
+    Variables that state other units of the same quantity are converted; other numbers are taken to be in the units of
+    `VARIABLES`, since arithmetic keeps the units of its first operand.
 
     Examples
     --------
     >>> label(xr.Dataset({"force": ("delta", [1.0])})).force.units
     'nN'
+    >>> label(xr.Dataset({"force": ("delta", [1.0], {"units": "uN"})})).force.values
+    array([1000.])
     """
     out = ds.copy()
     for name in map(str, out.variables):
-        if name in VARIABLES:
-            out[name].attrs.update(attributes(name))
+        if name not in VARIABLES:
+            continue
+        stated = str(out[name].attrs.get("units", ""))
+        if stated != VARIABLES[name].units and converts(stated, VARIABLES[name].units):
+            out[name] = in_units(out[name].variable, VARIABLES[name].units, name)
+        out[name].attrs.update(attributes(name))
     return out
 
 
@@ -145,12 +155,22 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     for axis in ("x", "y"):
         if axis not in ds.coords:
             raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
-        spacing(ds[axis])
+        if spacing(ds[axis]) < SMALLEST_LENGTH:
+            raise ValueError(
+                f"{axis}: expected pixels of at least {SMALLEST_LENGTH:g} nm, found {spacing(ds[axis]):.3g} nm; state "
+                f"their units, for example ds[{axis!r}].attrs['units'] = 'm'"
+            )
     out = ds.assign(height=_float_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
     if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
         sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
-        heights = "" if out.chunks else f" and heights over {float(out['height'].max() - out['height'].min()):.4g} nm"
+        relief = np.nan if out.chunks else float(out["height"].max() - out["height"].min())
+        if 0 < relief < SMALLEST_LENGTH:
+            raise ValueError(
+                f"height: expected units and heights over at least {SMALLEST_LENGTH:g} nm, found no units and "
+                f"{relief:.3g}; state them, for example ds['height'].attrs['units'] = 'm'"
+            )
+        heights = "" if out.chunks else f" and heights over {relief:.4g} nm"
         warn(
             f"{', '.join(bare)}: expected units, found none; taken as nm, a scan of {sides} nm{heights}. Set them, for "
             f"example ds[{bare[-1]!r}].attrs['units'] = 'm'"

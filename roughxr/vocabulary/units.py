@@ -55,6 +55,16 @@ def factor(source: str, target: str) -> float:
     return float(f"{ratio:.15g}")  # 1000.0000000000001 nm per um would spoil exact coordinates
 
 
+def converts(source: str, target: str) -> bool:
+    """Return whether values in ``source`` units convert to ``target`` units; no units do not."""
+    if not source or not target:
+        return False
+    try:
+        return factor(source, target) > 0
+    except ValueError:
+        return False
+
+
 def magnitude(value: Any, units: str, name: str) -> Any:
     """Return ``value`` as plain float(s) in ``units``."""
     number = plain(value, units, name)
