@@ -13,7 +13,6 @@ from roughxr.kernels.asperity.asperity_laws import (
     ASPERITY_LAWS,
     asperity_contact,
     asperity_scales,
-    curve,
     law,
 )
 from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, hertz
@@ -311,24 +310,6 @@ def test_plain_no_peak_gives_nan(name):
     assert np.isnan(no_peak).all()
     assert np.isnan(asperity_contact(1.0, no_peak, law(name).spline)).all()
     assert np.isnan(asperity_events(no_peak, law(name))).all()
-
-
-# --- figures 2-4 ---
-
-
-@pytest.mark.parametrize("name", ASPERITY_LAWS)
-@pytest.mark.parametrize("ratio", [1.0, 5.0])
-def test_curves_of_the_figures(name, ratio):
-    a = np.linspace(0.1, 2.5, 9)
-    branch = curve(name, a, ratio)
-    np.testing.assert_allclose(branch.a, a, rtol=1e-9)
-    one = asperity_scales(*asperity(ratio), E_STAR, W, law(name))
-    for P, a_star, b, delta, stable in zip(*branch):
-        if stable:
-            there = asperity_contact(delta * one.delta, one, law(name).spline)
-            starred = there.P / one.P, there.a / one.a, there.b / one.a
-            np.testing.assert_allclose(starred, (P, a_star, b), rtol=1e-5, atol=1e-5)
-    assert branch.stable.all() == (name == "hertz")
 
 
 # --- crowds ---

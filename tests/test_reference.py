@@ -4,10 +4,13 @@ import itertools
 
 import numpy as np
 import pytest
+from scipy import special
 from scipy.integrate import quad
 
 from roughxr import reference
+from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.kernels.adhesion import potentials
+from roughxr.kernels.asperity import asperity_laws
 
 from .closed_forms import maugis_pull_off, potential, rigid_sphere, sphere_attraction
 
@@ -33,18 +36,107 @@ def test_jkr_sphere_at_the_points_of_its_curve():
     assert reference.jkr_pull_off(radius=R, work_of_adhesion=W) == pytest.approx(P_c, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("ratio", "self_similar", "energy"),
-    [(1.5, 0.99773, 0.99871), (2, 0.99348, 0.99630), (10, 0.94088, 0.96452)],
-)
-def test_elliptic_pull_off(ratio, self_similar, energy):
-    known = {"self_similar": self_similar, "energy": energy}
+# --- the generalized JKR contact of a paraboloid ---
+
+ELLIPTIC = {"contact_modulus": 40.0, "work_of_adhesion": W}
+
+#: Pull-off over 3/2 π w Re at ratios B/A of the curvatures.
+PULL_OFF = [
+    (1.5, {"published": 0.76157, "self_similar": 0.99773, "energy": 0.99871}),
+    (2, {"published": 0.62648, "self_similar": 0.99348, "energy": 0.99630}),
+    (5, {"published": 0.33491, "self_similar": 0.96796, "energy": 0.98130}),
+    (10, {"published": 0.20911, "self_similar": 0.94088, "energy": 0.96452}),
+]
+
+
+def paraboloid(ratio, delta_star, formulation):
+    """Return the contact at displacements δ/δ_c of a paraboloid of curvatures 0.01 nm⁻¹ and ``ratio`` times that."""
+    shape = {"curvature_min": 0.01, "curvature_max": 0.01 * ratio, "formulation": formulation, **ELLIPTIC}
+    unit = float(reference.jkr_paraboloid([0.0], **shape).unit_delta)
+    return reference.jkr_paraboloid(np.asarray(delta_star) * unit, **shape)
+
+
+@pytest.mark.parametrize(("ratio", "expected"), PULL_OFF)
+def test_elliptic_pull_off_by_every_formulation(ratio, expected):
     sphere = 1.5 * np.pi * W / (0.01 * ratio**0.5)
-    for formulation, expected in known.items():
-        found = reference.jkr_pull_off(
+    for formulation, pull_off_ratio in expected.items():
+        pull_off = reference.jkr_pull_off(
             work_of_adhesion=W, curvature_min=0.01, curvature_max=0.01 * ratio, formulation=formulation
         )
-        assert found / sphere == pytest.approx(expected, abs=2e-5)
+        assert pull_off / sphere == pytest.approx(pull_off_ratio, abs=2e-5)
+        contact = paraboloid(ratio, np.linspace(-0.45, -0.25, 401), formulation)
+        assert -float(contact.force.sel(branch="stable").min()) == pytest.approx(pull_off, rel=1e-6)
+
+
+@pytest.mark.parametrize("formulation", ["published", "self_similar"])
+def test_both_branches_of_a_similar_ellipse_are_the_papers_curve(formulation):
+    """Equations 20-24, with λ² for λ in the published units; figures 2-4."""
+    end = 3 ** (-1 / 3)
+    contact = paraboloid(5.0, [-end * (1 + 1e-12), -end * (1 - 1e-12), -1 / 3, -1e-3, 0.0, 0.839947], formulation)
+    K, lam = special.ellipk(1 - float(contact.axis_ratio) ** 2), float(contact.axis_ratio)
+    beta, lam_printed = 0.005 + lam**2 * 0.025, lam**2 if formulation == "published" else lam
+    assert float(contact.unit_semi_axis) ** 3 == pytest.approx(9 * W / 2 * lam_printed * K / (2 * beta**2 * 40))
+    assert float(contact.unit_delta) == pytest.approx(beta * float(contact.unit_semi_axis) ** 2)
+    assert float(contact.unit_force) == pytest.approx(3 * np.pi * W / 2 * lam_printed / beta)
+    a = contact.semi_axis_a / contact.unit_semi_axis
+    delta = contact.delta / contact.unit_delta
+    P = contact.force / contact.unit_force
+    assert np.allclose(((delta - a**2) ** 2 - 16 / 9 * a).fillna(0), 0, atol=1e-12)
+    assert np.allclose(((P - a**3) ** 2 - 4 * a**3).fillna(0), 0, atol=1e-12)
+    assert np.allclose(contact.semi_axis_b.fillna(0), lam * contact.semi_axis_a.fillna(0), rtol=1e-14)
+    assert a.sel(branch="stable").values == pytest.approx(
+        [np.nan, end**2, 1, 1.2108, (4 / 3) ** (2 / 3), 4 ** (1 / 3)], rel=2e-4, nan_ok=True
+    )
+    root = min(x.real for x in np.roots([1, 1, 1, -1 / 3]) if x.imag == 0)  # of √a* at δ* = −1/3, besides 1
+    assert a.sel(branch="unstable").values == pytest.approx(
+        [np.nan, end**2, root**2, (0.75e-3) ** 2, 0, np.nan], rel=2e-4, abs=1e-9, nan_ok=True
+    )
+    assert contact.branch_end == pytest.approx(-end * float(contact.unit_delta), rel=1e-14)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_nearly_round_paraboloid_is_the_jkr_sphere(formulation):
+    delta = np.linspace(-0.69, 30, 40)
+    nearly_round = paraboloid(1 + 1e-6, delta, formulation)
+    sphere = reference.jkr_sphere(nearly_round.delta.values, radius=R, **ELLIPTIC)
+    for name in ("force", "semi_axis_a", "contact_area"):
+        assert nearly_round[name].sel(branch="stable").values == pytest.approx(sphere[name].values, rel=2e-5)
+    by_radius = reference.jkr_paraboloid(sphere.delta.values, radius=R, formulation=formulation, **ELLIPTIC)
+    assert by_radius.force.sel(branch="stable").values == pytest.approx(sphere.force.values, rel=1e-14)
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_stable_branch_is_what_superposed_asperities_follow(formulation):
+    contact = paraboloid(5.0, np.linspace(-0.65, 20, 25), formulation)
+    law = asperity_laws.law(formulation)
+    scales = asperity_laws.asperity_scales(0.005, 0.025, 40.0, W, law)
+    summed = np.array([asperity_laws.asperity_contact(delta, scales, law.spline) for delta in contact.delta.values])
+    for column, name in enumerate(("force", "semi_axis_a", "semi_axis_b")):
+        values = contact[name].sel(branch="stable").values
+        assert values == pytest.approx(summed[:, column], rel=1e-5, abs=1e-5 * values.max())
+
+
+@pytest.mark.parametrize("ratio", [1.2, 10, 1000])
+def test_branches_of_an_ellipse_of_free_shape_meet_and_end(ratio):
+    end = paraboloid(ratio, [0.0], "energy").branch_end / float(paraboloid(ratio, [0.0], "energy").unit_delta)
+    contact = paraboloid(ratio, [1.001 * end, end * (1 - 1e-10), -1e-9, 0.1], "energy")
+    stable, unstable = (contact.sel(branch=branch) for branch in ("stable", "unstable"))
+    assert np.isfinite(stable.force).values.tolist() == [False, True, True, True]
+    assert np.isfinite(unstable.force).values.tolist() == [False, True, True, False]
+    for name in ("force", "semi_axis_a", "semi_axis_b"):
+        assert float(stable[name][1]) == pytest.approx(float(unstable[name][1]), rel=2e-4)
+    assert float(unstable.semi_axis_a[2] / contact.unit_semi_axis) < 1e-6
+    assert (stable.semi_axis_b / stable.semi_axis_a > contact.axis_ratio)[1:].all()
+
+
+def test_gilmans_surface_energy_and_the_papers_smooth_pull_off():
+    """18.16 µN with E; the printed 19.1 µN with E/(1 − ν²)."""
+    by_modulus = {0.0: 18.16, 0.22: 19.08}
+    for poisson_ratio, pull_off in by_modulus.items():
+        gamma = reference.gilman_surface_energy(75, poisson_ratio=poisson_ratio)
+        sphere = reference.jkr_pull_off(radius=3000, work_of_adhesion=2 * gamma)
+        assert sphere / 1000 == pytest.approx(pull_off, abs=5e-3)
+    assert reference.gilman_surface_energy(75, atomic_radius="2.6 Å") == pytest.approx(4 * 0.64212, rel=1e-5)
 
 
 @pytest.mark.parametrize(("lam", "expected"), MAUGIS)
@@ -130,6 +222,8 @@ def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
         (lambda: reference.hertz([1], contact_modulus=1), "expected either radius"),
         (lambda: reference.jkr_pull_off(work_of_adhesion=1, curvature_min=2, curvature_max=1), "at most curvature_max"),
         (lambda: reference.gaussian_work(rms=1, length=1, law="jkr"), "law: expected one"),
+        (lambda: reference.jkr_paraboloid([0], radius=1, formulation="hertz", **ELLIPTIC), "formulation: expected one"),
+        (lambda: reference.jkr_paraboloid([0], curvature_min=1, **ELLIPTIC), "either radius, or curvature_min"),
         (
             lambda: reference.rabinovich(radius=1, rms=1, wavelength=1, hamaker_constant=1, long_rms=1),
             "both or neither",

@@ -29,8 +29,8 @@ def pull_off_map(
 ) -> xr.Dataset:
     """Return the exact pull-off of the superposed asperities at each contact centre.
 
-    The sum over asperities of `superpose` is minimised over all displacements, to rounding (with law="maugis" to 1e-6
-    of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
+    The sum over asperities of `superpose`, on retraction, is minimised over all displacements, to rounding (with
+    law="maugis" to 1e-6 of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
 
     Parameters
     ----------

@@ -52,7 +52,11 @@ def superpose(
     law: str | None = None,
     formulation: str = DEFAULT,
 ) -> xr.Dataset:
-    """Sum the contacts of all asperities with a sphere at each contact centre.
+    """Sum the contacts of all asperities with a sphere at each contact centre, on retraction.
+
+    Each asperity follows its stable branch down to the branch's end, δ_i = −3^{−1/3} δ_c without range: that is where
+    it detaches. On approach, bodies without range jump into contact at δ_i = 0, so the force between is that of
+    retraction only. (Cheng, Dunn & Brach call −3^{−1/3} the jump *on*.)
 
     Parameters
     ----------

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..asperity.asperity_sum import DEFAULT, FORMULATIONS
 from ..bodies import liquid
 from ..bodies.pair import contact_modulus, hamaker_constant
 from ..kernels.adhesion import potentials
-from ..kernels.asperity import ellipse, elliptic_jkr, jkr, maugis
+from ..kernels.asperity import asperity_laws, ellipse, elliptic_jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.units import Quantities, Quantity, positive
 from .estimates import elastic_pull_off, tabor
@@ -24,8 +25,10 @@ __all__ = [
     "contact_modulus",
     "elastic_pull_off",
     "gaussian_work",
+    "gilman_surface_energy",
     "hamaker_constant",
     "hertz",
+    "jkr_paraboloid",
     "jkr_pull_off",
     "jkr_sphere",
     "meniscus_sphere",
@@ -35,15 +38,12 @@ __all__ = [
     "tabor_parameter",
 ]
 
-#: Formulations of an adhesive ellipse.
-FORMULATIONS = ("energy", "self_similar")
-
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
 #: Units of options, if not nm.
 _UNITS = {"contact_modulus": "GPa", "hamaker_constant": "nN nm", "curvature_min": "1/nm", "curvature_max": "1/nm"}
-_UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2"}
+_UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2", "young_modulus": "GPa"}
 
 
 def _positive(**given: Any) -> list[Any]:
@@ -100,7 +100,7 @@ def hertz(
 def jkr_sphere(
     delta: Quantities, *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity
 ) -> xr.Dataset:
-    """Return JKR's sphere on its stable branch under displacement control.
+    """Return JKR's sphere on its stable branch under displacement control, that of retraction.
 
     Parameters
     ----------
@@ -125,17 +125,94 @@ def jkr_sphere(
     >>> round(float(found.force[0] / jkr_pull_off(radius=3000, work_of_adhesion=1.2842)), 4)
     -0.8889
     """
-    radius, contact_modulus, work_of_adhesion = _positive(
-        radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion
+    sphere = {"radius": radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    contact = jkr_paraboloid(delta, **sphere).sel(branch="stable", drop=True)
+    return contact[["force", "semi_axis_a", "contact_area"]]
+
+
+def jkr_paraboloid(
+    delta: Quantities,
+    *,
+    contact_modulus: Quantity,
+    work_of_adhesion: Quantity,
+    radius: Quantity | None = None,
+    curvature_min: Quantity | None = None,
+    curvature_max: Quantity | None = None,
+    formulation: str = DEFAULT,
+) -> xr.Dataset:
+    """Return the generalized JKR contact of a paraboloid with a half space, on its stable and its unstable branch.
+
+    Parameters
+    ----------
+    delta : array_like or quantity
+        Displacements, nm, ascending.
+    contact_modulus, work_of_adhesion : number or quantity
+        E*, GPa; w = 2γ, J/m².
+    radius : number or quantity, optional
+        Of a sphere, nm. Give either this or both curvatures.
+    curvature_min, curvature_max : number or quantity, optional
+        Principal curvatures 2A ≤ 2B of the paraboloid, nm⁻¹; up to a ratio of 1000. Add the curvature of the other
+        body, if it has one.
+    formulation : {"energy", "self_similar", "published"}
+        How adhesion acts on an ellipse, see `superpose`.
+
+    Returns
+    -------
+    Dataset
+        ``force`` (nN), ``semi_axis_a`` and ``semi_axis_b`` (nm) and ``contact_area`` (nm²) along (branch, delta), with
+        branch "stable" or "unstable" at a prescribed displacement. NaN beyond the ends of a branch: both begin at the
+        attribute ``branch_end`` (nm); the unstable one ends at delta = 0, without contact. The units a_c, δ_c and P_c
+        (``unit_semi_axis``, ``unit_delta``, ``unit_force``) and λ = b/a of Hertz's ellipse (``axis_ratio``) are
+        variables.
+
+    Notes
+    -----
+    With P* = P/P_c, a* = a/a_c and δ* = δ/δ_c, "self_similar" and "published" follow P* = a*³ − 2a*^{3/2} and
+    δ* = a*² − (4/3)√a*, to δ* = −3^{−1/3}. Their units are a_c³ = 9γλK/(2β²E*), δ_c = βa_c² and P_c = 3πγλ/β with
+    β = A + λ²B; "published" has λ² for λ. "energy" has the units of "self_similar", but other curves.
+
+    The branch is that of retraction. Bodies without range jump into contact at delta = 0, not where the branch begins.
+
+    References
+    ----------
+    Cheng, Dunn & Brach, eqs. 1–24; Giudici, Vella & Griffiths, arXiv 2407.00378.
+
+    Examples
+    --------
+    >>> shape = {"curvature_min": 0.001, "curvature_max": 0.002}
+    >>> contact = jkr_paraboloid([-0.5, 0.0, 2.0], **shape, contact_modulus=40, work_of_adhesion=1.35)
+    >>> contact.force.sel(branch="stable").values.round(0).tolist()
+    [-4429.0, -3981.0, 629.0]
+    >>> round(float(contact.axis_ratio), 4)
+    0.6306
+    """
+    contact_modulus, work_of_adhesion, radius, curvature_min, curvature_max = _positive(
+        contact_modulus=contact_modulus,
+        work_of_adhesion=work_of_adhesion,
+        radius=radius,
+        curvature_min=curvature_min,
+        curvature_max=curvature_max,
     )
+    schema.one_of(formulation, FORMULATIONS, "formulation")
     delta = schema.ascending(delta, "nm", "delta")
-    units = jkr.self_similar_units(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion)
-    reduced = delta / units.delta
-    a = np.array([jkr.stable_semi_axis(d) if d >= jkr.END_DELTA else np.nan for d in reduced])
-    force = units.P * a**1.5 * (a**1.5 - 2)
-    radius_of = units.a * a
-    out = _curves("delta", delta, {"force": force, "semi_axis_a": radius_of, "contact_area": np.pi * radius_of**2})
-    return out.assign_attrs(branch_end=jkr.END_DELTA * units.delta)
+    A, B = _paraboloid(radius, curvature_min, curvature_max)
+    scales = asperity_laws.asperity_scales(A, B, contact_modulus, work_of_adhesion, asperity_laws.law(formulation))
+    delta_star = delta / scales.delta
+    end = asperity_laws.branch_end(formulation, B / A)
+    is_adhering = delta_star >= end
+    on_branch = {"stable": is_adhering, "unstable": is_adhering & (delta_star <= 0)}
+    states = [
+        asperity_laws.branch_states(formulation, delta_star, B / A, stable=name == "stable") for name in on_branch
+    ]
+    P, a, b = (np.where(list(on_branch.values()), values, np.nan) for values in zip(*[state[:3] for state in states]))
+    a = scales.a * a
+    b = scales.a * b
+    curves = {"force": scales.P * P, "semi_axis_a": a, "semi_axis_b": b, "contact_area": np.pi * a * b}
+    data = {name: (("branch", "delta"), values) for name, values in curves.items()}
+    units = {"unit_semi_axis": scales.a, "unit_delta": scales.delta, "unit_force": scales.P}
+    out = xr.Dataset(data | units | {"axis_ratio": scales.axis_ratio}, {"branch": list(on_branch), "delta": delta})
+    out.attrs = {"formulation": formulation, "branch_end": end * scales.delta}
+    return schema.label(out)
 
 
 def jkr_pull_off(
@@ -144,7 +221,7 @@ def jkr_pull_off(
     radius: Quantity | None = None,
     curvature_min: Quantity | None = None,
     curvature_max: Quantity | None = None,
-    formulation: str = "energy",
+    formulation: str = DEFAULT,
 ) -> float:
     """Return the pull-off force of JKR's sphere, 3/2 π w R, or of an adhesive ellipse.
 
@@ -156,7 +233,7 @@ def jkr_pull_off(
         nm. Give either this or both curvatures.
     curvature_min, curvature_max : number or quantity, optional
         nm⁻¹, the smaller first; up to a ratio of 1000.
-    formulation : {"energy", "self_similar"}
+    formulation : {"energy", "self_similar", "published"}
         How adhesion acts on an ellipse, see `superpose`.
 
     Returns
@@ -180,13 +257,11 @@ def jkr_pull_off(
     )
     schema.one_of(formulation, FORMULATIONS, "formulation")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
-    if B == A:
-        return 0.75 * np.pi * work_of_adhesion / A
-    self_similar = float(jkr.self_similar_units(A, B, 1.0, work_of_adhesion).P)
-    if formulation == "self_similar":
-        return self_similar
+    unit = float(asperity_laws.asperity_scales(A, B, 1.0, work_of_adhesion, asperity_laws.law(formulation)).P)
+    if formulation != "energy" or B == A:
+        return unit
     state = elliptic_jkr.contact_at(B / A, elliptic_jkr.largest_tension(B / A))
-    return float(-state.P * self_similar)
+    return float(-state.P * unit)
 
 
 def tabor_parameter(
@@ -216,6 +291,45 @@ def tabor_parameter(
         radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion, adhesion_range=adhesion_range
     )
     return float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
+
+
+def gilman_surface_energy(
+    young_modulus: Quantity,
+    *,
+    poisson_ratio: float = 0.0,
+    plane_distance: Quantity = 0.2,
+    atomic_radius: Quantity = 0.13,
+) -> float:
+    """Return Gilman's estimate of the surface energy from Young's modulus, γ = (E/y₀)(a₀/π)².
+
+    Parameters
+    ----------
+    young_modulus : number or quantity
+        E, GPa.
+    poisson_ratio : float
+        With it E/(1 − ν²) takes the place of E. Cheng, Dunn & Brach print E, but their pull-off of the smooth sphere,
+        19.1 µN, has E/(1 − ν²).
+    plane_distance, atomic_radius : number or quantity
+        y₀, distance of the planes of cleavage, and a₀, radius of their atoms; nm.
+
+    Returns
+    -------
+    float
+        γ, J/m²; the work of adhesion of two equal bodies is 2γ.
+
+    References
+    ----------
+    Gilman, in Fracture (1959); Cheng, Dunn & Brach, eq. 43.
+
+    Examples
+    --------
+    >>> round(gilman_surface_energy(75), 4), round(gilman_surface_energy("75 GPa", poisson_ratio=0.22), 4)
+    (0.6421, 0.6748)
+    """
+    young_modulus, plane_distance, atomic_radius = _positive(
+        young_modulus=young_modulus, plane_distance=plane_distance, atomic_radius=atomic_radius
+    )
+    return young_modulus / (1 - poisson_ratio**2) / plane_distance * (atomic_radius / np.pi) ** 2
 
 
 def meniscus_sphere(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,6 +33,17 @@ def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
         yield name, figure
 
 
+def _in_asperity_units(contact: xr.Dataset, units: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return a, δ and P of a contact in JKR's units, where the contact exists."""
+    exists = np.isfinite(contact["force"].values)
+    quantities = {
+        "a": ("semi_axis_a", "unit_semi_axis"),
+        "delta": ("delta", "unit_delta"),
+        "P": ("force", "unit_force"),
+    }
+    return {key: (contact[name] / units[unit]).values[exists] for key, (name, unit) in quantities.items()}
+
+
 def _asperity(x: str, y: str) -> Callable:
     """Return the drawing of one asperity's curves by Hertz and JKR, in JKR's own units."""
     words = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
@@ -39,10 +51,15 @@ def _asperity(x: str, y: str) -> Callable:
     def draw(run: Run):
         from matplotlib import pyplot
 
-        a = np.linspace(0, 2, 801)
-        jkr = {"a": a, "delta": a**2 - 4 / 3 * np.sqrt(a), "P": a**3 - 2 * a**1.5}
-        hertz = {"a": a, "delta": a**2, "P": a**3}
-        first = int(np.argmin(jkr["P"] if x == "P" else jkr["delta"]))  # where the stable branch begins
+        radius, modulus, work = schema.pair(run["scan"], "sphere_radius", "contact_modulus", "work_of_adhesion")
+        sphere: dict[str, Any] = {"radius": radius, "contact_modulus": modulus}
+        units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=work)
+        delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
+        both = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=work)
+        stable, unstable = (_in_asperity_units(both.sel(branch=name), units) for name in ("stable", "unstable"))
+        jkr = {name: np.concatenate([unstable[name][::-1], stable[name]]) for name in words}
+        hertz = _in_asperity_units(reference.hertz(delta[delta > 0], **sphere), units)
+        first = int(np.argmin(jkr[x]))  # where the stable branch begins
         with pyplot.rc_context({"font.size": 7}):
             _, ax = pyplot.subplots(figsize=(3.35, 2.4), layout="constrained")
             ax.plot(hertz[x], hertz[y], "--", label="Hertz")

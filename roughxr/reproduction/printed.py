@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
-#: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes Gilman's estimate of the surface energy,
-#: eq. 43, (E/y₀)(a₀/π)², with E/(1 − ν²) for E, y₀ = 0.2 nm and a₀ = 0.13 nm.
+from ..contact.reference import gilman_surface_energy
+
+#: The paper's pair. Its printed pull-off of the smooth sphere, 19.1 µN, takes E/(1 − ν²) for E in eq. 43.
 PAIR: dict[str, Any] = {
     "sphere_radius": 3000.0,
     "young_modulus": 75.0,
     "poisson_ratio": 0.22,
-    "surface_energy": 75.0 / (1 - 0.22**2) / 0.2 * (0.13 / math.pi) ** 2,
+    "surface_energy": gilman_surface_energy(75.0, poisson_ratio=0.22),
 }
 
 #: How to read a value. A target is one that the twin's spectrum, debris and seed were fitted to, through the published

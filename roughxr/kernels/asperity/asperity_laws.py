@@ -26,7 +26,7 @@ import numpy as np
 
 from roughxr.kernels.asperity import elliptic_jkr, elliptic_table, jkr, maugis
 from roughxr.kernels.asperity.branches import closed_contact
-from roughxr.kernels.asperity.ellipse import shape, stiffness
+from roughxr.kernels.asperity.ellipse import axis_ratio, shape, stiffness
 from roughxr.kernels.asperity.elliptic_table import EMPTY, END, lookup, mark_at_row, table_row
 from roughxr.kernels.jit import kernel
 
@@ -62,16 +62,6 @@ class Contact(NamedTuple):
     P: float
     a: float
     b: float
-
-
-class Curve(NamedTuple):
-    """Starred states along a whole branch; ``stable`` at prescribed displacement."""
-
-    P: np.ndarray
-    a: np.ndarray
-    b: np.ndarray
-    delta: np.ndarray
-    stable: np.ndarray
 
 
 @cache
@@ -133,16 +123,20 @@ def asperities_scales(A, B, E_star, w, law):
     return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
 
 
-def curve(name, a, ratio=1.0):
-    """Return a law's starred branch, stable and unstable, at semi-axes a* > 0 (Cheng, Dunn & Brach, figures 2-4).
-
-    In these units only b* of ``hertz``, ``published`` and ``self_similar`` depends on ``ratio`` = B/A.
-    """
-    lam = shape(1.0, ratio)
+def branch_end(name, ratio):
+    """Return δ* at the end of an adhesive law's stable branch, without the table."""
     if name == "energy" and ratio > 1.0:
-        states = elliptic_jkr.states_at_semi_axis(ratio, a)
-        end = elliptic_jkr.contact_at(ratio, elliptic_jkr.branch_end(ratio))
-        return Curve(*states, a >= end.a)
-    if name == "hertz":
-        return Curve(a**3, a, lam * a, a**2, np.full(a.shape, True))
-    return Curve(jkr.load(a), a, lam * a, jkr.displacement(a), a >= jkr.END_A)
+        return elliptic_jkr.contact_at(ratio, elliptic_jkr.branch_end(ratio)).delta
+    return jkr.END_DELTA
+
+
+def branch_states(name, delta, ratio, *, stable):
+    """Return an adhesive law's starred states at displacements δ* between the ends of one branch.
+
+    In these units only b* of ``published`` and ``self_similar`` depends on ``ratio`` = B/A.
+    """
+    if name == "energy" and ratio > 1.0:
+        return elliptic_jkr.states_at_displacement(ratio, delta, stable=stable)
+    semi_axis = jkr.stable_semi_axis if stable else jkr.unstable_semi_axis
+    a = np.array([semi_axis(value) for value in delta])
+    return elliptic_jkr.EllipseState(jkr.load(a), a, axis_ratio(ratio) * a, delta)

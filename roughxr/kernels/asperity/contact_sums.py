@@ -6,7 +6,8 @@ is displaced by
     δᵢ = δ − (Z_max − Z + S₀(r))                                   (Cheng, Dunn & Brach, eq. 35, sign corrected)
 
 and its force follows its own law. At a fixed sphere each asperity is under displacement control: its branch continues
-to its end, beyond the largest tension.
+to its end, beyond the largest tension. So the sum is that of retraction; on approach an asperity without range jumps
+into contact at δᵢ = 0.
 
 Two contacts overlap if the radii of their ellipses along the line between their centres add up to more than its
 length: then the sum counts some area twice. Ellipses that overlap only away from that line are not counted, so that

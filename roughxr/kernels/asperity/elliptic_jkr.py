@@ -30,7 +30,7 @@ import numpy as np
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.jkr import self_similar_units
 
-#: Ends of the interval of s that is searched for a semi-axis.
+#: Ends of the interval of s that is searched for a displacement.
 _SMALLEST_S, _LARGEST_S = 1e-12, 1 - 1e-9
 
 
@@ -144,11 +144,15 @@ def largest_tension(ratio):
     return _least(ratio, "P")
 
 
-def states_at_semi_axis(ratio, a):
-    """Return the contacts, stable or not, with longer semi-axes ``a``, by bisection of log s to 1e-13."""
-    low, high = (np.full(np.shape(a), np.log(s)) for s in (_SMALLEST_S, _LARGEST_S))
+def states_at_displacement(ratio, delta, *, stable):
+    """Return the contacts at displacements ``delta`` between the ends of one branch, by bisection of log s to 1e-13."""
+    end = branch_end(ratio)
+    span = (_SMALLEST_S, end) if stable else (end, _LARGEST_S)
+    low, high = (np.full(np.shape(delta), np.log(s)) for s in span)
     for _ in range(48):
         middle = (low + high) / 2
-        longer = contact_at(ratio, np.exp(middle)).a > a  # a decreases with s
-        low, high = np.where(longer, middle, low), np.where(longer, high, middle)
+        # δ falls with s along the stable branch, and rises along the unstable one
+        is_before = (contact_at(ratio, np.exp(middle)).delta > delta) == stable
+        low = np.where(is_before, middle, low)
+        high = np.where(is_before, high, middle)
     return contact_at(ratio, np.exp((low + high) / 2))

@@ -23,6 +23,11 @@ from roughxr.kernels.jit import kernel
 #: a* and δ* at the end of the stable branch under prescribed displacement.
 END_A = 3.0 ** (-2 / 3)
 END_DELTA = -(3.0 ** (-1 / 3))
+
+#: First guess of τ on the unstable branch, a parabola that is exact at both of its ends, Q = 0 and −√3.
+_SLOPE = 6.0**-0.5
+_BEND = (1.0 - 0.5**0.5) / 3.0
+
 _SQRT_3_2 = 1.5**0.5
 
 
@@ -63,6 +68,15 @@ def displacement(a):
 
 
 @kernel
+def _semi_axis(Q, tau):
+    """Return a* by Newton steps from ``tau``."""
+    for _ in range(3):
+        root = np.sqrt(6.0 + tau * (4.0 + tau))
+        tau -= (tau * root - Q) * root / (6.0 + tau * (6.0 + 2.0 * tau))
+    return END_A * (1.0 + tau) ** 2
+
+
+@kernel
 def stable_semi_axis(delta):
     """Return the larger a* at displacement δ* ≥ −3^{−1/3}, to rounding.
 
@@ -70,8 +84,11 @@ def stable_semi_axis(delta):
     side stays regular where the two branches meet, so three Newton steps are enough everywhere.
     """
     Q = np.sqrt(delta - END_DELTA) / END_A
-    tau = Q / (np.sqrt(Q + 1.5) + _SQRT_3_2)
-    for _ in range(3):
-        root = np.sqrt(6.0 + tau * (4.0 + tau))
-        tau -= (tau * root - Q) * root / (6.0 + tau * (6.0 + 2.0 * tau))
-    return END_A * (1.0 + tau) ** 2
+    return _semi_axis(Q, Q / (np.sqrt(Q + 1.5) + _SQRT_3_2))
+
+
+@kernel
+def unstable_semi_axis(delta):
+    """Return the smaller a* at displacement −3^{−1/3} ≤ δ* ≤ 0, to rounding: the same curve at −Q."""
+    Q = -np.sqrt(delta - END_DELTA) / END_A
+    return _semi_axis(Q, Q * (_SLOPE - _BEND * Q))
