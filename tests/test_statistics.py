@@ -83,6 +83,36 @@ def test_density_is_that_of_the_law_and_has_units(sample):
     assert (np.diff(density["cdf"].values) >= 0).all()
 
 
+def test_density_of_a_sweep_is_that_of_each_displacement_on_the_same_bins():
+    rng = np.random.default_rng(3)
+    force = rng.gamma(2.0, 5.0, (2, 50, 3)) * np.array([0.1, 1.0, 3.0])
+    force[1, 7, 2] = np.nan
+    places = {"delta": [1.0, 5.08, 15.4], "branch": ["loading", "retraction"]}
+    ds = xr.Dataset({"force": (("branch", "subregion", "delta"), force, {"units": "nN"})}, places)
+    with pytest.warns(UserWarning, match="force: computed from 49 of 50 samples"):
+        density = pdf(ds, "force", bins=12)
+    assert density.dims == ("branch", "delta", "force") and density.units == "1/nN"
+    edges = density.attrs["bin_edges"]
+    assert edges[[0, -1]] == pytest.approx([np.nanmin(force), np.nanmax(force)])
+    for branch in (0, 1):
+        for delta in range(3):
+            values = force[branch, :, delta]
+            expected = np.histogram(values[np.isfinite(values)], bins=edges, density=True)[0]
+            np.testing.assert_allclose(density[branch, delta], expected, rtol=1e-13)
+    np.testing.assert_allclose(density.cdf.isel(force=-1), 1)
+    assert density.attrs["samples"] == 299 and density.attrs["missing"] == 1
+
+
+def test_density_of_a_sweep_takes_shares_quantities_and_dask(sample):
+    sweep = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 0], [0, 2], [1, 3]], {"units": "nN"})})
+    shared = sweep.assign_coords(landing_share=("subregion", [1.0, 2.0, 1.0]))
+    repeated = sweep.isel(subregion=[0, 1, 1, 2])
+    np.testing.assert_allclose(pdf(shared, "force", bins=3), pdf(repeated, "force", bins=3))
+    xr.testing.assert_identical(pdf(sweep.chunk(subregion=1), "force"), pdf(sweep, "force"))
+    edges = xr.DataArray([0.0, 0.0015, 0.003], attrs={"units": "uN"})
+    np.testing.assert_allclose(pdf(sweep, "force", bins=edges), pdf(sweep, "force", bins=[0.0, 1.5, 3.0]))
+
+
 def test_summary_equals_numpy(sample):
     table = summary(sample).height
     values = sample.height.values
@@ -126,7 +156,7 @@ def test_densities_are_the_same_on_dask(sample):
     [
         (lambda ds: pdf(ds, "depth"), "expected one of height.*found 'depth'"),
         (lambda ds: pdf(ds.isel(asperity=[0]), "height"), "at least two"),
-        (lambda ds: pdf(ds.expand_dims(delta=[1.0]), "height"), "select first"),
+        (lambda ds: cdf(ds.expand_dims(delta=[1.0]), "height"), "select first"),
         (lambda ds: summary(ds.rename(asperity="n")), "subregion or asperity"),
         (lambda ds: pull_off(ds), "along 'delta'"),
     ],

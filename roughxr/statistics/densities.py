@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.units import carries_units, plain
-from .sampling import density_units, samples
+from .sampling import density_units, other_dimensions, samples
 
 
 def pdf(
@@ -23,16 +25,17 @@ def pdf(
     ----------
     ds : Dataset
     name : str
-        A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first. Samples
-        are weighted by their ``landing_share`` if there is one.
+        A variable along ``subregion`` or ``asperity``, or a map; other dimensions, such as the displacements of a
+        sweep, are kept. Samples are weighted by their ``landing_share`` if there is one.
     bins : int, str or array
-        As for `numpy.histogram_bin_edges`; edges in the variable's units or with their own.
+        As for `numpy.histogram_bin_edges`, of all samples together; edges in the variable's units or with their own.
 
     Returns
     -------
     DataArray
-        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, with the coordinate ``cdf``;
-        the attributes contain ``bin_rule``, ``bin_edges`` and the numbers of ``samples`` and of ``missing`` samples.
+        ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, and along the other dimensions
+        with the same bins, with the coordinate ``cdf``; the attributes contain ``bin_rule``, ``bin_edges`` and the
+        numbers of all ``samples`` and of ``missing`` ones.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Examples
@@ -41,11 +44,18 @@ def pdf(
     >>> density = pdf(ds, "height", bins=2)
     >>> density.values.tolist(), density.units, float(density.cdf[-1])
     ([0.25, 0.75], '1/nm', 1.0)
+    >>> forces = [[0.0, 0.0], [0.0, 2.0], [1.0, 3.0], [1.0, 3.0]]
+    >>> sweep = xr.Dataset({"force": (("subregion", "delta"), forces, {"units": "nN"})}, {"delta": [5.0, 15.0]})
+    >>> pdf(sweep, "force", bins=3).sel(delta=15).values.tolist()
+    [0.25, 0.0, 0.75]
     """
     ds = schema.entered(ds)
-    some = samples(ds, name)
-    units = ds[name].attrs.get("units", "1")
+    units = ds[name].attrs.get("units", "1") if name in ds else "1"
     bins = plain(bins, units, name) if carries_units(bins) else bins
+    others = other_dimensions(ds, name)
+    if others:
+        return _pdf_along(ds, name, others[0], bins)
+    some = samples(ds, name)
     edges = np.histogram_bin_edges(some.values, bins=bins)
     values = np.histogram(some.values, bins=edges, density=True, weights=some.weights)[0]
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
@@ -58,6 +68,16 @@ def pdf(
     return out
 
 
+def _pdf_along(ds: xr.Dataset, name: str, along: str, bins: Any) -> xr.DataArray:
+    """Return `pdf` at each entry of a second dimension, with the bins of all samples together."""
+    pooled = np.asarray(ds[name].values, dtype=float)
+    edges = np.histogram_bin_edges(pooled[np.isfinite(pooled)], bins=bins)
+    parts = [pdf(ds.isel({along: k}), name, bins=edges) for k in range(ds.sizes[along])]
+    out = xr.concat(parts, dim=ds[along], coords=["cdf"], compat="override", combine_attrs="drop_conflicts")
+    counts = {count: sum(part.attrs[count] for part in parts) for count in ("samples", "missing")}
+    return out.assign_attrs(counts, bin_rule=bins if isinstance(bins, str) else "given")
+
+
 def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     """Return the empirical cumulative probability of a variable over its subregions or asperities.
 
@@ -65,7 +85,7 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     ----------
     ds : Dataset
     name : str
-        As in `pdf`.
+        A variable along ``subregion`` or ``asperity`` and no other dimension: select one displacement first.
 
     Returns
     -------
