@@ -62,14 +62,17 @@ class ContactAccessor:
         self._ds = ds
 
     def __repr__(self) -> str:
-        lines = [f"  .{name:20s} {_words(type(self), name)}" for name in _fitting(self._ds)]
-        return "\n".join([f"<roughxr: {_described(self._ds)}>", *lines])
+        lines = [f"<roughxr: {_described(self._ds)}>"]
+        for group, verbs in _fitting(self._ds).items():
+            if verbs:
+                lines += [f"{group}:", *(f"  .{name:20s} {_words(type(self), name)}" for name in verbs)]
+        return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         return f"<pre>{escape(repr(self))}</pre>"
 
     def __dir__(self) -> list[str]:
-        return sorted(_fitting(self._ds))
+        return sorted(name for verbs in _fitting(self._ds).values() for name in verbs)
 
     def __getattr__(self, name: str):
         # only for names that are no verb
@@ -77,30 +80,63 @@ class ContactAccessor:
         raise AttributeError(f"contact: no verb {name!r}{did_you_mean(name, verbs)}; list them by print(ds.contact)")
 
 
-#: Verbs by the kind of Datasets that they fit.
-_VERBS: dict[str, tuple[Callable, ...]] = {
-    "scan": (
-        *(assign_pair, scans.level, scans.fill, scans.roughness, probes.fit_sphere, probes.placements, asperities),
-        *(direct, adhesive, superpose, pull_off_map, extrapolated, rigid, rolling, regime, formulas, resting),
-        *(vary, error_budget, scale_dependence),
-    ),
-    "asperities": (reconstruct, superpose, pull_off_map, rolling),
-    "force": (answer, statistics.pull_off, certificate),
-    "pull_off": (answer, statistics.pull_off, certificate, compare, fit_pair),
-    "curves": (fit_curve,),
-    "samples": (statistics.summary, statistics.bootstrap, statistics.pdf, statistics.fit),
-    "moments": (critical_load, resuspension),
-    "any": (figures.plot, exports.to_table),
+#: Verbs by their use, the paper's first, each with the kinds of Datasets that it fits.
+_GROUPS: dict[str, dict[Callable, str]] = {
+    "the paper's": {
+        assign_pair: "scan",
+        scans.level: "scan",
+        scans.fill: "scan",
+        scans.roughness: "scan",
+        asperities: "scan",
+        reconstruct: "scan",
+        superpose: "scan asperities",
+        direct: "scan",
+        statistics.pull_off: "force pull_off",
+        statistics.pdf: "samples",
+        figures.plot: "any",
+        exports.to_table: "any",
+    },
+    "adhesion": {
+        adhesive: "scan",
+        rigid: "scan",
+        pull_off_map: "scan asperities",
+        extrapolated: "scan",
+        regime: "scan",
+        formulas: "scan",
+        certificate: "force pull_off",
+        probes.fit_sphere: "scan",
+        probes.placements: "scan",
+    },
+    "statistics": {
+        answer: "force pull_off",
+        statistics.summary: "samples",
+        statistics.bootstrap: "samples",
+        statistics.fit: "samples",
+        compare: "pull_off",
+        fit_pair: "pull_off",
+        fit_curve: "curves",
+    },
+    "particles": {
+        resting: "scan",
+        rolling: "scan asperities",
+        critical_load: "moments",
+        resuspension: "moments",
+    },
+    "studies": {
+        vary: "scan",
+        error_budget: "scan",
+        scale_dependence: "scan",
+    },
 }
 
-for _verb in [verb for verbs in _VERBS.values() for verb in verbs]:
+for _verb in [verb for group in _GROUPS.values() for verb in group]:
     setattr(ContactAccessor, _verb.__name__, _method(_verb))
 
 
-def _fitting(ds: xr.Dataset) -> list[str]:
-    """Return the verbs that fit a Dataset, by its variables and dimensions."""
+def _fitting(ds: xr.Dataset) -> dict[str, list[str]]:
+    """Return the verbs that fit a Dataset, by its variables and dimensions, in their groups."""
     is_map = any(set(array.dims) == {"x", "y"} for array in ds.data_vars.values()) and "height" not in ds
-    kinds = {
+    is_kind = {
         "scan": schema.kind_of(ds) == "scan",
         "asperities": "asperity" in ds.dims,
         "force": "force" in ds,
@@ -110,7 +146,10 @@ def _fitting(ds: xr.Dataset) -> list[str]:
         "moments": "resisting_moment" in ds,
         "any": True,
     }
-    return list(dict.fromkeys(verb.__name__ for kind, fits in kinds.items() if fits for verb in _VERBS[kind]))
+    return {
+        group: [verb.__name__ for verb, kinds in verbs.items() if any(is_kind[kind] for kind in kinds.split())]
+        for group, verbs in _GROUPS.items()
+    }
 
 
 def _described(ds: xr.Dataset) -> str:

@@ -75,9 +75,13 @@ def test_the_accessor_says_what_it_is_about_and_what_it_can_do(surface):
     fitting = set(dir(surface.contact))
     assert {"adhesive", "assign_pair", "level"} <= fitting <= set(VERBS)
     assert not {"answer", "critical_load", "compare"} & fitting
+    groups = [line.rstrip(":") for line in shown.splitlines()[1:] if not line.startswith(" ")]
+    assert groups == ["the paper's", "adhesion", "particles", "studies"]
+    assert shown.index(".direct ") < shown.index("adhesion:") < shown.index(".adhesive ")
     assert all((f"  .{verb} " in shown) == (verb in fitting) for verb in VERBS)
     assert ".adhesive" in surface.contact._repr_html_()
     pull = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0])}).contact
     assert {"answer", "bootstrap", "compare", "plot"} <= set(dir(pull)) and "level" not in dir(pull)
+    assert "statistics:" in repr(pull) and "studies:" not in repr(pull)
     assert "no pair of bodies assigned" in repr(xr.Dataset().contact)
     assert ".plot" in repr(surface.height.contact)
