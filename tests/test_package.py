@@ -1,6 +1,7 @@
 """What is released: the source archive holds what its tests read, the wheel what runs and nothing else."""
 
 import importlib.metadata
+import re
 import subprocess
 import sys
 import tomllib
@@ -48,6 +49,18 @@ def test_the_version_stands_in_one_place():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     assert "version" in project["dynamic"] and "version" not in project
     assert importlib.metadata.version("roughxr") == roughxr.__version__
+
+
+def test_every_dependency_is_imported_and_stands_below_its_use():
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    project = tomllib.loads(text)["project"]
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "roughxr").rglob("*.py"))
+    modules = {"pyyaml": "yaml", "pillow": "PIL", "rocket-fft": "rocket_fft"}
+    for line in project["dependencies"]:
+        name = re.match(r"[\w-]+", line).group()
+        assert re.search(rf"^ *(import|from) {modules.get(name, name)}\b", sources, re.MULTILINE), line
+    block = text.partition("dependencies = [\n")[2].partition("\n]")[0]
+    assert block.lstrip().startswith("#")
 
 
 @pytest.mark.parametrize("imports", ["import roughxr, xarray", "import xarray, roughxr"])
