@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy.integrate import quad
 from scipy.special import ndtr, ndtri
 
@@ -23,6 +24,8 @@ from .closed_forms import maugis_pull_off, sphere_attraction
 from .surfaces import bare_runs, paraboloids, rigid_pull_off, rough, scan
 
 GAMMA, LEAST = 0.072, 0.524253
+OF_LIQUID = {"humidity", "kelvin_radius", "surface_tension", *liquid.ANGLES, "liquid_film", "liquid_molecule"}
+OF_LIQUID |= {"share_under_liquid"}
 FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
 
 
@@ -226,19 +229,74 @@ def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels):
 
 def test_a_dry_pair_is_what_it_was():
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    of_liquid = {"humidity", "kelvin_radius", "surface_tension", *liquid.ANGLES, "liquid_film", "share_under_liquid"}
-    assert not of_liquid & set(glass.coords)
+    assert not OF_LIQUID & set(glass.coords)
     found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
     assert "meniscus_error" not in found and liquid.liquid_words(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
-    assert not of_liquid & set(again.coords)
+    assert not OF_LIQUID & set(again.coords)
 
 
 def test_few_molecules_are_said():
     ds = scan(np.zeros((9, 9)))
     assert "a few molecules" in liquid.liquid_words(wet(ds, 0.3))
     assert "molecules" not in liquid.liquid_words(wet(ds, 0.9))
+
+
+def at_part(part):
+    """Return the humidity at which a part of water's capillary pressure counts."""
+    molecule = (18.05e21 / 6.02214076e23) ** (1 / 3)
+    return float(np.exp(-LEAST / (0.5 * molecule * (1 + part))))
+
+
+def test_menisci_thicker_than_two_molecules_count_in_full():
+    ds = scan(np.zeros((9, 9)))
+    assert [liquid.pair_menisci(wet(ds, humidity)).part for humidity in (0.2, 0.3, 0.5, 0.9)] == [1.0] * 4
+    thin = liquid.pair_menisci(wet(ds, at_part(0.25), work_of_adhesion=(0.1, 0.02)))
+    assert thin.capillary_pressure == pytest.approx(0.25 * GAMMA / thin.kelvin_radius, rel=1e-4)
+    assert thin.share == pytest.approx(0.8, rel=1e-4)
+
+
+@pytest.mark.parametrize("method", ["rigid", "adhesive", "map", "maugis"])
+def test_as_humidity_falls_every_pull_off_becomes_that_of_the_dry_pair(method):
+    """Equal below a molecule; a 1e-4 part above it within 0.1 %; and in between without a step."""
+    ds = scan(rough(32, rms=1.0, seed=2), pixel=5.0)
+    solve = {
+        "rigid": lambda pair: pair.contact.rigid(delta=[0.0]),
+        "adhesive": lambda pair: pair.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None)),
+        "map": lambda pair: pair.contact.pull_off_map(subregions=(1, 1)),
+        "maugis": lambda pair: pair.contact.pull_off_map(subregions=(1, 1), law="maugis"),
+    }[method]
+
+    def pull_off(humidity, **air):
+        air = None if humidity is None else roughxr.HumidAir(humidity, **air)
+        pair = ds.contact.assign_pair(sphere_radius=300, materials="glass", humidity=air)
+        return float(solve(pair).pull_off_force.squeeze())
+
+    dry, first = pull_off(None), pull_off(at_part(1e-4))
+    with pytest.warns(UserWarning, match="nothing condenses, and the pair counts as dry"):
+        assert [pull_off(1e-9), pull_off(0.03), pull_off(0.01, liquid="ethanol")] == [dry] * 3
+    # the sum of asperities by Maugis's law has other ellipses than that by JKR's
+    assert first == pytest.approx(dry, rel=0.015 if method == "map" else 1e-3)
+    parts = np.linspace(0, 1, 4 if method == "adhesive" else 13)[1:]
+    forces = np.array([first, *(pull_off(at_part(part)) for part in parts)])
+    assert np.abs(np.diff(np.log(forces))).max() < 2.4 / parts.size
+    assert pull_off(0.2) == pytest.approx(forces[-1], rel=0.2)
+
+
+def test_a_humidity_at_which_nothing_condenses_varies_as_others_do(humid):
+    found = humid.contact.vary(roughxr.rigid, humidity=[1e-6, 0.1, 0.5], delta=[0.0])
+    dry = humid.contact.assign_pair(sphere_radius=3000, materials="glass")
+    expected = dry.contact.rigid(delta=[0.0])
+    assert float(found.pull_off_force[0, 0]) == float(expected.pull_off_force[0])
+    assert float(found.meniscus_error[0, 0]) == 0 < float(found.meniscus_error[1, 0])
+    with pytest.warns(UserWarning, match="thinner than a molecule"):
+        below = humid.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=1e-3)
+    xr.testing.assert_equal(
+        *(pair.contact.rolling(directions=4).drop_vars(OF_LIQUID, errors="ignore") for pair in (below, dry))
+    )
+    assert "nothing condenses" in liquid.liquid_words(below)
+    assert "thinner than two molecules" in liquid.liquid_words(wet(humid, 0.1))
 
 
 @pytest.fixture(scope="module")

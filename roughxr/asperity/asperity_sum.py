@@ -50,8 +50,13 @@ class SumOptions(NamedTuple):
         return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
 
 
-def read_options(ds: xr.Dataset, law: str, formulation: str, *, coated: bool = False) -> SumOptions:
-    """Return the options of a sum over asperities; raise if they contradict each other."""
+def read_options(
+    ds: xr.Dataset, law: str, formulation: str, *, dry_range: float | None = None, coated: bool = False
+) -> SumOptions:
+    """Return the options of a sum over asperities; raise if they contradict each other.
+
+    ``dry_range`` (nm) is that of the law without liquid, by default the pair's.
+    """
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
     if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
@@ -63,8 +68,9 @@ def read_options(ds: xr.Dataset, law: str, formulation: str, *, coated: bool = F
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus", coated=coated)
-    menisci = pair_menisci(ds)  # of a longer range and a larger work than the solids
-    length = attraction_range(ds) if menisci is None else menisci.range
+    length = attraction_range(ds) if dry_range is None else dry_range
+    if (menisci := pair_menisci(ds)) is not None:  # of a longer range and a larger work than the solids
+        length += menisci.part * (menisci.range - length)
     return SumOptions(
         law=formulation if law == "jkr" else law,
         adhesion_range=length if law in RANGED else np.nan,
@@ -114,8 +120,10 @@ class Summands:
 def read_summands(ds: xr.Dataset, law: str | None, formulation: str, *, coated: bool = False) -> Summands:
     """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
+    dry_range = None if law else 0.0  # the default without liquid is "jkr"
     law = law or ("maugis" if schema.is_wet(ds) else "jkr")
-    return Summands(ds, law, formulation, read_options(ds, law, formulation, coated=coated), is_lazy(ds))
+    options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated)
+    return Summands(ds, law, formulation, options, is_lazy(ds))
 
 
 class Asperities(NamedTuple):

@@ -10,25 +10,36 @@ Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48; de Boer & de Boer, J. C
 as Dugdale's law: Fogden & White, J. Colloid Interface Sci. 138 (1990) 414; between rough bodies: Persson, J. Phys.:
 Condens. Matter 20 (2008) 315007. The film widens the gap that fills as it does a pore (Cohan 1938); it is not counted
 by default. Kelvin's equation was found to hold down to radii of 4 nm (Fisher & Israelachvili, J. Colloid Interface
-Sci. 80 (1981) 528); below some 1 nm, a few molecules, it is an extrapolation.
+Sci. 80 (1981) 528), and in slits down to a single layer of water (Yang et al., Nature 588 (2020) 250). A meniscus
+thinner than a molecule carries nothing. So the liquid's surface, of diameter 2 r_K, counts in part,
 
-γ J/m²;  V cm³/mol;  T K;  r_K, h, f nm;  θ rad
+    c = 2 r_K/d − 1 within 0 … 1,    d = (V/N_A)^⅓    (a molecule: 0.31 nm for water)
+
+in the capillary pressure c γ/r_K and in what the solids lose under the liquid (own interpolation between one and two
+molecules). For water c is 0 below 3 % and 1 above 19 % relative humidity.
+
+γ J/m²;  V cm³/mol;  T K;  r_K, h, f, d nm;  θ rad
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
 #: R_g T, J/mol, at 25 °C (CODATA 2018).
 _THERMAL = 8.314462618 * 298.15
+
+#: Avogadro's number, 1/mol (CODATA 2018).
+_AVOGADRO = 6.02214076e23
 
 #: Relative vapour pressure above which this law would fill every gap.
 _SATURATION = 0.99
@@ -66,6 +77,7 @@ class Menisci(NamedTuple):
     angles: tuple[float, float]  # rad
     film: float  # nm, on each body
     share: float  # work of adhesion of the solids under the liquid, over that without it
+    part: float = 1.0  # c, of the capillary pressure of bulk liquid
 
     @property
     def height(self) -> float:
@@ -74,8 +86,8 @@ class Menisci(NamedTuple):
 
     @property
     def capillary_pressure(self) -> float:
-        """The tension on the wetted area, γ/r_K, GPa."""
-        return self.surface_tension / self.kelvin_radius
+        """The tension on the wetted area, c γ/r_K, GPa."""
+        return self.part * self.surface_tension / self.kelvin_radius
 
     @property
     def work(self) -> float:
@@ -91,17 +103,18 @@ class Menisci(NamedTuple):
     def edge(self) -> float:
         """The energy of a meniscus per length of its edge, nN: the arc's, less that of the law's sharp edge."""
         open_angle = math.pi - sum(self.angles) + 0.5 * sum(math.sin(2 * angle) for angle in self.angles)
-        return 0.5 * self.surface_tension * self.kelvin_radius * open_angle
+        return 0.5 * self.part * self.surface_tension * self.kelvin_radius * open_angle
 
 
 def pair_menisci(ds: xr.Dataset) -> Menisci | None:
-    """Return the menisci of a pair of bodies, None for a dry pair."""
+    """Return the menisci of a pair of bodies, None for a dry pair and below a molecule."""
     if not schema.is_wet(ds):
         return None
-    radius, tension = schema.pair(ds, "kelvin_radius", "surface_tension", humid=True)
+    radius, tension, molecule = schema.pair(ds, "kelvin_radius", "surface_tension", "liquid_molecule", humid=True)
     first, second = (float(ds[name]) for name in ANGLES)
     film, share = (float(ds.coords.get(name, usual)) for name, usual in (("liquid_film", 0), ("share_under_liquid", 1)))
-    return Menisci(radius, tension, (first, second), film, share)
+    part = min(2 * radius / molecule - 1, 1.0)
+    return Menisci(radius, tension, (first, second), film, 1 - part * (1 - share), part)
 
 
 def total_work(ds: xr.Dataset) -> float:
@@ -166,10 +179,11 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
     ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.
     """
     liquid, pressure = air.liquid, _pressure(air.humidity)
-    tension, _ = _liquid(liquid)
+    tension, volume = _liquid(liquid)
     radius = kelvin_radius(pressure, liquid=liquid)
     wetting = angles(air.contact_angle)
     coords = {"humidity": pressure, "kelvin_radius": radius, "surface_tension": tension, **dict(zip(ANGLES, wetting))}
+    coords["liquid_molecule"] = (1e21 * volume / _AVOGADRO) ** (1 / 3)  # 1 cm³ = 1e21 nm³
     if film := single(
         air.film or 0.0, "nm", "film", "a thickness of at least 0 nm on each body", lambda film: film >= 0
     ):
@@ -179,6 +193,8 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
         own = bodies is not None and medium is not None
         coords["share_under_liquid"] = _named_materials_share(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
     _refuse_thick(pair, radius, pressure)
+    if 2 * radius <= coords["liquid_molecule"]:
+        warn(f"humidity: {_no_liquid_words(coords)}")
     return coords
 
 
@@ -212,7 +228,7 @@ def liquid_words(ds: xr.Dataset) -> str:
     """Return the liquid of a humid pair and the limits of its law in words; empty for a dry pair."""
     menisci = pair_menisci(ds)
     if menisci is None:
-        return ""
+        return f"{_no_liquid_words(ds)}." if "humidity" in ds.coords else ""
     words = (
         f"At {float(ds['humidity']):.3g} relative humidity water fills gaps below {menisci.height:.2g} nm, with a "
         f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
@@ -222,7 +238,20 @@ def liquid_words(ds: xr.Dataset) -> str:
             f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
             "is an extrapolation there"
         )
+    if menisci.part < 1:
+        words += (
+            f". Menisci thinner than two molecules count in part, with {100 * menisci.part:.0f} % of that of the bulk"
+        )
     return words + "."
+
+
+def _no_liquid_words(ds: Mapping[Any, Any]) -> str:
+    """Return why nothing condenses between a pair of bodies."""
+    humidity, radius, molecule = (float(ds[name]) for name in ("humidity", "kelvin_radius", "liquid_molecule"))
+    return (
+        f"At {humidity:.3g} relative humidity menisci, of {2 * radius:.2g} nm, would be thinner than a molecule "
+        f"({molecule:.2g} nm): nothing condenses, and the pair counts as dry"
+    )
 
 
 def _pressure(given: Any) -> float:

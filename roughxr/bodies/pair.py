@@ -154,7 +154,8 @@ def assign_pair(
     humidity : number, str or HumidAir, optional
         Relative humidity, as 0.6 or "60 %", or `HumidAir`, where the liquid is not water that wets both bodies. It
         condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
-        weakens the solids' own attraction. Without it the pair is dry.
+        weakens the solids' own attraction. Water counts in full above 19 % relative humidity, less below, and not at
+        all below 3 %, where menisci are thinner than a molecule. Without a humidity the pair is dry.
     layer : Layer, optional
         A layer bonded to the scan's body, as ``Layer("50 nm", "silica")``. The pair is then the indenter and the body
         below the layer, in this order: ``materials="glass/silicon"`` or ``young_modulus=(75, 130)``, ``inf`` for a
@@ -172,6 +173,8 @@ def assign_pair(
     -----
     ImplausiblePair
         If a quantity is improbable, such as a sphere with a radius of fewer than five pixels.
+    UserWarning
+        If nothing condenses at the given humidity.
 
     Examples
     --------

@@ -29,7 +29,7 @@ __all__ = [
 
 #: Coordinates of an assigned pair that must be positive numbers; the work of adhesion may be 0.
 _SIZES = {*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "kelvin_radius", "surface_tension"}
-_SIZES |= {"layer_thickness", "layer_modulus"}
+_SIZES |= {"layer_thickness", "layer_modulus", "liquid_molecule"}
 
 #: Smallest pixel and range of heights, nm: an atom is a hundred times as wide.
 SMALLEST_LENGTH = 1e-3
@@ -233,8 +233,8 @@ def is_coated(ds: xr.Dataset) -> bool:
 
 
 def is_wet(ds: xr.Dataset) -> bool:
-    """Return whether the pair of bodies carries condensed liquid."""
-    return "kelvin_radius" in ds.coords
+    """Return whether the pair of bodies carries condensed liquid, of menisci thicker than a molecule."""
+    return "kelvin_radius" in ds.coords and bool(2 * ds["kelvin_radius"].max() > ds["liquid_molecule"])
 
 
 def pair(ds: xr.Dataset, *names: str, humid: bool = False, coated: bool = False) -> tuple[float, ...]:

@@ -50,7 +50,7 @@ PAIR = ("sphere_radius", "contact_modulus", "work_of_adhesion")
 TRAVELLING = (
     *(*PAIR, "adhesion_range", "hamaker_constant", "retardation", "hardness", "hardness_estimate"),
     *("humidity", "kelvin_radius", "surface_tension", "contact_angle_1", "contact_angle_2"),
-    *("liquid_film", "share_under_liquid"),
+    *("liquid_film", "liquid_molecule", "share_under_liquid"),
     *("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio"),
 )
 

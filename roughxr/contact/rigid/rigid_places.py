@@ -28,7 +28,7 @@ _EVENTS = {
     "truncated": bool,
 }
 
-#: Further variables of condensed liquid.
+#: Further variables of condensed liquid, also at humidities at which nothing condenses.
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
@@ -36,7 +36,7 @@ def solve_places(specimen, positions, problem, options, *, fields) -> xr.Dataset
     """Return the curves and events at given places."""
     solved_places, shape = places(specimen, positions, window_half_width(specimen, problem))
     cells = problem.refine * shape[0], problem.refine * shape[1]
-    liquid_names = {} if options.menisci is None else _OF_LIQUID
+    liquid_names = _OF_LIQUID if "humidity" in specimen.bodies.coords else {}
     layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | liquid_names, cells if fields else None)
     mean = specimen.heights.mean()
     arguments = [(*place, mean) for place in solved_places]
@@ -90,7 +90,7 @@ def _solve_place(height, datum, window, ends, mean, problem, layout, options) ->
     closest, pull = _pull_off(setting)
     within = deltas <= closest + 1e-9
     record["force"][within] = -setting.attractions(deltas[within])
-    if options.menisci is not None:
+    if "meniscus_error" in layout.events:
         cell, meniscus = problem.dx, options.menisci
         record["meniscus_error"] = menisci.relative_error(setting.cells, pull[1], options.law, meniscus, cell, pull[0])
         record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
