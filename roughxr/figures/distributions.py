@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import statistics
 from ..statistics.laws import LAWS, law_density
-from ..statistics.sampling import density_units
+from ..statistics.sampling import density_units, samples
 from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
 from .style import (
@@ -54,7 +54,7 @@ def distribution(
     fewest: int = FEWEST_SAMPLES,
     ax: Axes | None = None,
 ):
-    """Draw a histogram of a variable as a probability density, the mean above it; of few samples each one.
+    """Draw a histogram of a variable as a probability density, the mean above it; of few samples the steps of each.
 
     Parameters
     ----------
@@ -72,25 +72,26 @@ def distribution(
     fewest : int
         Smallest number of samples that are drawn as a density.
     """
+    import seaborn
+
     ax = axes(ax)
-    color = stroke(order)["color"]
+    look = {"label": label, **stroke(order)}
     values = np.asarray(ds[name].values, dtype=float)
     values = values[np.isfinite(values)]
     if interval is not None and values.size > 1:
-        _mean_interval(ax, ds, name, color, order, interval)
+        _mean_interval(ax, ds, name, look["color"], order, interval)
     if values.size < fewest:
-        share = (np.arange(values.size) + 0.5) / max(values.size, 1)
-        ax.plot(np.sort(values), share, color=color, linestyle="none", marker="o", label=label)
-        ax.set(ylim=(0, 1), ylabel="share of samples below")
+        seaborn.ecdfplot(x=values, ax=ax, marker="o", **look)
+        ax.set(ylim=(0, 1.03), ylabel="share of samples below")
         label_axis(ax.xaxis, name)
         return legend(ax)
     if isinstance(bins, str):
         bins = np.histogram_bin_edges(values, bins=bins)
         bins = bins if bins.size <= _MOST_BINS + 1 else np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
-    density = statistics.pdf(ds, name, bins=bins)
-    edges = density.attrs["bin_edges"]
-    ax.stairs(density.values, edges, fill=True, color=color, alpha=0.18)
-    ax.stairs(density.values, edges, label=label, linewidth=0.8, **stroke(order))
+    edges = statistics.pdf(ds, name, bins=bins).attrs["bin_edges"]
+    sample = samples(ds, name, quiet=True)
+    bars = {"stat": "density", "element": "step", "alpha": 0.18, "linewidth": 0.8}
+    seaborn.histplot(x=sample.values, weights=sample.weights, bins=edges.tolist(), ax=ax, **bars, **look)
     if len(laws):
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
