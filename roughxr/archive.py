@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import dask.array as da
+import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
@@ -39,6 +40,9 @@ UNFINISHED = "unfinished"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
+
+#: Largest depth of nested groups.
+_DEEPEST_GROUP = 50
 
 #: Set when an interrupt came while interrupts were delayed.
 _interrupted = threading.Event()
@@ -152,7 +156,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Raises
     ------
     ValueError
-        If it is damaged. HDF5 keeps a checksum of every array, but not of attributes and single values.
+        If it is damaged, or takes data from other files. HDF5 keeps a checksum of every array, but not of attributes
+        and single values.
 
     Examples
     --------
@@ -164,10 +169,54 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     3.0
     """
     path = Path(path)
+    refuse_other_files(path)
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
         return {name: _without_fields(path, name, file[name]) for name in group_names(file)}
+
+
+def refuse_other_files(path: Path) -> None:
+    """Raise if an HDF5 file takes data from other files of this machine, or nests groups without end.
+
+    A stranger's file could name any file; the NetCDF library never returns from deeply nested groups.
+    """
+    if not h5py.is_hdf5(path):
+        return
+    try:
+        with h5py.File(path) as file:
+            foreign = _foreign_name(file)
+    except (OSError, RuntimeError, KeyError):  # damaged, which its reader reports
+        return
+    if foreign:
+        raise ValueError(
+            f"{path}: expected data in the file itself, found {foreign!r} in another file; ask its author for a file "
+            "without external storage, virtual datasets and external links"
+        )
+
+
+def _foreign_name(file: h5py.File) -> str:
+    """Return the name of the first dataset or group whose data lie in another file, else an empty text."""
+    groups: list[h5py.Group] = [file]
+    visited = set()
+    while groups:
+        group = groups.pop()
+        if group.name.count("/") > _DEEPEST_GROUP:
+            raise ValueError(f"{file.filename}: expected groups nested at most {_DEEPEST_GROUP} deep, found more")
+        for name in group:
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                return name
+            if not isinstance(link, h5py.HardLink):
+                continue
+            item = group[name]
+            if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
+                return name
+            address = h5py.h5o.get_info(item.id).addr
+            if isinstance(item, h5py.Group) and address not in visited:
+                groups.append(item)
+            visited.add(address)
+    return ""
 
 
 def root_attributes(path: Path) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import xarray as xr
 
 from .archive import atomic_write
 from .vocabulary import schema
+from .vocabulary.text import printable
 
 #: Characters with which a cell begins that a spreadsheet reads as a formula.
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
@@ -92,16 +93,18 @@ def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, Path], None]:
 
 
 def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:
-    """Return a table with units in its header, and no text that a spreadsheet would take for a formula."""
+    """Return a table with units in its header, and no text that a spreadsheet refuses or takes for a formula."""
     units = {name: ds[name].attrs.get("units", "1") if name in ds.variables else "1" for name in frame}
     named = frame.rename(columns={name: f"{name} [{unit}]" for name, unit in units.items() if unit != "1"})
     for column in named.select_dtypes(include=["object", "string"]):
-        named[column] = named[column].map(_no_formula)
+        named[column] = named[column].map(_safe_cell)
     return named
 
 
-def _no_formula(value: object) -> object:
-    return f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value
+def _safe_cell(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    return "'" * value.startswith(_FORMULA) + printable(value, keep="\n\t")
 
 
 def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: Path):

@@ -4,8 +4,10 @@ import contextlib
 import html
 import io
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +39,33 @@ def test_a_misspelt_option_is_answered_with_the_nearest(words, nearest, capsys):
     with pytest.raises(SystemExit):
         main(words)
     assert f"did you mean {nearest}" in capsys.readouterr().err
+
+
+def test_a_file_of_options_holds_every_option_but_scheduler_and_output(tmp_path, capsys):
+    written = tmp_path / "run.toml"
+    with pytest.raises(SystemExit):
+        main(["run", "--write-config", str(written)])
+    text = written.read_text(encoding="utf-8")
+    options = re.findall(r"^# (\w+) = ", text, re.MULTILINE)
+    assert {"sphere_radius", "materials", "humidity", "mesh", "particle"} <= set(options)
+    assert not {"scheduler", "output", "config"} & set(options)
+    written.write_text(re.sub(r"^# (\w+ = )", r"\1", text, flags=re.MULTILINE), encoding="utf-8")
+    tomllib.loads(written.read_text(encoding="utf-8"))
+    for line, reason in (
+        ("scheduler = 'x'", "no option of a file"),
+        ("sphere_radus = 3", "did you mean sphere_radius"),
+    ):
+        written.write_text(line)
+        with pytest.raises(SystemExit):
+            main(["run", "a.nc", "--config", str(written)])
+        assert reason in capsys.readouterr().err
+
+
+def test_a_file_named_like_an_option_is_no_option(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "--scheduler=x").write_text("")
+    assert main(["run", "--scheduler=x", "a.nc"]) == 1
+    assert "name the file ./--scheduler=x" in capsys.readouterr().err
 
 
 def test_errors_name_options_in_a_shell(tmp_path, capsys):
@@ -306,11 +335,15 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     for seed in (3, 4):
         scan(rough(48, seed=seed), pixel=10.0).to_netcdf(f"wafer-{seed}.nc")
     (tmp_path / "torn.nc").write_bytes(b"no scan at all")
-    lines = ["--sphere-radius '0.3 um' --materials glass/silicon  # the bodies", "--law griffith --mesh 1"]
-    (tmp_path / "wafer.txt").write_text("\n".join([*lines, "--budget 0", "--subregions 2 1"]), encoding="utf-8")
+    with pytest.raises(SystemExit, match="0"):
+        main(["run", "--write-config", "wafer.toml"])
+    capsys.readouterr()
+    options = ["sphere_radius = '0.3 um'  # the bodies", "materials = 'glass/silicon'", "law = 'griffith'", "mesh = 1"]
+    with (tmp_path / "wafer.toml").open("a", encoding="utf-8") as file:
+        file.write("\n".join([*options, "budget = 8", "subregions = [2, 1]"]))
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
     with bare_runs():
-        assert main(["run", *files, "@wafer.txt", "-o", "wafer", "-q"]) == 0
+        assert main(["run", *files, "--config", "wafer.toml", "--budget", "0", "-o", "wafer", "-q"]) == 0
     printed = capsys.readouterr()
     assert printed.err.startswith("roughxr: torn.nc: cannot be read and is left out: ")
     assert printed.err.count("left out") == 1

@@ -105,12 +105,20 @@ def test_nothing_is_written_under_a_name_that_the_container_gives(tmp_path):
         (META.replace("mode: center", "mode: sphere"), "meta.yml", "sphere"),
         (META, "about.yml", "without meta.yml"),
         ("a: " + "[" * 100_000, "meta.yml", "damaged"),
-        (" " * (2**24 + 1), "meta.yml", "at most 16 MiB"),
+        (" " * (2**19 + 1), "meta.yml", "at most 512 KiB"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_the_containers_name(tmp_path, meta, name, reason):
     with pytest.raises(UnreadableScan, match=f"film.zip.*{reason}"):
         roughxr.scans.open_container(container(tmp_path / "film.zip", meta, name))
+
+
+def test_a_member_that_is_named_a_thousand_times_is_refused(tmp_path):
+    line = {"name": "a", "size": [2.0], "unit": "um", "datafile": {"original": "long.asc"}}
+    meta = json.dumps({"surfaces": [{"topographies": [line] * 1000}]})
+    path = container(tmp_path / "a.zip", meta, **{"long.asc": "0 0\n" * 5000 + "1 1\n"})
+    with pytest.raises(UnreadableScan, match="expected each file once"):
+        roughxr.scans.open_container(path)
 
 
 def test_a_container_is_no_scan_and_a_text_no_container(tmp_path):

@@ -92,6 +92,13 @@ def test_text_in_a_csv_is_no_formula(tmp_path):
     assert read["force [nN]"].tolist()[0] == -1.0
 
 
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_control_characters_of_a_title_do_not_stop_a_table(suffix, tmp_path):
+    table = to_table(xr.Dataset({"scan": ("place", ["a\x01b", "plain"])}), tmp_path / f"places{suffix}")
+    read = pd.read_csv(table) if suffix == ".csv" else pd.read_excel(table)
+    assert read["scan"].tolist() == [r"a\x01b", "plain"]
+
+
 def test_scalars_are_a_table_too(tmp_path):
     found = roughness(scan(rough(32)))
     shown = to_table(found)

@@ -4,16 +4,19 @@ import os
 import re
 import signal
 import struct
+import sys
 import time
 import warnings
+import zipfile
 from contextlib import contextmanager
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import cli
+from roughxr import archive, cli
 from roughxr.scans import (
     ImplausibleScan,
     UnreadableScan,
@@ -27,7 +30,7 @@ from roughxr.scans import (
 from roughxr.scans.plausibility import doubts
 from roughxr.scans.synthetic import self_affine
 
-from .afm_files import WRITERS, given, image_size, picture
+from .afm_files import WRITERS, given, image_size, picture, write_asd, write_gwy
 from .surfaces import rough, scan
 
 SECONDS = 5
@@ -131,7 +134,7 @@ def test_damage(name, tmp_path):
 
 def test_real_files_cut_anywhere(shared_scans, tmp_path):
     for path in sorted(shared_scans.iterdir()):
-        if path.suffix in (".md", ".zip") or path.name.startswith("NEGATIVE"):
+        if path.is_dir() or path.suffix in (".md", ".zip") or path.name.startswith("NEGATIVE"):
             continue
         with warnings.catch_warnings(action="ignore"):
             whole = open_scan(path)
@@ -206,6 +209,73 @@ def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys)
     with pytest.raises(UnreadableScan) as refusal:
         open_scan(other)
     assert not set("\x1b\x07\x9b\u202e") & set(str(refusal.value))
+
+
+@pytest.mark.parametrize("kind", ["external", "link", "virtual"])
+def test_hdf5_that_takes_data_from_other_files_is_refused(kind, tmp_path):
+    secret = tmp_path / "secret.h5"
+    with h5py.File(secret, "w") as file:
+        file["h"] = np.ones((16, 16))
+    path = tmp_path / "scan.h5"
+    with h5py.File(path, "w") as file:
+        if kind == "external":
+            file.create_dataset("Height", shape=(16, 16), dtype="u1", external=[(str(secret), 0, 256)])
+        elif kind == "link":
+            file["Height"] = h5py.ExternalLink(str(secret), "h")
+        else:
+            layout = h5py.VirtualLayout((16, 16), "f8")
+            layout[:] = h5py.VirtualSource(str(secret), "h", (16, 16))
+            file.create_virtual_dataset("Height", layout)
+    with pytest.raises(UnreadableScan, match="found 'Height' in another file"):
+        open_scan(path, size=(100, 100), height_units="nm")
+    with pytest.raises(ValueError, match="found 'Height' in another file"):
+        archive.load(path)
+
+
+def test_deeply_nested_groups_are_refused(tmp_path):
+    path = tmp_path / "deep.nc"
+    with h5py.File(path, "w") as file:
+        file.create_group("/".join("g" * 60))
+    with pytest.raises(UnreadableScan, match="groups nested at most 50 deep"):
+        open_scan(path)
+
+
+def test_frames_without_length_are_refused(tmp_path):
+    path = write_asd(tmp_path, picture(), image_size(picture()))
+    data = bytearray(path.read_bytes())
+    data[8:12] = struct.pack("<i", -2 * picture().size)  # bytes before the heights of each frame
+    path.write_bytes(data)
+    with pytest.raises(UnreadableScan, match="cut short"):
+        open_scan(path)
+
+
+def test_long_header_lines_are_refused_at_once(tmp_path):
+    path = tmp_path / "long.txt"
+    path.write_text("# k:" + " " * 100_000 + "z" + " " * 100_000 + "q\n1 2\n3 4\n")
+    with pytest.raises(UnreadableScan):
+        open_scan(path, size=(10, 10), height_units="nm")
+
+
+def test_a_zip_file_of_a_later_version_is_refused_with_its_name(tmp_path):
+    path = tmp_path / "later.zip"
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("a.txt", "0 0")
+    data = bytearray(path.read_bytes())
+    start = data.find(b"PK\x01\x02")
+    data[start + 6 : start + 8] = struct.pack("<H", 6300)
+    path.write_bytes(data)
+    with pytest.raises(UnreadableScan, match=r"later\.zip"):
+        open_scan(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names that are no UTF-8 are refused by the file system")
+def test_a_file_name_that_is_no_utf8_is_read_and_stored(tmp_path):
+    path = write_gwy(tmp_path, picture(), image_size(picture()))
+    latin = path.rename(os.fsdecode(os.fsencode(tmp_path / "5") + b"\xb5m.gwy"))
+    opened = open_scan(latin)
+    assert opened.attrs["source_file"] == r"5\udcb5m.gwy"
+    to_netcdf(opened, tmp_path / "copy.nc")
+    assert describe(latin).attrs["source_file"] == r"5\udcb5m.gwy"
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])

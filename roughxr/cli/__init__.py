@@ -1,6 +1,7 @@
 """The command line: ``roughxr paper``, ``run``, ``report``, ``explore``, ``detach``, ``info``, ``convert``, …
 
 options        the parser: each command with its options and help
+config         options in a file
 words          arguments as numbers, quantities or pairs; error messages
 running        `paper`, `run`, `report`, `explore`
 file_commands  `info`, `convert`
@@ -32,12 +33,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     _never_fail_to_print()
-    try:
-        options = command_line().parse_args(words)
-        options.line = shlex.join(["roughxr", *words])
-    except OSError as error:  # of a file of options, @FILE
-        print_error(error_text(error))
+    files = [word for word in words if word.startswith("-") and os.path.exists(word)]
+    if files:  # of a folder with a file of this name, by a shell's *
+        print_error(f"{files[0]}: an option and a file of this folder; name the file ./{files[0]}, all files ./*")
         return 1
+    options = command_line().parse_args(words)
+    options.line = shlex.join(["roughxr", *words])
     try:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
             printed: set[str] = set()

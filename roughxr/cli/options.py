@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import argparse
 import re
-import shlex
 from typing import Any
 
 from .._version import __version__
 from ..bodies.substances import MATERIALS
 from ..vocabulary.text import did_you_mean
+from . import config
 from .words import number
 
 #: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
@@ -73,10 +73,11 @@ BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] 
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser of options that may also stand in files, ``@FILE``; it names the option nearest to a misspelt one."""
+    """A parser whose options may also stand in a file, ``--config``; it names the option nearest to a misspelt one."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
+        args = config.with_file(args, self)
         known = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
         for word in args or ():
             option = word.partition("=")[0]
@@ -90,10 +91,6 @@ class Parser(argparse.ArgumentParser):
         """Print one line, and end."""
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
-    def convert_arg_line_to_args(self, line: str) -> list[str]:
-        """Return the words of a line of a file of options; a comment begins with #."""
-        return shlex.split(line, comments=True)
-
 
 def command_line() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
@@ -106,22 +103,24 @@ def command_line() -> argparse.ArgumentParser:
 
 
 def _command(commands: Any, name: str, does: str, help: str) -> argparse.ArgumentParser:
-    command = commands.add_parser(name, help=help, fromfile_prefix_chars="@")
+    command = commands.add_parser(name, help=help)
     command.add_argument("--debug", action="store_true", help="show the traceback of every error")
     command.set_defaults(command=does)
     return command
 
 
-def _add(to: Any, *rows: tuple[str, str | None, str], **more: Any) -> None:
+def _add(to: Any, *rows: tuple[str, str | None, str], **more: Any) -> list[argparse.Action]:
     """Add options, each from flags, metavar ("E..." for several values) and help; ``more`` applies to all of them."""
+    added = []
     for flags, metavar, words in rows:
         several = {"nargs": "+"} if metavar and metavar.endswith("...") else {}
         named = {"metavar": metavar.removesuffix("...")} if metavar else {}
-        to.add_argument(*flags.split(), help=words, **named, **several, **more)
+        added.append(to.add_argument(*flags.split(), help=words, **named, **several, **more))
+    return added
 
 
-def _flag(to: Any, flags: str, words: str) -> None:
-    to.add_argument(*flags.split(), action="store_true", help=words)
+def _flag(to: Any, flags: str, words: str) -> argparse.Action:
+    return to.add_argument(*flags.split(), action="store_true", help=words)
 
 
 def _paper(commands: Any) -> None:
@@ -138,10 +137,10 @@ def _paper(commands: Any) -> None:
 def _run(commands: Any) -> None:
     does = "analyse a scan, or each of several: pull-off, forces, error budget, report"
     command = _command(commands, "run", "running:run", does)
-    _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan; @FILE reads options from a file"))
+    _add(command, ("scan", "SCAN...", "an AFM file, or a NetCDF file of a scan"))
     _add(command, ("-o --output", "OUT", f"folder, or FILE.nc for the archive alone; {_DEFAULT}"), default="run")
-    _add_reading_options(command)
-    _add(
+    options = _add_reading_options(command)
+    options += _add(
         command,
         ("--level", None, f"background to subtract; {_DEFAULT}"),
         default="plane",
@@ -149,27 +148,28 @@ def _run(commands: Any) -> None:
     )
     group = command.add_argument_group("the two bodies (plain numbers in nm, GPa, J/m², or text such as '3 um')")
     shape = group.add_mutually_exclusive_group(required=True)
-    _add(shape, ("--sphere-radius --radius", "R", "radius of the sphere, nm"))
-    _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
-    _add(group, *_BODIES, *_AIR)
+    options += _add(shape, ("--sphere-radius --radius", "R", "radius of the sphere, nm"))
+    options += _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
+    options += _add(group, *_BODIES, *_AIR)
     group = command.add_argument_group("places and displacements")
     words = "number of places along x and y, or one number for both; default: 8 8"
-    _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
+    options += _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
     words = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
-    _flag(group, "--particle", words)
+    options.append(_flag(group, "--particle", words))
     words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
-    _add(group, ("--delta", "D...", words), type=float)
+    options += _add(group, ("--delta", "D...", words), type=float)
     group = command.add_argument_group("the simulation with adhesion")
     words = "compressive force before retraction, nN or as '50 nN'; default: 0"
-    _add(group, ("--preload", "P", words), default=0.0, type=number)
+    options += _add(group, ("--preload", "P", words), default=0.0, type=number)
     words = "law of the traction across the gap; default: auto, exponential where its range matters, else griffith"
-    _add(group, ("--law", None, words), default="auto", choices=LAWS)
+    options += _add(group, ("--law", None, words), default="auto", choices=LAWS)
     words = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
-    _add(group, ("--mesh", "N", words), default="auto", type=_cells)
+    options += _add(group, ("--mesh", "N", words), default="auto", type=_cells)
     words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", words))
-    _add_budget(command)
+    options += _add_budget(command)
     _flag(command, "-q --quiet", _QUIET)
+    config.add_options(command, options)
 
 
 def _cells(text: str) -> int | str:
@@ -280,11 +280,12 @@ def _add_measurement(command: Any) -> None:
     _add(group, ("--baseline", "PART", words), type=float)
 
 
-def _add_reading_options(command: Any) -> None:
+def _add_reading_options(command: Any) -> list[argparse.Action]:
     group = command.add_argument_group("what to read from the file")
-    _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
-    _add(group, ("--direction", None, "scan direction to read; default: trace (forward)"), choices=_DIRECTIONS)
-    _add(
+    options = _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
+    words = "scan direction to read; default: trace (forward)"
+    options += _add(group, ("--direction", None, words), choices=_DIRECTIONS)
+    return options + _add(
         group,
         ("--size", "L...", "size of the scan along x and y, nm, if the file does not state it"),
         ("--height-units", "UNITS", "units of the heights if the file does not state them, such as nm"),
@@ -292,6 +293,6 @@ def _add_reading_options(command: Any) -> None:
     )
 
 
-def _add_budget(command: Any, default: int = 8) -> None:
+def _add_budget(command: Any, default: int = 8) -> list[argparse.Action]:
     words = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
-    _add(command, ("--budget", "PLACES", words), type=int, default=default)
+    return _add(command, ("--budget", "PLACES", words), type=int, default=default)

@@ -18,6 +18,7 @@ from ..statistics.headline import headline as answer_text
 from ..statistics.sampling import one_of_each_place, place_numbers, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
+from ..vocabulary.text import printable
 
 Run = Mapping[str, xr.Dataset]
 
@@ -185,7 +186,7 @@ def by_place(run: Run) -> xr.Dataset:
 def summary_groups(run: Run, command: str, **options) -> dict[str, xr.Dataset]:
     """Return the groups of the summary and of the table of places, with the options of the run in their history."""
     made = schema.record(run_summary(run), "run", run["scan"], **options)
-    return {PLACES: by_place(run), SUMMARY: made.assign_attrs(command=command)}
+    return {PLACES: by_place(run), SUMMARY: made.assign_attrs(command=printable(command))}
 
 
 def scan_label(run: Run) -> str:

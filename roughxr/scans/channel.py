@@ -115,6 +115,11 @@ def read_in_process(
         raise UnreadableScan(path, str(failure)) from None
 
 
+def file_name(path: Path) -> str:
+    """Return the name of a file for attributes and messages, which hold UTF-8 alone."""
+    return printable(path.name)
+
+
 def first_bytes(path: Path, count: int) -> bytes:
     """Return the first ``count`` bytes of a file."""
     with path.open("rb") as file:

@@ -21,7 +21,7 @@ import xarray as xr
 
 from ..vocabulary.schema import label, record
 from ..vocabulary.units import factor
-from .channel import UnreadableScan, first_bytes
+from .channel import UnreadableScan, file_name, first_bytes
 from .files import file_hash, guarded, list_channels, read_scan, regular_file
 from .force_curve_formats import METADATA
 from .levelling import level
@@ -30,8 +30,8 @@ from .netcdf import is_netcdf, unread
 #: Largest size of a zip file's content: in bytes, and over the size of the zip file; and a size that is always allowed.
 _LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
 
-#: Largest size of the metadata, bytes: YAML is slow.
-_LARGEST_METADATA = 2**24
+#: Largest size of the metadata, bytes: JSON, and YAML, which takes ten seconds a megabyte.
+_LARGEST_METADATA = {"index.json": 2**24, "meta.yml": 2**19}
 
 #: Attributes of a topography, and their names in a container.
 _STATED = {"title": "name", "description": "description", "detrend_mode": "detrend_mode"}
@@ -85,7 +85,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
 
 
 def _read_topographies(path: Path) -> list[xr.Dataset]:
-    origin = {"source_file": path.name, "source_sha256": file_hash(path), "source_format": "contact.engineering"}
+    origin = {"source_file": file_name(path), "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:
         content = sum(member.file_size for member in archive.infolist())
@@ -94,14 +94,20 @@ def _read_topographies(path: Path) -> list[xr.Dataset]:
             raise UnreadableScan(
                 path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
             )
+        unpacked = 0
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
             for entry in surface["topographies"]:
+                unpacked += archive.getinfo(_member_name(entry)).file_size
+                if unpacked > most:
+                    raise UnreadableScan(
+                        path, f"expected each file once, found more than {most / 2**20:.3g} MiB in all"
+                    )
                 ds, stated = _topography(archive, entry, path), {"surface": surface.get("name", number)}
                 stated |= {name: entry.get(key) for name, key in _STATED.items()}
                 ds.attrs |= origin | {
                     name: str(value) for name, value in stated.items() if isinstance(value, (str, int))
                 }
-                step = {"file": path.name, "title": ds.attrs.get("title", "")}
+                step = {"file": file_name(path), "title": ds.attrs.get("title", "")}
                 topographies.append(record(label(ds), "open_container", **step))
     return topographies
 
@@ -111,8 +117,8 @@ def _metadata(archive: zipfile.ZipFile, path: Path) -> dict[str, Any]:
     name = next((name for name in METADATA if name in archive.namelist()), None)
     if name is None:
         raise UnreadableScan(path, "expected a container of contact.engineering, found a zip file without meta.yml")
-    if archive.getinfo(name).file_size > _LARGEST_METADATA:
-        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_METADATA >> 20} MiB, found more")
+    if archive.getinfo(name).file_size > _LARGEST_METADATA[name]:
+        raise UnreadableScan(path, f"{name}: expected at most {_LARGEST_METADATA[name] >> 10} KiB, found more")
     text = archive.read(name)
     return json.loads(text) if name == METADATA[0] else _plain_yaml(text)
 
@@ -133,10 +139,15 @@ def _plain_yaml(text: bytes) -> Any:
     return yaml.load(text, Plain)
 
 
+def _member_name(entry: dict[str, Any]) -> str:
+    """Return the name of a topography's file in the container."""
+    names = entry["datafile"]
+    return names.get("squeezed-netcdf") or names["original"]
+
+
 def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> xr.Dataset:
     """Return one map or line."""
-    names = entry["datafile"]
-    name = names.get("squeezed-netcdf") or names["original"]
+    name = _member_name(entry)
     with tempfile.TemporaryDirectory() as folder:
         own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
         file = Path(folder) / own.lstrip(".")

@@ -13,7 +13,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import factor
-from .channel import Channel, is_length
+from .channel import Channel, file_name, is_length
 from .files import file_hash, guarded, labelled, list_channels, reader_of, regular_file, with_size
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
@@ -44,7 +44,7 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     columns = {name: ("channel", [row.get(name, np.nan) for row in rows]) for name in _COLUMNS}
     out = schema.label(xr.Dataset(columns, {"channel": np.arange(len(rows))}))
     return out.assign_attrs(
-        source_file=path.name,
+        source_file=file_name(path),
         source_format=rows[0]["format"] or family,
         source_sha256=file_hash(path),
         doubts="; ".join(sorted({doubt for row in rows for doubt in row["doubts"]})),

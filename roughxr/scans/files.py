@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..archive import refuse_other_files
 from ..vocabulary.provenance import flat
 from ..vocabulary.schema import SMALLEST_LENGTH, history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
 from . import formats, gwyddion, hdf5, microscopes, plain, vendors
-from .channel import Channel, UnreadableScan, ambiguity_warning, choose, first_bytes, is_length, listing
+from .channel import Channel, UnreadableScan, ambiguity_warning, choose, file_name, first_bytes, is_length, listing
 from .force_curve_formats import refuse_curves
 from .netcdf import HDF5, is_netcdf, open_netcdf, variable_names
 from .plausibility import ImplausibleScan, doubts, refuse_absurd, size_doubts
@@ -46,6 +47,10 @@ def regular_file(path: Any) -> Path:
         raise UnreadableScan(path, "expected an ordinary file, found a pipe or device; save it to a file first")
     if not first_bytes(path, 1):
         raise UnreadableScan(path, "expected a scan, found an empty file")
+    try:
+        refuse_other_files(path)
+    except ValueError as error:
+        raise UnreadableScan(path, str(error).removeprefix(f"{path}: ")) from None
     return path
 
 
@@ -166,8 +171,8 @@ def read_scan(
     ds.attrs.update(_origin(path, code, chosen, channels))
     tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
-        warn(f"{path.name}: {doubt}", ImplausibleScan)
-    return record(ds, "open_scan", file=path.name, **given)
+        warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
+    return record(ds, "open_scan", file=file_name(path), **given)
 
 
 def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
@@ -192,9 +197,9 @@ def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Datase
     if "source_sha256" in ds.attrs or any("roughxr" in step for step in history(ds)):
         return ds
     for doubt in size_doubts(ds):
-        warn(f"{path.name}: {doubt}", ImplausibleScan)
-    ds = label(ds).assign_attrs(source_file=path.name, source_sha256=file_hash(path), source_format="netcdf")
-    return record(ds, "open_scan", file=path.name, **given)
+        warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
+    ds = label(ds).assign_attrs(source_file=file_name(path), source_sha256=file_hash(path), source_format="netcdf")
+    return record(ds, "open_scan", file=file_name(path), **given)
 
 
 def _with_units(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:
@@ -285,7 +290,7 @@ def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> 
     assert chosen.size is not None  # by `sized`
     header = {key: value for key, value in chosen.header.items() if key != "format"}
     return {
-        "source_file": path.name,
+        "source_file": file_name(path),
         "source_sha256": file_hash(path),
         "source_format": code,
         "source_size_x": chosen.size[0],

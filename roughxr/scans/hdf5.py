@@ -11,10 +11,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 from ..archive import open_locked_raw
-from .channel import Channel, UnreadableScan, optional, stated_direction
+from .channel import Channel, UnreadableScan, stated_direction
 
 #: Beginnings of the names of JPK's attributes.
 _GRID, _SCALE = "position-pattern.grid.", "net-encoder.scaling."
@@ -31,7 +32,7 @@ def is_netcdf4(path: Path) -> bool:
 
 def hdf5_channels(path: Path) -> list[Channel]:
     """Return the images of a file."""
-    h5py, images = optional("h5py"), []
+    images: list[Channel] = []
 
     def visit(name: str, item: Any) -> None:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and item.size:
@@ -116,7 +117,7 @@ def _values(
     missing: float | None = None,
 ) -> np.ndarray:
     """Return a dataset or a part of it, scaled; lines of a ``shape`` come from the lowest upwards."""
-    with optional("h5py").File(path) as file:
+    with h5py.File(path) as file:
         values = np.asarray(file[name][part], dtype=float)
     values = np.where(values == missing, np.nan, values * scale[0] + scale[1])
     return values if shape is None else values.reshape(shape)[::-1]

@@ -143,7 +143,7 @@ def asd_channels(path: Path) -> list[Channel]:
     frame = before + 2 * columns * rows
     latest = path.stat().st_size - frame * count * len(names)
     start = start if start >= _VERSION_0.size else latest
-    if min(columns, rows, count) < 1 or latest < max(start, _VERSION_0.size):
+    if min(columns, rows, count) < 1 or before < 0 or latest < max(start, _VERSION_0.size):
         raise UnreadableScan(path, f"expected {count} frames of {columns} x {rows} pixels, found fewer: cut short")
     if code not in _VOLTS or not 0 < bits <= 32:
         raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")

@@ -28,6 +28,9 @@ _ENTRY = re.compile(r"^\s*([^:=]+):\s*(.*?)\s*$")
 _ENTRIES = re.compile(r"([A-Za-z][\w-]*)\s*=\s*(.*?)\s*(?=[\s,;]+[A-Za-z][\w-]*\s*=|$)")
 _LENGTH = re.compile(r"^([-+0-9.eE]+)\s*([^\s\d]\S*)$")
 
+#: Longest line of a header, characters: searching longer ones for entries would take hours.
+_LONGEST_LINE = 1000
+
 #: Names of the sides in a header.
 _SIDES = (("width", "w"), ("height", "h"))
 
@@ -98,6 +101,10 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     heading = ""
     for line in lines:
         words = line.lstrip("# \t")
+        if len(words) > _LONGEST_LINE:
+            raise UnreadableScan(
+                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(words)} in one"
+            )
         entry = _ENTRY.match(words)
         entries = [entry.groups()] if entry else _ENTRIES.findall(words)
         header |= {name.strip().lower(): value for name, value in entries}
