@@ -51,6 +51,14 @@ def test_the_version_stands_in_one_place():
     assert importlib.metadata.version("roughxr") == roughxr.__version__
 
 
+def test_contributors_read_the_order_of_layers_that_is_checked():
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    layers = [re.split(r"\s*\|\s*", layer) for layer in contracts[0]["layers"]]
+    page = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    listed = page.partition("```text\n")[2].partition("```")[0].splitlines()
+    assert [sorted(re.split(r",\s*", line.split("  ")[0])) for line in listed] == [sorted(layer) for layer in layers]
+
+
 def test_every_dependency_is_imported_and_stands_below_its_use():
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     project = tomllib.loads(text)["project"]

@@ -44,6 +44,15 @@ def on_circle(ring, radius=400.0):
     return np.sqrt((RADIUS + radius) ** 2 - ring**2) - RADIUS
 
 
+def test_landings_are_any_places():
+    scan_of_caps = caps(polygon(3, 150.0), 4.0)
+    as_arrays = resting(scan_of_caps, landings=(["-0.01 um", 20.5], [0.0, 12.3]))
+    places = {"subregion_x": ("subregion", [-10.0, 20.5]), "subregion_y": ("subregion", [0.0, 12.3])}
+    as_dataset = resting(scan_of_caps, landings=xr.Dataset(coords=places))
+    xr.testing.assert_equal(as_arrays, as_dataset)
+    assert as_arrays.attrs["landings"] == 2
+
+
 @pytest.mark.parametrize("corners", [3, 4])
 def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
     pixel, ring = 4.0, 150.0

@@ -228,3 +228,8 @@ def test_more_than_the_smooth_sphere_is_never_given_without_a_word():
         superpose(catalogue, delta=np.arange(-2, 3, 0.1))
     with pytest.warns(UserWarning, match="exceed that of the sphere"):
         pull_off_map(catalogue, subregions=(2, 2))
+
+
+def test_a_formulation_of_adhesion_is_refused_without_adhesion():
+    with pytest.raises(ValueError, match="not used by law='hertz'"):
+        superpose(one_asperity(1 / 300, 1 / 100), delta=[5.0], law="hertz", formulation="self_similar")

@@ -59,6 +59,8 @@ def read_options(
     """
     schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
+    if law == "hertz" and formulation == "self_similar":
+        raise ValueError("formulation: not used by law='hertz', found 'self_similar'; leave it out, or take law='jkr'")
     if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
         raise ValueError(
             f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"

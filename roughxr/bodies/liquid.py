@@ -230,7 +230,7 @@ def liquid_words(ds: xr.Dataset) -> str:
     if menisci is None:
         return f"{_no_liquid_words(ds)}." if "humidity" in ds.coords else ""
     words = (
-        f"At {float(ds['humidity']):.3g} relative humidity water fills gaps below {menisci.height:.2g} nm, with a "
+        f"At {float(ds['humidity']):.3g} relative humidity the liquid fills gaps below {menisci.height:.2g} nm, with a "
         f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
     )
     if menisci.kelvin_radius < _FEW_MOLECULES:

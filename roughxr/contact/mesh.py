@@ -44,6 +44,8 @@ class Mesh:
     step: Any = None
 
     def __post_init__(self):
+        if isinstance(self.refine, str) and self.refine != "auto":
+            raise ValueError(f"mesh: expected 'auto' or a whole number from 1 to {MOST_REFINED}, found {self.refine!r}")
         if self.refine != "auto":
             object.__setattr__(self, "refine", whole_number(self.refine, "mesh", least=1, most=MOST_REFINED))
         if self.accuracy is not None:

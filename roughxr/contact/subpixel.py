@@ -45,7 +45,7 @@ _FIRST_CELL, _MOST_FIRST_CELLS = 40 / 3, 400
 class AddedRoughness(NamedTuple):
     """The spectrum and wavelengths of the roughness added to the scan."""
 
-    spectrum: Any  # with ``at(q)``, C(q), nm⁴, and ``of(kx, ky)`` in a direction
+    spectrum: Any  # `Spectrum` of the scan, with its density in nm⁴
     longest: float  # wavelength, nm
     shortest: float  # nm
 

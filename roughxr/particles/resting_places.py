@@ -110,7 +110,7 @@ def resting(
         out.attrs["missing"] = "no resting position: from every pixel the sphere rolls off the scan"
         warn(out.attrs["missing"])
     if landings is not None:
-        out.attrs["landings"] = np.asarray(landings, dtype=int).tolist()
+        out.attrs["landings"] = int(regions.centres(scan, landings).sizes["subregion"])
     return schema.record(schema.label(out), "resting", scan, landings=landings, on=None if on is None else "asperities")
 
 

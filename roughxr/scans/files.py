@@ -276,7 +276,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
     height = np.ascontiguousarray(rows[::-1].T, dtype=float) * factor(channel.units, "nm")
     if np.isnan(height).all():
         raise UnreadableScan(path, "expected heights, found missing pixels only")
-    assert channel.size is not None  # by `sized`
+    assert channel.size is not None  # by `with_size`
     refuse_absurd(height, max(channel.size), path)
     coords = {
         axis: (axis, (np.arange(n) + 0.5) * (length / n), {"axis": axis.upper()})
@@ -287,7 +287,7 @@ def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
 
 def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
     """Return the attributes that state a scan's origin."""
-    assert chosen.size is not None  # by `sized`
+    assert chosen.size is not None  # by `with_size`
     header = {key: value for key, value in chosen.header.items() if key != "format"}
     return {
         "source_file": file_name(path),

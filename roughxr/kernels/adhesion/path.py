@@ -104,7 +104,7 @@ def follow_path(
         Prescribed displacements, nm, ascending. Loading ends at the last.
     step : float
         Longest step between two states, nm.
-    law : laws.SmoothLaw
+    law : traction_laws.SmoothLaw
     preloads : array, optional
         Forces, nm (F/(E* dx)), ascending: the body turns back where the force first reaches them on loading, in
         contact; at 0 it has settled under its own adhesion. All share one loading path. Without preloads it turns back
