@@ -251,6 +251,18 @@ def test_a_density_is_drawn_between_its_edges(run):
     np.testing.assert_array_equal(steps.get_data().values, density.values)
 
 
+def test_densities_of_a_few_displacements_share_an_axes_and_many_are_a_map(run):
+    densities = run["solutions/direct"].contact.pdf("force", bins=4)
+    few = densities.isel(delta=[0, -1])
+    ax = few.contact.plot(ax=Figure().subplots())
+    for steps, values in zip(ax.patches, few.values, strict=True):
+        np.testing.assert_array_equal(steps.get_data().values, values)
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == [f"{delta:g} nm" for delta in few.delta.values] and ax.get_xlabel().startswith("contact force")
+    many = densities.interp(delta=np.linspace(*densities.delta.values[[0, -1]], 7))
+    assert many.contact.plot(ax=Figure().subplots()).collections
+
+
 def test_a_cycle_is_refused_with_what_to_select(run):
     both = run["solutions/energy"].expand_dims(branch=["loading", "retraction"])
     with pytest.raises(ValueError, match=r"also branch; select one first, for example ds.sel\(branch='retraction'\)"):

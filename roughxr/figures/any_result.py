@@ -8,12 +8,13 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.numbers import number
 from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution, label_density
 from .maps import scan_map, subregion_map
 from .measured_figure import quantiles
 from .particle_figures import fraction_remaining, moment_rose
-from .style import Axes, Panels, axes, label_axis, stroke, styled
+from .style import STROKES, Axes, Panels, axes, label_axis, legend, stroke, styled
 from .sweeps import sweep
 from .uncertainty_bars import cut_off, error_budget
 
@@ -29,8 +30,8 @@ def plot(
     Parameters
     ----------
     ds : Dataset or DataArray
-        A density is drawn as steps between the edges of its bins; another DataArray as xarray does, maps with x to the
-        right.
+        Densities, up to five, are drawn as steps between the edges of their bins; another DataArray as xarray does,
+        maps with x to the right.
     name : str, optional
         A variable of the Dataset: a map along x and y, or samples along ``subregion`` or ``asperity``. By default: the
         heights of a scan, the statistics of asperities, the forces of a solution over displacement, the pull-off
@@ -100,8 +101,8 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
 def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> Any:
     """Draw a density as steps between its bins' edges, a map with x to the right, and anything else as xarray does."""
     ax = axes(ax)
-    if array.name in ("pdf", "cdf") and array.ndim == 1:
-        return _density(array, ax, **options)
+    if array.name in ("pdf", "cdf") and array.size <= len(STROKES) * array.shape[-1]:
+        return _densities(array, ax, **options)
     if set(array.dims) == {"x", "y"}:
         options = {"x": "x", "y": "y", **options}
     array.plot(ax=ax, **options)
@@ -109,15 +110,26 @@ def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> An
     return ax
 
 
-def _density(array: xr.DataArray, ax: Any, **options: Any):
-    """Draw a density or a cumulative probability as steps."""
-    (name,) = map(str, array.dims)
-    look = {**stroke(0), **options}
-    if "bin_edges" in array.attrs:
-        ax.stairs(array.values, np.asarray(array.attrs["bin_edges"]), **look)
-    else:
-        ax.step(array[name], array.values, where="post", **look)
+def _entry(coordinate: xr.DataArray) -> str:
+    """Return an entry of a dimension in words."""
+    value = coordinate.item()
+    return value if isinstance(value, str) else number(value, coordinate.attrs.get("units", ""))
+
+
+def _densities(array: xr.DataArray, ax: Any, **options: Any):
+    """Draw a density or a cumulative probability as steps; along another dimension, those of each entry."""
+    *others, name = map(str, array.dims)
+    cases = array.stack(case=others, create_index=False) if others else array.expand_dims(case=1)
+    for order in range(cases.sizes["case"]):
+        case = cases.isel(case=order)
+        label = ", ".join(_entry(case[other]) for other in others) or None
+        look = {"label": label, **stroke(order), **options}
+        if "bin_edges" in array.attrs:
+            ax.stairs(case.values, np.asarray(array.attrs["bin_edges"]), **look)
+        else:
+            ax.step(case[name], case.values, where="post", **look)
     label_density(ax, name)
+    legend(ax)
     if array.name == "cdf":
         label_axis(ax.xaxis, name)
         ax.yaxis.set_major_formatter("{x:g}")
