@@ -97,7 +97,7 @@ FIGURES = (
 def measure(scan: xr.Dataset, clean: np.ndarray) -> list[float]:
     """Return this scan's value for each of `FIGURES`; ``clean`` lists the subregions without a particle."""
     scan = assign_pair(scan, **PAIR)
-    catalogue = asperities(scan, patch="paper", vertex="pixel")
+    catalogue = asperities(scan, patch="paper")
     shapes = [*_shapes(catalogue), *_reconstructed(scan, catalogue)]
     return [*_heights(scan, catalogue), *shapes, *_pull_off(catalogue, clean), *_forces(scan, catalogue, clean)]
 

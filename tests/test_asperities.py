@@ -77,7 +77,6 @@ def test_the_envelope_matches_peaks_and_its_residual_is_told():
         ({"patch": 99}, "to 20"),
         ({"patch": 15.0}, "a length such as '15 nm'"),
         ({"patch": "1 nm"}, "at least 1.83 nm"),
-        ({"vertex": "top"}, "'fitted'"),
     ],
 )
 def test_bad_options_are_refused_in_words(options, says):
@@ -132,14 +131,24 @@ def test_splined_summits_are_those_of_the_surface_in_finer_pixels():
     assert pixels.sizes["asperity"] < 0.85 * oracle.sizes["asperity"]
 
 
-def test_the_paper_by_name_is_five_pixels():
-    surface = scan(rough(40))
+def test_the_papers_patch_is_five_pixels_with_the_vertex_at_the_peak():
+    """Its curvatures are those of three coefficients fitted by NumPy, without a warning."""
+    surface = scan(rough(40), pixel=10.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        named = asperities(surface, patch="paper")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        xr.testing.assert_identical(named, asperities(surface, patch=5))
+        catalogue = asperities(surface, patch="paper")
+    assert bool(catalogue["vertex_fixed"].all()) and float(catalogue["patch_radius"]) == 25.0
+    peak = surface["height"].sel(x=catalogue["x"], y=catalogue["y"])  # raises between pixels
+    np.testing.assert_array_equal(catalogue["height"], peak)
+    first = catalogue.isel(asperity=int(np.flatnonzero(~catalogue["edge"] & (catalogue["plateau_size"] == 1))[0]))
+    around = [slice(float(first[axis]) - 20, float(first[axis]) + 20) for axis in "xy"]
+    patch = surface["height"].sel(x=around[0], y=around[1])
+    x, y = np.meshgrid(patch["x"] - first["x"], patch["y"] - first["y"], indexing="ij")
+    depth = (first["height"] - patch).values.ravel()
+    terms = np.column_stack([x.ravel() ** 2, y.ravel() ** 2, (x * y).ravel()])
+    A, B, C = np.linalg.lstsq(terms, depth, rcond=None)[0]
+    expected = np.linalg.eigvalsh([[2 * A, C], [C, 2 * B]])
+    np.testing.assert_allclose([first["curvature_min"], first["curvature_max"]], expected, rtol=1e-9)
 
 
 def test_a_paraboloid_that_is_none_is_told():

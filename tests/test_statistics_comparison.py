@@ -60,7 +60,7 @@ def test_the_published_twelve_nanometres_do_not_hold_on_the_twin():
     """The paper finds agreement below 12 nm; on its twin the means cross near 10 nm, while single places disagree."""
     scan = roughxr.open_sample("glass")
     scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
-    catalogue = roughxr.asperities(scan, patch="paper", vertex="pixel")
+    catalogue = roughxr.asperities(scan, patch="paper")
     centres = roughxr.scans.regions.centres(scan, (8, 8))
     places = centres.isel(subregion=np.flatnonzero(~roughxr.statistics.debris(catalogue, centres)))
     direct = roughxr.direct(scan, delta=[10.0, 12.0], subregions=places)

@@ -180,7 +180,7 @@ def test_lone_and_far_contacts_never_overlap():
 
 
 def test_published_takes_the_papers_own_asperities(surface):
-    own = asperities(surface, patch="paper", vertex="pixel")
+    own = asperities(surface, patch="paper")
     options = {"delta": [2.0, 8.0], "subregions": (2, 2), "formulation": "published"}
     expected = superpose(own, **options).force
     np.testing.assert_array_equal(superpose(surface, **options).force, expected)

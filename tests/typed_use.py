@@ -25,7 +25,7 @@ def scans(path: Path) -> xr.Dataset:
 
 def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
     """Solve by several methods."""
-    catalogue: xr.Dataset = roughxr.asperities(scan, patch=5, vertex="pixel")
+    catalogue: xr.Dataset = roughxr.asperities(scan, patch="paper")
     places: xr.Dataset = roughxr.scans.regions.centres(scan, (8, 8))
     return {
         "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),

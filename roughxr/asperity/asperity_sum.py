@@ -93,7 +93,7 @@ def law_attributes(law: str, formulation: str, options: SumOptions) -> dict[str,
 
 def fit_options(formulation: str | None) -> dict[str, str]:
     """Return the options of `asperities`: the paper's for the published formulas, else the defaults."""
-    return {"patch": "paper", "vertex": "pixel"} if formulation == "published" else {}
+    return {"patch": "paper"} if formulation == "published" else {}
 
 
 @dataclass(frozen=True, eq=False)

@@ -57,12 +57,14 @@ class _Setup(NamedTuple):
     measures: SpectralMeasures | None
 
 
-def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitted") -> xr.Dataset:
+def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
     A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours. Its paraboloid is the least-squares
     fit to a square patch around it, and has the summit's curvature only if the patch is narrower than the shortest
-    wavelength: fitted over two wavelengths it is several times too flat, and its adhesion too strong.
+    wavelength: fitted over two wavelengths it is several times too flat, and its adhesion too strong. The fit also
+    places the vertex, between pixels, except for the paper's patch. A fit that is no summit, or whose vertex is more
+    than one pixel away, is replaced by one with its vertex at the peak's pixel (``vertex_fixed``).
 
     Parameters
     ----------
@@ -71,11 +73,9 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     patch : "auto", "paper", int or length
         Side of the fitted patch. "auto": at most three quarters of the `shortest_wavelength`, as an odd number of
         pixels from 3 to 31, on pixels refined by splines if these are too few; 3 × 3 pixels if the shortest
-        wavelength is below two pixels. "paper": 5 × 5 pixels. An odd whole number, at least 3: this
-        many pixels. A length such as "15 nm": the largest patch that does not exceed it.
-    vertex : {"fitted", "pixel"}
-        Let the fit place the vertex, between pixels, or fix it at the peak's pixel, as the paper does.
-        A free fit that is no summit, or more than one pixel away, is replaced by a fixed one (``vertex_fixed``).
+        wavelength is below two pixels. "paper": the paper's fit, 5 × 5 pixels with all vertices at the peaks' pixels.
+        An odd whole number, at least 3: this many pixels. A length such as "15 nm": the largest patch that does not
+        exceed it.
 
     Returns
     -------
@@ -106,14 +106,14 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto", vertex: str = "fitte
     True
     """
     ds = schema.validate(ds, "scan")
-    schema.one_of(vertex, ("fitted", "pixel"), "vertex")
+    is_paper = isinstance(patch, str) and patch == "paper"
     height, pixel = ds["height"].values, schema.pixel(ds)
     patch_size = _patch(height.shape, pixel, patch)
     measures = wavelength.spectral_measures(height, pixel) if patch_size == "auto" else None
-    setup = _setup(height.shape, pixel, patch_size, vertex, measures)
+    setup = _setup(height.shape, pixel, patch_size, "pixel" if is_paper else "fitted", measures)
     peaks, fit = _fitted_peaks(schema.finite(height), setup)
     out = _catalogue(peaks, fit, ds.assign_coords(datum_height=height.max()), setup)
-    if not (isinstance(patch, str) and patch == "paper"):
+    if not is_paper:
         _warn(out)
     return out
 
@@ -186,7 +186,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     if setup.measures is not None:
         known = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
         out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
-    done = {"patch": setup.patch, "refine": setup.refine, "vertex": setup.vertex}
+    done = {"patch": "paper" if setup.vertex == "pixel" else setup.patch, "refine": setup.refine}
     return schema.record(schema.label(out), "asperities", ds, **done)
 
 

@@ -25,14 +25,12 @@ from .printed import CONTACT, PAIR, SCAN, TWIN
 
 Run = Mapping[str, xr.Dataset]
 
-#: The paper's plan: 8 × 8 places, its two displacements among those solved, vertices at pixels.
+#: The paper's plan: 8 × 8 places, its two displacements among those solved, its own sums first.
 PLAN = Plan(
     subregions=(8, 8),
     direct_deltas=np.array([1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]),
     sweep=np.round(np.arange(-50, 251) * 0.1, 10),
     contact_delta=17.0,
-    patch="paper",
-    vertex="pixel",
     superposed=("published", "self_similar", "energy"),
     mesh=Mesh(step=0.4),
     extrapolated=9,  # each takes some seconds

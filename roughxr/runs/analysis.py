@@ -73,9 +73,7 @@ class Plan(NamedTuple):
     direct_deltas: np.ndarray  # nm
     sweep: np.ndarray  # nm, for superpositions
     contact_delta: float  # nm, for the one contact with fields
-    patch: int | str = "auto"
-    vertex: str = "fitted"
-    superposed: tuple[str, ...] = ("energy",)  # formulations
+    superposed: tuple[str, ...] = ("energy",)  # formulations; the first one chooses the catalogue of the run
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
     mesh: Mesh = Mesh()
@@ -278,10 +276,8 @@ def analyse(
 
 def _surface(task: _Task) -> dict[str, xr.Dataset]:
     """Return the scan, its asperities and its roughness."""
-    scan, plan = task.specimen.scan, task.plan
-    catalogue = task.specimen.derived(asperities)
-    if plan.patch != "auto":
-        catalogue = asperities(scan, patch=plan.patch, vertex=plan.vertex)
+    scan = task.specimen.scan
+    catalogue = _catalogue(task.specimen, task.plan.superposed[0])
     if not bool((catalogue["curvature_min"] > 0).any()):
         raise ValueError(
             f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); use "
@@ -295,17 +291,24 @@ def _surface(task: _Task) -> dict[str, xr.Dataset]:
     }
 
 
+def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
+    """Return the asperities that a formulation sums: the paper's own for its formulas."""
+    fit = fit_options(formulation)
+    return quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities)
+
+
 def _elastic_simulation(task: _Task) -> dict[str, xr.Dataset]:
     """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
     specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
+    dry = {"law": "hertz", "formulation": plan.superposed[0]}
     groups = {
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),
         "solutions/smooth": loading(direct(flat, delta=plan.direct_deltas)),
         # without yield, to show its effect by comparison
-        "solutions/hertz": superpose(elastic(catalogue), delta=plan.sweep, law="hertz", **task.options),
+        "solutions/hertz": superpose(elastic(catalogue), delta=plan.sweep, **dry, **task.options),
     }
     if "branch" in solved.dims:  # where the body yields
         groups["solutions/retraction"] = solved.sel(branch="retraction", drop=True)
@@ -316,9 +319,8 @@ def _superposed_asperities(task: _Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
     specimen, groups = task.specimen, dict[str, xr.Dataset]()
     for name in task.plan.superposed:
-        fit = fit_options(name)  # the paper's own asperities for its own formulas
-        summed = elastic(quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities))
-        swept = quietly(superpose, summed, delta=task.plan.sweep, formulation=name, **task.options)
+        catalogue = elastic(_catalogue(specimen, name))
+        swept = quietly(superpose, catalogue, delta=task.plan.sweep, formulation=name, **task.options)
         groups |= {f"solutions/{name}": swept, f"statistics/{name}": quietly(pull_off, swept)}
     return groups
 
