@@ -1,5 +1,7 @@
 """Figures: units on every axis, plotted numbers, nothing left behind."""
 
+import re
+
 import matplotlib
 import numpy as np
 import pytest
@@ -22,9 +24,11 @@ from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
 from roughxr.statistics import LAWS, bootstrap, debris, pull_off
 from roughxr.vocabulary import schema
+from roughxr.vocabulary.units import converts, factor
 
 #: Labels of numbers without a unit.
-UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c")
+UNIT_ONE = ("samples", "ln(B/A)", "axis ratio", "probability density", "/P_c", "/a_c", "delta_c", "rough / smooth")
+UNIT_ONE += ("superposed / direct",)
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +36,7 @@ def run():
     """A run on a small seeded surface with one debris particle among nine tiles."""
     scan = assign_pair(_surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=1.35)
     grid, sweep = (3, 3), np.arange(-5, 20, 0.5)
-    catalogue = asperities(scan, vertex="pixel")
+    catalogue = asperities(scan)
     middle = regions.centres(scan, (1, 1))
     groups = {
         "scan": scan,
@@ -41,7 +45,8 @@ def run():
         "solutions/direct": direct(scan, delta=[1, 5.08, 10, 12, 15.4, 18], subregions=grid),
         "solutions/contact": direct(scan, delta=[17.0], subregions=middle, fields=True),
         "solutions/smooth": direct(scan.assign(height=0 * scan.height), delta=[1, 5, 10, 15, 20]),
-        "solutions/hertz": superpose(catalogue, delta=sweep, subregions=grid, law="hertz"),
+        "solutions/hertz": superpose(catalogue, delta=sweep, subregions=grid, law="hertz", formulation="published"),
+        "solutions/hertz_corrected": superpose(catalogue, delta=sweep, subregions=grid, law="hertz"),
     }
     for name in ("published", "self_similar", "energy"):
         groups[f"solutions/{name}"] = superpose(catalogue, delta=sweep, subregions=grid, formulation=name)
@@ -71,7 +76,7 @@ def nothing_left():
 
 
 DRAWN = {
-    "scan_map": lambda run: figures.scan_map(run["scan"], robust=True),
+    "scan_map": lambda run: figures.scan_map(run["scan"], limits=(10.0, 20.0)),
     "centres": lambda run: figures.scan_map(run["scan"], subregions=(3, 3), highlight=[True] + [False] * 8),
     "asperities": lambda run: figures.scan_map(run["scan"], catalogue=run["asperities"]),
     "subregion_map": lambda run: figures.subregion_map(run["statistics/energy"]),
@@ -116,16 +121,93 @@ def test_the_papers_figures_have_units_and_belong_to_no_window(papers):
         assert labels and all(map(_has_units, labels))
 
 
+def line_of(ax, label):
+    """Return the line with a label."""
+    return next(line for line in ax.lines if line.get_label() == label)
+
+
+@pytest.mark.parametrize("number", [2, 3, 4])
+def test_critical_points_of_an_asperity_are_the_ends_of_its_curve(papers, number):
+    """The least displacement, and the least force, of the drawn curve of JKR."""
+    (ax,) = papers[f"figure-{number:02d}"].axes
+    curve = np.hstack([line_of(ax, f"JKR, {branch}").get_data() for branch in ("unstable", "stable")])
+    at = {name: 0 if f"/{name}_c" in ax.get_xlabel() else 1 for name in ("P", "a")}
+    points = {line.get_marker(): np.ravel(line.get_data()) for line in ax.lines if line.get_marker() in "os"}
+    ends = {"o": curve[:, curve[0].argmin()]} if number != 3 else {}
+    ends |= {"s": curve[:, curve[at["P"]].argmin()]} if number != 2 else {}
+    for marker, end in ends.items():
+        np.testing.assert_allclose(points[marker], end, atol=5e-3)
+    if number == 2:
+        assert points["s"][at["a"]] == 1.0
+
+
 def test_a_smooth_sphere_lies_on_hertzs_law_in_figure_5(papers):
     (ax,) = papers["figure-05"].axes
-    solved, hertz = (line.get_ydata() for line in ax.lines[:2])
-    np.testing.assert_allclose(solved[1:], hertz[1:], rtol=0.03)
+    solved, hertz = (line_of(ax, label).get_data() for label in ("direct simulation", "Hertz"))
+    np.testing.assert_allclose(solved[1][1:], np.interp(solved[0], *hertz)[1:], rtol=0.03)
 
 
-def test_the_smooth_sphere_of_figure_15_pulls_with_its_known_force(papers):
-    (ax,) = papers["figure-15"].axes
-    smooth = next(line for line in ax.lines if line.get_label() == "smooth sphere, JKR")
-    assert smooth.get_ydata().min() == pytest.approx(-1.5 * np.pi * 1.35 * 500, rel=1e-2)  # steps of 0.5 nm
+def test_figure_7_divides_the_scan_into_areas_of_one_centre_each(papers, run):
+    ax = papers["figure-07"].axes[0]
+    x, y = (np.array([path.vertices for path in lines.get_paths()]) for lines in ax.collections[:2])
+    edges = [np.r_[0, np.unique(lines[:, :, axis]), 900] for axis, lines in enumerate((x, y))]
+    counts = np.histogram2d(run["solutions/direct"].subregion_x, run["solutions/direct"].subregion_y, bins=edges)[0]
+    np.testing.assert_array_equal(counts, np.ones((3, 3)))
+
+
+def test_figure_8_has_the_colours_of_figure_6(papers):
+    original, reconstructed = (papers[f"figure-{number:02d}"].axes[0].images[0] for number in (6, 8))
+    assert original.get_clim() == reconstructed.get_clim()
+
+
+def test_figure_10_shows_pressure_and_displacement(papers, run):
+    contact = run["solutions/contact"].isel(subregion=0, delta=0)
+    pressure, displacement = (ax.images[-1].get_array().T for ax in papers["figure-10"].axes[:2])
+    np.testing.assert_allclose(displacement, contact["displacement"])
+    np.testing.assert_allclose(np.ma.filled(pressure, 0.0), contact["pressure"])
+
+
+def test_figure_13_shows_the_ratio_of_the_forces_above_it(papers):
+    upper, lower = papers["figure-13"].axes
+    rough, smooth = (line_of(upper, label).get_data() for label in ("rough", "smooth"))
+    ratio = lower.lines[0].get_ydata()
+    same = np.isin(rough[0], smooth[0])
+    np.testing.assert_allclose(ratio, rough[1][same] / smooth[1][np.isin(smooth[0], rough[0])])
+
+
+def test_figures_14_and_15_show_the_papers_own_sum(papers, run):
+    upper, lower = papers["figure-14"].axes
+    drawn = line_of(upper, "the paper's sum").get_data()
+    clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
+    options = {"delta": drawn[0], "subregions": (3, 3), "law": "hertz", "formulation": "published"}
+    own = superpose(run["asperities"], **options).force.isel(subregion=clean)
+    np.testing.assert_allclose(drawn[1], own.mean("subregion"))
+    direct = dict(zip(*line_of(upper, "direct simulation").get_data()))
+    for delta, ratio in zip(*lower.lines[0].get_data()):
+        assert np.isnan(ratio) or ratio == pytest.approx(np.interp(delta, *drawn) / direct[delta], rel=1e-6)
+    hertz = line_of(papers["figure-15"].axes[0], "paper's sum, Hertz").get_data()
+    assert any(np.allclose(np.interp(drawn[0], *hertz), place) for place in own)
+
+
+def test_figure_15_shows_the_smooth_spheres_pull_off_and_where_the_rough_force_surpasses_it(papers):
+    upper, lower = papers["figure-15"].axes
+    rough, smooth = (line_of(upper, label).get_data() for label in ("paper's sum, JKR", "smooth sphere, JKR"))
+    pull_off = -1.5 * np.pi * 1.35 * 500
+    assert smooth[1].min() == pytest.approx(pull_off, rel=1e-2)  # steps of 0.5 nm
+    assert min(lower.get_ylim()) < pull_off < max(lower.get_ylim())
+    below = np.flatnonzero(rough[1] <= smooth[1])[-1]
+    ends = [line.get_xdata() for line in upper.lines if len(line.get_xdata()) == 2]
+    marked = next(first for first, last in ends if first == last)
+    assert rough[0][below] < marked <= rough[0][below + 1]
+    assert min(upper.get_xlim()) < marked < max(upper.get_xlim()) and smooth[1][below] < max(upper.get_ylim())
+
+
+def test_figure_16_has_a_panel_for_each_method(papers, run):
+    panels = papers["figure-16"].axes
+    methods = {"published": "published", "corrected": "self_similar", "least energy": "energy"}
+    for ax, (label, key) in zip(panels, methods.items(), strict=True):
+        drawn = line_of(ax, label).get_xdata()[1:]  # the first step begins at −∞
+        np.testing.assert_array_equal(drawn, np.sort(run[f"statistics/{key}"].pull_off_force))
 
 
 def test_debris_is_the_tile_with_the_particle(run):
@@ -311,14 +393,10 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     legend = figures.subregion_map(modes, "mode").get_legend().get_texts()
     assert [text.get_text() for text in legend] == ["roll (3)", "slide (1)"]
     assert len(figures.field_map(run["solutions/contact"], scan=run["scan"]).images) == 2  # heights below the pressure
-    values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
-    entries = {name: ("entry", value) for name, value in (values | {"pull_off_change": [-0.03, np.nan]}).items()}
-    budget = xr.Dataset(entries | {"total_error": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
-    ax = figures.error_budget(budget)
+    ax = figures.error_budget(error_entries())
     assert [bar.get_width() for bar in ax.patches] == pytest.approx([3.0, 3.0])
     assert [text.get_text() for text in ax.texts] == ["−3.0 ± 1.0", "not computed", "3.0 ± 1.0"]
-    moment = (("subregion", "direction"), [[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]])
-    rose = figures.moment_rose(xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]}))
+    rose = figures.moment_rose(moments(1))
     assert rose.get_xlabel() == "resisting moment [nN nm]\nmedian and middle half of 2 places"
     left, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
     words = [text.get_text() for text in left.get_legend().get_texts()]
@@ -327,3 +405,125 @@ def test_figures_show_the_numbers_that_they_are_given(run):
 
 def force_of(values):
     return xr.Dataset({"pull_off_force": ("subregion", values, {"units": "nN"})})
+
+
+def enlarged(ds, size):
+    """Return a result with lengths and forces ``size`` times as large."""
+    powers = {"nm": 1, "nN": 1, "1/nm": -1}
+    units = {name: variable.attrs.get("units") for name, variable in ds.variables.items()}
+    parts = {name: ds[name].variable for name in units if units[name] in powers}
+    return ds.assign({name: (v.dims, v.values * size ** powers[units[name]], v.attrs) for name, v in parts.items()})
+
+
+def error_entries():
+    values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
+    entries = {name: ("entry", value) for name, value in (values | {"pull_off_change": [-0.03, np.nan]}).items()}
+    return xr.Dataset(entries | {"total_error": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
+
+
+def over_wavelengths(size):
+    force = size * np.arange(1.0, 13.0).reshape(2, 3, 2)
+    coords = {"shortest_kept": [2.0, 10.0, 50.0]}
+    return xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), force)}, coords)
+
+
+def over_velocity(last):
+    fraction = (("friction_velocity", "time"), np.linspace(1, 0, 5)[:, None])
+    coords = {"friction_velocity": np.geomspace(0.01, last, 5), "time": [1.0]}
+    return xr.Dataset({"remaining": fraction}, coords)
+
+
+def moments(size):
+    moment = (("subregion", "direction"), size * np.array([[1.0, 2.0, 3.0], [2.0, 3.0, 4.0]]))
+    return xr.Dataset({"resisting_moment": moment}, {"direction": [0.0, 2.0, 4.0]})
+
+
+def cycle(size):
+    loading = adhering(3.0).force
+    both = xr.concat([loading, loading - 1], "branch").assign_coords(branch=["loading", "retraction"])
+    return xr.Dataset({"force": size * both})
+
+
+#: Every figure of the package, of data in nm and nN times a size.
+FIGURES = {
+    "asperity_statistics": lambda run, size: figures.asperity_statistics(enlarged(run["asperities"], size)),
+    "cut_off": lambda run, size: figures.cut_off(over_wavelengths(size)),
+    "distribution": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 20.0)), laws=["normal"]),
+    "few": lambda run, size: figures.distribution(force_of(size * np.arange(1.0, 5.0))),
+    "error_budget": lambda run, size: figures.error_budget(error_entries()),
+    "pressure": lambda run, size: figures.field_map(enlarged(run["solutions/contact"], size)),
+    "field_map": lambda run, size: figures.field_map(enlarged(run["solutions/contact"], size), "displacement"),
+    "fraction_remaining": lambda run, size: figures.fraction_remaining(over_velocity(0.02 * size)),
+    "mean_force": lambda run, size: figures.mean_force({"direct": enlarged(run["solutions/direct"], size)}),
+    "moment_rose": lambda run, size: figures.moment_rose(moments(size)),
+    "overview": lambda run, size: figures.overview({name: enlarged(ds, size) for name, ds in run.items()}).axes,
+    "plot": lambda run, size: figures.plot(enlarged(run["statistics/energy"], size).contact.pdf("pull_off_force")),
+    "cdf": lambda run, size: figures.plot(enlarged(run["statistics/energy"], size).contact.pdf("pull_off_force").cdf),
+    "predicted_and_measured": lambda run, size: figures.predicted_and_measured(
+        force_of(size * np.arange(1.0, 9.0)), force_of(size * np.arange(2.0, 14.0))
+    ),
+    "scan_map": lambda run, size: figures.scan_map(enlarged(run["scan"], size)),
+    "subregion_map": lambda run, size: figures.subregion_map(enlarged(run["statistics/energy"], size)),
+    "sweep": lambda run, size: figures.sweep(enlarged(run["solutions/direct"], size)),
+    "deep sweep": lambda run, size: figures.sweep(adhering(1000.0 * size)),
+    "cycle": lambda run, size: figures.sweep(cycle(size)),
+}
+
+
+def axes_with_labels(figure):
+    """Yield each axis of a figure, also those of colour bars, with its label or, where panels share one, the last."""
+    last = {"x": "", "y": ""}
+    for ax in [part for panel in figure.axes[::-1] for part in (*panel.child_axes, panel)]:
+        for name, axis in (("x", ax.xaxis), ("y", ax.yaxis)):
+            if ax not in figure.axes and not axis.get_label_text():
+                continue  # across a colour bar
+            last[name] = axis.get_label_text() or last[name]
+            label = ax.get_xlabel().partition("\n")[0] if ax.name == "polar" else last[name].replace("\n", " ")
+            yield axis, "direction [°]" if ax.name == "polar" and name == "x" else label
+
+
+def unit_size(label):
+    """Return the size of the unit in a label, in the schema's units; 1 for parts, per cent and numbers."""
+    unit = (re.findall(r"\[(.*)\]$", label) or ["1"])[0].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    tables = ("nm", "nN", "GPa", "nm^2", "1/nm", "1/nN", "nN nm", "rad", "1/rad", "m/s", "1")
+    return 1.0 if unit == "%" else next(factor(unit, table) for table in tables if converts(unit, table))
+
+
+def number_of(text):
+    """Return the number that the text of a tick shows, or None for words."""
+    text = text.replace("−", "-").strip("°")
+    power = re.fullmatch(r"\$\\mathdefault\{(-?)10\^\{(-?\d+)\}\}\$", text)
+    if power:
+        return float(f"{power[1]}1e{power[2]}")
+    if "π" in text:
+        return eval(text.replace("π", "3.141592653589793"))
+    return float(re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text)) if re.search(r"\d", text) else None
+
+
+def assert_ticks_are_true(figure):
+    """Tick text × unit = position on each axis, without an offset or a factor written elsewhere."""
+    figure.draw_without_rendering()
+    compared = 0
+    for axis, label in axes_with_labels(figure):
+        assert axis.get_offset_text().get_text() == ""
+        for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+            value = number_of(tick.label1.get_text())
+            if value is not None:
+                assert value * unit_size(label) == pytest.approx(tick.get_loc(), rel=1e-5, abs=1e-12), label
+                compared += 1
+    assert compared > 1
+
+
+def test_every_figure_of_the_package_is_among_those_whose_ticks_are_compared():
+    assert set(figures.__all__) <= set(FIGURES)
+
+
+@pytest.mark.parametrize("size", [1, 3000])
+@pytest.mark.parametrize("name", FIGURES)
+def test_tick_text_times_unit_is_the_position(run, name, size):
+    assert_ticks_are_true(np.ravel(FIGURES[name](run, size))[0].figure)
+
+
+@pytest.mark.parametrize("number", range(2, 17))
+def test_tick_text_times_unit_is_the_position_in_the_papers_figures(papers, number):
+    assert_ticks_are_true(papers[f"figure-{number:02d}"])

@@ -28,7 +28,7 @@ from .style import (
     printed_label,
     stroke,
     styled,
-    unit_formatter,
+    ticks_in_unit,
 )
 
 #: Smallest number of samples for a density: fewer are drawn one by one.
@@ -148,6 +148,7 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     heights.set_yscale("log" if catalogue.sizes["asperity"] >= FEWEST_SAMPLES else "linear")
     heights.relim()
     heights.autoscale(axis="y")
+    label_density(heights, "height")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     peaks = peaks.assign(ln_ratio=np.log(peaks["curvature_max"] / peaks["curvature_min"]))
     most = float(peaks["ln_ratio"].quantile(0.99)) or 1.0
@@ -179,6 +180,6 @@ def _orientations(ax, peaks: xr.Dataset):
 def label_density(ax, name: str):
     """Label the horizontal axis by the variable, and the vertical one by the density in its inverse units."""
     unit, size = label_axis(ax.xaxis, name)
-    ax.yaxis.set_major_formatter(unit_formatter(1 / size))
+    ticks_in_unit(ax.yaxis, 1 / size)
     ax.set_ylabel(printed_label("pdf", density_units(unit)))
     return ax

@@ -29,7 +29,7 @@ def scan_map(
     subregions: Places = None,
     highlight: ArrayLike | None = None,
     catalogue: xr.Dataset | None = None,
-    robust: bool = False,
+    limits: tuple[float | None, float | None] = (None, None),
     ax: Axes | None = None,
 ):
     """Draw the heights of a scan, and contact centres or asperities on it.
@@ -42,12 +42,11 @@ def scan_map(
         Contact centres (see `regions.centres`), drawn as crosses, and a mask of those to be ringed.
     catalogue : Dataset, optional
         Asperities: each fitted paraboloid is outlined 0.2 nm below its vertex, at most as wide as its patch.
-    robust : bool
-        Let the colour scale cover the middle 99 % of the heights.
+    limits : (float, float)
+        Ends of the colour scale, nm; by default the lowest and the highest point.
     """
     ds = schema.validate(ds, "scan")
     ax = axes(ax, aspect=0.85)
-    limits = np.nanquantile(ds["height"].values, (0.005, 0.995)) if robust else (None, None)
     image(ax, ds["height"], regions.extent(ds), "height", COLOURS["height"], limits=limits)
     if catalogue is not None:
         _ellipses(ax, schema.validate(catalogue, "asperities"), regions.extent(ds))

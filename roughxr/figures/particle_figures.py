@@ -24,7 +24,7 @@ from .style import (
     printed_label,
     stroke,
     styled,
-    unit_formatter,
+    ticks_in_unit,
 )
 
 
@@ -64,7 +64,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     for label in rose.get_yticklabels():
         label.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
     unit, size = prefixed(rose.get_rmax(), "nN nm")
-    rose.yaxis.set_major_formatter(unit_formatter(size))
+    ticks_in_unit(rose.yaxis, size)
     places = f"median and middle half of {moment.sizes['subregion']} places"
     rose.set_xlabel(f"{printed_label('resisting_moment', unit)}\n{places}")
     return rose

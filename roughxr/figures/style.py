@@ -70,6 +70,12 @@ STROKES = (
 DASHED = (0, (4, 2))
 
 
+def ticks_in_unit(axis, size: float) -> None:
+    """Print the ticks of an axis in a unit of this size; call it after the last change of the axis' scale."""
+    axis.set_major_formatter(unit_formatter(size))
+    axis.set_minor_formatter("")
+
+
 def unit_formatter(size: float):
     """Return a formatter of ticks in a unit of this size."""
     from matplotlib.ticker import FuncFormatter
@@ -78,15 +84,13 @@ def unit_formatter(size: float):
 
 
 def log_ticks(axis) -> None:
-    """Put ticks with plain numbers on a logarithmic axis, more of them for a narrower range."""
+    """Put more ticks on a logarithmic axis of a narrower range; label the axis afterwards."""
     from matplotlib.ticker import LogLocator
 
     low, high = axis.get_view_interval()
     axis.set_major_locator(
         LogLocator(subs=(1, 1.5, 2, 3, 5, 7) if high < 5 * low else (1, 2, 5) if high < 50 * low else (1,))
     )
-    axis.set_major_formatter("{x:g}")
-    axis.set_minor_formatter("")
 
 
 def styled(function: Callable) -> Callable:
@@ -155,15 +159,17 @@ def printed_label(name: str, unit: str = "") -> str:
 
 
 def label_axis(axis, name: str) -> tuple[str, float]:
-    """Label a matplotlib axis from the schema, in the unit that suits its range; return that unit and its size."""
+    """Label a matplotlib axis from the schema, in the unit that suits its range; return that unit and its size.
+
+    Call it after the last change of the axis' scale and limits: a change of scale would replace the ticks' unit alone.
+    """
     if name not in schema.VARIABLES:
         axis.set_label_text(name)
         return "1", 1.0
     unit, size = prefixed(float(np.abs(axis.get_view_interval()).max()), schema.VARIABLES[name].units)
     axis.set_label_text(printed_label(name, unit))
     round_ticks(axis)
-    if size != 1.0:
-        axis.set_major_formatter(unit_formatter(size))
+    ticks_in_unit(axis, size)
     return unit, size
 
 
