@@ -90,7 +90,6 @@ FIGURES = (
     Figure("direct/superposed, 58 subregions, 9 nm", 1.0, 0.1, weighed=False),
     Figure("direct/superposed, 58 subregions, 10 nm", 1.0, 0.1, weighed=False),
     Figure("direct/superposed, 58 subregions, 12 nm", 1.0, 0.1, weighed=False),
-    Figure("clean subregions that agree to 10 % up to 12 nm", 58, 3, weighed=False),
 )
 
 
@@ -156,8 +155,6 @@ def _forces(scan: xr.Dataset, catalogue: xr.Dataset, clean: np.ndarray) -> Itera
     yield from (force.mean("subregion") / smooth).sel(delta=[8.0, 10.0, 20.0, 25.0]).values
     force, summed = (f.isel(subregion=clean).sel(delta=slice(0, 12)) for f in (force, summed))
     yield from (force.mean("subregion") / summed.mean("subregion")).sel(delta=[9.0, 10.0, 12.0]).values
-    disagree = np.abs(summed / force.where(force > 0) - 1) > 0.1
-    yield float((~disagree.any("delta")).sum())
 
 
 def clean_subregions(seed: int, model: GlassModel) -> np.ndarray:

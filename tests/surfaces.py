@@ -24,11 +24,11 @@ def bare_runs():
     """Run without figures and without the extrapolation below the pixel, which take long and have their own tests."""
     from roughxr.runs import analysis
 
-    parts = [part for part in analysis._PARTS if part.name != "extrapolated"]
+    parts = [part for part in analysis.PARTS if part.name != "extrapolated"]
     with (
         patch("roughxr.report.report_page._pictures", lambda run, figures: []),
         patch.dict(analysis.execute.__kwdefaults__, draw_figures=lambda run: iter(())),
-        patch.object(analysis, "_PARTS", parts),
+        patch.object(analysis, "PARTS", parts),
     ):
         yield
 

@@ -4,7 +4,6 @@ import warnings
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from roughxr.asperity.catalogue import asperities, poorly_fitted
 from roughxr.asperity.reconstruction import reconstruct

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from roughxr import archive, report, scans
 from roughxr.cli import main
@@ -28,7 +29,7 @@ from .surfaces import bare_runs, rough, scan
 QUICK = ["--law", "griffith", "--mesh", "1"]
 
 #: The stages of a run but that which takes long.
-WITHOUT_EXTRAPOLATION = [part for part in analysis._PARTS if part.name != "extrapolated"]
+WITHOUT_EXTRAPOLATION = [part for part in analysis.PARTS if part.name != "extrapolated"]
 
 
 @pytest.mark.parametrize(
@@ -87,7 +88,7 @@ def paper_run(tmp_path_factory):
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analysis, "_PARTS", WITHOUT_EXTRAPOLATION)
+        patch.setattr(analysis, "PARTS", WITHOUT_EXTRAPOLATION)
         patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", mesh=Mesh(1, step=0.4)))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
@@ -116,6 +117,73 @@ def test_every_published_value_stands_in_a_table(paper_run):
         assert set(published) <= set(table.index)
         assert set(table.index[table["paper's is"].notna()]) <= {row for row, (_, note) in published.items() if note}
     assert "confirms nothing" in " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
+
+
+def test_the_paper_is_answered_before_the_estimate_begins(tmp_path, monkeypatch, capsys):
+    def interrupted(task):
+        raise KeyboardInterrupt
+
+    parts = [part._replace(make=interrupted) if part.name == "adhesive" else part for part in analysis.PARTS]
+    monkeypatch.setattr(analysis, "PARTS", parts)
+    monkeypatch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(subregions=(3, 3)))
+    monkeypatch.setattr(reproduction, "paper_figures", lambda run: [("figure-14", Figure())])
+    assert main(["paper", "-o", str(tmp_path), "-q"]) == 130
+    printed = capsys.readouterr().out
+    for table in (printed, (tmp_path / "table.txt").read_text(encoding="utf-8")):
+        assert "Pull-off force by method" in table and "rough above smooth" in table and "19.1" in table
+    assert {"figure-14.png", "table-contact.csv", "table-scan.csv"} <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def paper_alone(tmp_path_factory):
+    """Return the folder of the paper without the estimate of its twin, without figures, and its groups."""
+    folder = tmp_path_factory.mktemp("paper-alone")
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()):
+        patch.setattr(reproduction, "_draw_figures", lambda run: [])
+        patch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])
+        groups = reproduction.paper(folder, estimate=False)
+    return folder, groups
+
+
+def test_the_paper_alone_has_no_simulation_with_adhesion(paper_alone):
+    folder, groups = paper_alone
+    assert not [name for name in groups if name.rpartition("/")[2] in ("adhesive", "rigid", "rolling", "error_budget")]
+    assert "best estimate" not in (folder / "table.txt").read_text(encoding="utf-8").lower()
+    with pytest.raises(ValueError, match="found a run with other settings: parts"):
+        reproduction.paper(folder)
+
+
+def test_printed_results_that_were_no_target_are_met(paper_alone):
+    """The direct simulation of a smooth flat, where the rough force surpasses the smooth one, and where both agree."""
+    table = pd.read_csv(paper_alone[0] / "table-contact.csv", index_col="quantity")
+    smooth = table.loc["smooth flat, largest difference from Hertz [%]"]
+    assert smooth["direct"] < smooth["paper"]
+    surpassing = table.loc["rough above smooth from, place of figure 15 [nm]"]
+    assert surpassing["published"] == pytest.approx(surpassing["paper"], abs=0.2)
+    places = {d: table.loc[f"places within 2 % of the mean at 20 nm, at {d} nm, no debris"] for d in (11, 12, 13)}
+    assert places[11]["published"] == places[11]["energy"] == 58
+    assert 10 < places[12]["published"] < 50 and places[13]["published"] < 5
+    ratio = {d: table.loc[f"superposed / direct at {d} nm, no debris"] for d in (9, 10, 11, 12)}
+    for delta in (9, 10, 11):
+        assert 0.6 < ratio[delta]["published"] < 1.2 and 0.9 < ratio[delta]["energy"] < 1.1
+    assert ratio[12]["published"] > ratio[12]["energy"] > 1.3
+    scan = pd.read_csv(paper_alone[0] / "table-scan.csv", index_col="quantity")
+    assert scan.loc["asperities with a < 10 b [%]", "scan"] > 99
+
+
+def test_the_corrections_of_formulas_and_patch_cancel(paper_alone):
+    """Each entry of the table of corrections is a superposition of its own; the diagonal is that of the methods."""
+    groups = paper_alone[1]
+    mean = groups["statistics/corrections"]["pull_off_force"].mean("subregion")
+    paper, auto = (mean.sel(patch=patch) for patch in ("paper", "auto"))
+    assert float(paper.sel(formulation="self_similar") / paper.sel(formulation="published")) > 3
+    assert float(auto.sel(formulation="self_similar") / paper.sel(formulation="self_similar")) < 0.33
+    for name, patch in (("published", "paper"), ("self_similar", "auto")):
+        method = groups[f"statistics/{name}"]["pull_off_force"].mean()
+        assert float(mean.sel(formulation=name, patch=patch)) == pytest.approx(float(method))
+    page = (Path(__file__).parents[1] / "notebooks" / "site" / "citing.md").read_text(encoding="utf-8")
+    for row in reproduction.correction_table(groups).to_numpy():
+        assert f"| {' | '.join(row)} |" in page
 
 
 @pytest.fixture(scope="module")
@@ -173,17 +241,16 @@ def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
 )
 def test_the_paper_has_a_hardness_for_its_best_estimate(tmp_path, monkeypatch, options, hardness):
     """Glass's by default; what is not extrapolated stays elastic."""
-    executed, notes = [], []
-    monkeypatch.setattr(
-        reproduction, "execute", lambda *arguments, **how: executed.append(arguments) or notes.append(how)
-    )
-    (tmp_path / "table.txt").write_text("")
+    executed = []
+    monkeypatch.setattr(reproduction, "execute", lambda *arguments, **how: executed.append((*arguments, how)) or {})
+    monkeypatch.setattr(reproduction, "_tables", lambda run: {})
     monkeypatch.setattr("roughxr.cli.running._print_answer", lambda *arguments: None)
     assert main(["paper", "-o", str(tmp_path), *options]) == 0
-    ((specimen, plan, *_),) = executed
+    ((specimen, plan, *_, how),) = executed
     assert float(specimen.bodies.hardness_estimate) == hardness and "hardness" not in specimen.bodies.coords
     assert plan.extrapolated > 0
-    assert ("stay elastic" if hardness == 0.2 else f"hardness {hardness:g} GPa") in notes[0]["notes"][1]
+    text = " ".join(how["as_text"]({}, {}).split())
+    assert ("stay elastic" if hardness == 0.2 else f"hardness {hardness:g} GPa") in text
 
 
 def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
@@ -307,7 +374,7 @@ EMPTY = {
 def test_a_run_that_finds_nothing_ends_well_and_is_reported_as_what_it_is(options, output, tmp_path, monkeypatch):
     monkeypatch.setattr("roughxr.report.report_page._DPI", 50)  # whether they are drawn, and not how well
     if "--delta" in options:
-        monkeypatch.setattr(analysis, "_PARTS", WITHOUT_EXTRAPOLATION)  # as in the other cases
+        monkeypatch.setattr(analysis, "PARTS", WITHOUT_EXTRAPOLATION)  # as in the other cases
     scan(rough(64, rms=1.0, seed=3), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass", *QUICK, "--budget", "1"]
     written = tmp_path / "out" / output

@@ -151,7 +151,7 @@ def test_coefficients_of_counted_heights_are_scaled_by_equations_27_to_30():
     """Least squares of 26 on the 5 × 5 counts around each peak, by hand, against the catalogue of heights in nm."""
     pixel, step = 9.77, 0.1
     counts = np.round(rough(48, rms=1.5, smooth=2.0, seed=4) / step)
-    catalogue = asperities(scan(counts * step, pixel=pixel), patch="paper", vertex="pixel")
+    catalogue = asperities(scan(counts * step, pixel=pixel), patch="paper")
     whole = catalogue.isel(asperity=~(catalogue.edge | catalogue.saddle).values)
     assert whole.sizes["asperity"] > 10
     i, j = (array.ravel() for array in np.mgrid[-2:3, -2:3])

@@ -27,7 +27,7 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._adhesive_simulation(analysis._Task(specimen_of(scan), plan))
+        groups = analysis._adhesive_simulation(analysis.Task(specimen_of(scan), plan))
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
@@ -48,7 +48,7 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
     with warnings.catch_warnings(), roughxr.progress(stream), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         groups = roughxr.checkpointed(
-            lambda: analysis._adhesive_simulation(analysis._Task(specimen_of(scan), plan, stage)),
+            lambda: analysis._adhesive_simulation(analysis.Task(specimen_of(scan), plan, stage)),
             tmp_path / "run.nc",
             scan=scan,
         )

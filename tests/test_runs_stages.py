@@ -15,7 +15,7 @@ from roughxr.scans.synthetic import self_affine
 
 from .surfaces import bare_runs
 
-PARTS = analysis._PARTS  # the fixture below leaves some out
+PARTS = analysis.PARTS  # the fixture below leaves some out
 
 OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
 
@@ -51,8 +51,8 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    parts = [part._replace(make=interrupted) if part.name == moment else part for part in analysis._PARTS]
-    monkeypatch.setattr(analysis, "_PARTS", parts)
+    parts = [part._replace(make=interrupted) if part.name == moment else part for part in analysis.PARTS]
+    monkeypatch.setattr(analysis, "PARTS", parts)
     with pytest.raises(KeyboardInterrupt):
         roughxr.run(surface, path, **OPTIONS)
     monkeypatch.undo()

@@ -35,6 +35,15 @@ def test_every_figure_function_has_its_page():
     assert {f"figures.{name}" for name in figures.__all__} <= entries(PAGES / "api.rst")
 
 
+def test_the_papers_two_methods_print_what_the_readme_shows():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    code, printed = re.search(r"```python\n([^`]*\.direct\(delta=[^`]*)```\n\n```text\n([^`]*)```", text).groups()
+    *statements, direct, superposed = code.strip().splitlines()
+    names: dict = {}
+    exec("\n".join(statements), names)
+    assert [repr(eval(line, names)) for line in (direct, superposed)] == printed.splitlines()
+
+
 @pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(PAGES.glob("*.md"))], ids=lambda page: page.name)
 def test_python_that_pages_show_is_python(page):
     for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):

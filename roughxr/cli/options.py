@@ -124,12 +124,14 @@ def _flag(to: Any, flags: str, words: str) -> argparse.Action:
 
 
 def _paper(commands: Any) -> None:
-    does = "repeat the paper's analysis on the synthetic glass sample: archive, figures, tables"
+    does = "repeat the paper's analysis on the synthetic glass sample: table and figures, then an estimate"
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
     words = "hardness of the best estimate, GPa; default: that of the materials, of glass 6; all else stays elastic"
     _add(command, ("--hardness", "H", words))
+    words = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
+    _flag(command, "--no-estimate", words)
     _add_budget(command, 4)
     _flag(command, "-q --quiet", _QUIET)
 

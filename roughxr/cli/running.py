@@ -27,7 +27,8 @@ from .words import EXPECTED_ERRORS, error_text, numbers, print_error
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
     given = _stated(options, ["materials", "hardness"])
-    groups = reproduction.paper(options.output, budget=options.budget, command=options.line, **given)
+    same = {"estimate": not options.no_estimate, "budget": options.budget, "command": options.line}
+    groups = reproduction.paper(options.output, **same, **given)
     _print_answer(groups, options.output)
 
 

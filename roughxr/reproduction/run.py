@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from .. import figures, report
+from ..asperity.catalogue import asperities
+from ..asperity.superposition import superpose
 from ..bodies.pair import assign_pair, elastic
 from ..bodies.substances import MATERIALS
+from ..contact import reference
 from ..contact.mesh import Mesh
-from ..runs.analysis import Plan, execute
+from ..runs import analysis
+from ..runs.analysis import Part, Plan, Task, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
-from ..statistics import debris, force_ratio
+from ..statistics import debris
 from ..studies.extrapolation import with_hardness
+from ..studies.roughness_scale import quietly
+from ..vocabulary import schema
 from ..vocabulary.units import Quantity, whole_number
-from .numbered_figures import paper_figures, strongest_place
+from .numbered_figures import paper_figures, smooth_sphere, strongest_place, surpassing_delta
 from .printed import CONTACT, PAIR, SCAN, TWIN
 
 Run = Mapping[str, xr.Dataset]
@@ -38,14 +43,28 @@ PLAN = Plan(
 
 _MICRO = 1e-3  # µN per nN
 
-#: Displacements (nm) at which the paper shows distributions of forces, at which both methods agree in it, and at which
-#: it prints forces over those on a smooth flat.
-_DISTRIBUTION_DELTAS, _AGREEMENT_DELTAS, _SMOOTH_DELTAS = (5.08, 15.4), (9.0, 10.0, 12.0), (10.0, 20.0)
+#: Stages of a run whose results the paper shows; all others are of the twin.
+_PAPER_PARTS = ("asperities", "direct", "superposition")
+
+#: The paper's formulas and those corrected, at the paper's patch and at the default one.
+_FORMULATIONS = {"published": "published formulas", "self_similar": "corrected formulas"}
+_PATCHES = {"paper": "patch of 5 × 5 pixels", "auto": "patch by the shortest wavelength"}
+
+#: Displacements (nm) at which the paper shows distributions of forces, at which we compare both methods, by ratio and
+#: on the paper's linear axes, and at which it prints forces over those on a smooth flat.
+_DISTRIBUTION_DELTAS = (5.08, 15.4)
+_RATIO_DELTAS = (9.0, 10.0, 11.0, 12.0)
+_AXIS_DELTAS = (11.0, 12.0, 13.0)
+_SMOOTH_DELTAS = (10.0, 20.0)
+
+#: Part of the mean force at 20 nm within which two curves are one line on linear axes.
+_LINE_WIDTH = 0.02
 
 
 def paper(
     output: str | Path,
     *,
+    estimate: bool = True,
     budget: int = 4,
     materials: str | Sequence[str] | None = None,
     hardness: Quantity | None = None,
@@ -53,11 +72,16 @@ def paper(
 ) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin, and return the groups of the archive.
 
+    The paper's tables are printed, and its figures written, before the estimate of the twin begins.
+
     Parameters
     ----------
     output : path
         A folder: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``, ``table.txt``,
         ``table-scan.csv`` and ``table-contact.csv``.
+    estimate : bool
+        Whether to go on with what the paper does not contain: the simulation with adhesion, the best estimate with
+        finer roughness, rigid bodies, detachment and the error budget.
     budget, command
         As for `run`.
     materials : str or list of str, optional
@@ -71,23 +95,91 @@ def paper(
         hardness = MATERIALS["glass"].hardness
     scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
     folder = Path(output)
-    wanted = PLAN._replace(budget=whole_number(budget, "budget", least=0))
+    printed: set[str] = set()
 
-    def draw_figures(run: Run) -> Iterator[tuple[str, object]]:
-        yield "overview", figures.overview(run)
-        yield from paper_figures(run)
+    def answer_first(task: Task) -> dict[str, xr.Dataset]:
+        made = paper_tables(task.groups)
+        text = analysis.tables_text(made, [TWIN])
+        analysis.write_tables(made, text, folder)
+        analysis.write_figures(task.groups, paper_figures, folder)
+        print(text)
+        printed.update(made)
+        return {}
 
-    assumed = f"Of the best estimate: {with_hardness(scan.scan)[1]}."
-    files: dict[str, Any] = {"tables": _tables, "notes": [TWIN, assumed], "draw_figures": draw_figures}
-    groups = execute(scan, wanted, folder / "paper.nc", folder, command=command, **files)
-    print((folder / "table.txt").read_text(encoding="utf-8").rstrip("\n"))
+    def as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
+        assumed = [f"Of the best estimate: {with_hardness(scan.scan)[1]}."] if estimate else []
+        return analysis.tables_text(tables, [TWIN, *assumed, *analysis.notes(run)])
+
+    groups = execute(
+        scan,
+        PLAN._replace(budget=whole_number(budget, "budget", least=0)),
+        folder / "paper.nc",
+        folder,
+        command=command,
+        parts=_parts(answer_first if estimate else None),
+        tables=_tables,
+        as_text=as_text,
+        draw_figures=_draw_figures,
+    )
+    print(as_text(groups, {title: table for title, table in _tables(groups).items() if title not in printed}).rstrip())
     return groups
 
 
+def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]] | None) -> list[Part]:
+    """Return the stages of the paper, then, with a function that prints its answer, those of the twin's estimate."""
+    paper = [part for part in analysis.PARTS if part.name in _PAPER_PARTS]
+    paper.append(Part("corrections", "the paper's sums, corrected", lambda task: True, 2.0, 0.0, corrections))
+    if answer_first is None:
+        return paper
+    answer = Part("paper", "the paper's table and figures", lambda task: True, 8.0, 0.0, answer_first)
+    return [*paper, answer, *(part for part in analysis.PARTS if part.name not in _PAPER_PARTS)]
+
+
+def corrections(task: Task) -> dict[str, xr.Dataset]:
+    """Return the pull-off with formulas and patch changed one at a time, and the corrected sum without adhesion."""
+    corrected = elastic(task.specimen.derived(asperities))
+    catalogues = {"paper": elastic(task.groups["asperities"]), "auto": corrected}
+    options = {"delta": [0.0], **task.options}  # the exact pull-off does not depend on the displacements
+    forces = [
+        [quietly(superpose, catalogues[patch], formulation=name, **options)["pull_off_force"] for patch in _PATCHES]
+        for name in _FORMULATIONS
+    ]
+    dims = ("formulation", "patch", "subregion")
+    names = {"formulation": list(_FORMULATIONS), "patch": list(_PATCHES)}
+    pull_off = schema.label(xr.Dataset({"pull_off_force": (dims, np.array(forces))}, names))
+    return {
+        "statistics/corrections": pull_off,
+        "solutions/hertz_corrected": superpose(corrected, delta=task.plan.sweep, law="hertz", **task.options),
+    }
+
+
+def _draw_figures(run: Run) -> Iterator[tuple[str, object]]:
+    yield "overview", figures.overview(run)
+    yield from paper_figures(run)
+
+
+def paper_tables(run: Run) -> dict[str, pd.DataFrame]:
+    """Return the paper's tables: with its printed values, and with its slips corrected one at a time."""
+    return {
+        "Pull-off force by method": contact_table(run),
+        "Pull-off force with one change at a time, mean ± std [µN]": correction_table(run),
+        "Scan and asperities": scan_table(run),
+    }
+
+
 def _tables(run: Run) -> dict[str, pd.DataFrame]:
-    """Return the tables of a run, with the printed values in two of them."""
-    printed = {"Pull-off force by method": contact_table(run), "Scan and asperities": scan_table(run)}
-    return report.tables(run) | printed
+    """Return the paper's tables, then those of any run."""
+    made = paper_tables(run)
+    return made | {title: table for title, table in report.tables(run).items() if title not in made}
+
+
+def correction_table(run: Run) -> pd.DataFrame:
+    """Return the pull-off of the paper's and the corrected formulas on the paper's and the default patch, as text."""
+    force = _MICRO * run["statistics/corrections"]["pull_off_force"]
+    mean, spread = force.mean("subregion").values, force.std("subregion", ddof=1).values
+    texts = [[f"{m:.2f} ± {s:.2f}" for m, s in zip(*row)] for row in zip(mean, spread)]
+    index = pd.Index([_FORMULATIONS[str(name)] for name in force["formulation"].values], name="formulas")
+    return pd.DataFrame(texts, index=index, columns=[_PATCHES[str(name)] for name in force["patch"].values])
 
 
 def scan_table(run: Run) -> pd.DataFrame:
@@ -103,6 +195,8 @@ def scan_table(run: Run) -> pd.DataFrame:
     angles = run["asperities"]["orientation"].values
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
     rows["isotropy of directions (1: isotropic)"] = float(counts.min() / max(counts.max(), 1))
+    ratio = run["asperities"]["axis_ratio"].dropna("asperity")
+    rows["asperities with a < 10 b [%]"] = 100 * float((ratio > 0.1).mean())
     whole = pd.concat([table, pd.DataFrame({"scan": rows})])
     order = [*SCAN, *(name for name in table.index if name not in SCAN)]
     return _with_printed(whole.loc[order].rename_axis("quantity"), SCAN)
@@ -111,8 +205,10 @@ def scan_table(run: Run) -> pd.DataFrame:
 def contact_table(run: Run) -> pd.DataFrame:
     """Return pull-offs by method and forces without adhesion, with the printed ones in the first columns."""
     table = report.contact_table(run)
-    more = pd.DataFrame({method: _strongest_rows(run, method) for method in table} | {"direct": _direct_rows(run)})
-    return _with_printed(pd.concat([table, more]).rename_axis("quantity"), CONTACT)
+    columns = {method: _strongest_rows(run, method) for method in table} | {"direct": _direct_rows(run)}
+    for method, sum_without_adhesion in (("published", "hertz"), ("energy", "hertz_corrected")):
+        columns[method] |= _agreement_rows(run, sum_without_adhesion)
+    return _with_printed(pd.concat([table, pd.DataFrame(columns)]).rename_axis("quantity"), CONTACT)
 
 
 def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]]) -> pd.DataFrame:
@@ -123,23 +219,27 @@ def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]])
 
 
 def _strongest_rows(run: Run, method: str) -> dict[str, float]:
-    """Return values at the place of figure 15."""
+    """Return values at the place of figure 15, and where the force exceeds that on a smooth flat."""
     place, solution = {"subregion": strongest_place(run)}, run[f"solutions/{method}"]
     pull_off = float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
     rows = {"pull-off, place of figure 15 [µN]": _MICRO * pull_off}
     if "force" not in solution or solution.sizes["delta"] < 2:
         return rows  # with a preload, and for rigid bodies, there are only events
-    force = solution["force"].isel(place)
+    force, smooth = solution["force"].isel(place), smooth_sphere(solution)["force"]
     pulling = force["delta"].values[force.values < 0]
     return rows | {
         "that place, first displacement with adhesion [nm]": float(pulling.min(initial=np.inf)),
         "that place, last displacement with adhesion [nm]": float(pulling.max(initial=-np.inf)),
+        "rough above smooth from, place of figure 15 [nm]": surpassing_delta(force, smooth),
+        "rough above smooth from, mean force [nm]": surpassing_delta(solution["force"].mean("subregion"), smooth),
     }
 
 
 def _direct_rows(run: Run) -> dict[str, float]:
-    direct, superposed, smooth = (run[f"solutions/{name}"] for name in ("direct", "hertz", "smooth"))
-    rows: dict[str, float] = {}
+    direct, smooth = (run[f"solutions/{name}"] for name in ("direct", "smooth"))
+    radius, modulus = schema.pair(smooth, "sphere_radius", "contact_modulus")
+    hertz = reference.hertz(smooth["delta"].values, radius=radius, contact_modulus=modulus)["force"]
+    rows = {"smooth flat, largest difference from Hertz [%]": 100 * float(abs(smooth["force"] / hertz - 1).max())}
     for delta in _DISTRIBUTION_DELTAS:
         force = _MICRO * direct["force"].sel(delta=delta, method="nearest").values
         values = {"mean": force.mean(), "std": force.std(ddof=1), "second group": second_group(force)}
@@ -147,15 +247,28 @@ def _direct_rows(run: Run) -> dict[str, float]:
     for delta in _SMOOTH_DELTAS:
         rough, flat = (ds["force"].sel(delta=delta, method="nearest").mean() for ds in (direct, smooth))
         rows[f"rough / smooth force at {delta:g} nm"] = float(rough / flat)
-    clean = np.flatnonzero(~debris(run["asperities"], direct).values)
-    ratio = force_ratio(superposed.isel(subregion=clean), direct.isel(subregion=clean))
-    difference = ratio["mean_difference"].sel(delta=list(_AGREEMENT_DELTAS), method="nearest").values
-    rows |= {
-        f"superposed / direct at {delta:g} nm, no debris": 1 + float(value)
-        for delta, value in zip(_AGREEMENT_DELTAS, difference)
+    return rows
+
+
+def _agreement_rows(run: Run, name: str) -> dict[str, float]:
+    """Return how a sum without adhesion agrees with the direct simulation, by ratio and on the paper's linear axes."""
+    direct = run["solutions/direct"]
+    clean = {"subregion": np.flatnonzero(~debris(run["asperities"], direct).values)}
+    solved = direct["force"].isel(clean)
+    summed = run[f"solutions/{name}"]["force"].isel(clean).interp(delta=solved["delta"])
+    means = summed.mean("subregion"), solved.mean("subregion")
+    ratio = means[0] / means[1]
+    is_one_line = abs(summed - solved) <= _LINE_WIDTH * means[1].sel(delta=20, method="nearest")
+    rows = {
+        f"superposed / direct at {delta:g} nm, no debris": float(ratio.sel(delta=delta, method="nearest"))
+        for delta in _RATIO_DELTAS
     }
-    agree = (abs(ratio["force_difference"]) <= 0.1).any("delta")
-    return rows | {"places without debris where both forces agree within 10 %": float(agree.sum())}
+    return rows | {
+        f"places within 2 % of the mean at 20 nm, at {delta:g} nm, no debris": float(
+            is_one_line.sel(delta=delta, method="nearest").sum()
+        )
+        for delta in _AXIS_DELTAS
+    }
 
 
 def second_group(values: np.ndarray) -> float:

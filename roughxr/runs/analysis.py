@@ -14,7 +14,7 @@ Its result is a dictionary of Datasets, the groups of its archive:
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -177,13 +177,16 @@ def execute(
     folder: Path | None,
     *,
     command: str = "",
+    parts: Sequence[Part] | None = None,
     tables: Callable = report.tables,
-    notes: Sequence[str] = (),
+    as_text: Callable = lambda run, tables: tables_text(tables, notes(run), report.headline(run)),
     draw_figures: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
     """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
-    task = _Task(specimen, plan)
-    expected = {part.name: part.fixed + part.each * task.places for part in _parts(task)} | {"pages": 10.0}
+    task = Task(specimen, plan)
+    parts = _applicable(task, parts)
+    expected = {part.name: part.fixed + part.each * task.places for part in parts} | {"pages": 10.0}
+    words = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
         pixels = " x ".join(map(str, specimen.heights.shape))
         print_line(
@@ -191,20 +194,23 @@ def execute(
             "on sharp or soft summits and for the first run on a machine. If it is interrupted, the same call "
             "continues it."
         )
-    with Stages(expected, _WORDS) as stages:
+    with Stages(expected, words) as stages:
         groups = checkpointed(
-            lambda: analyse(specimen, plan, stages, command),
+            lambda: analyse(specimen, plan, stages, command, parts),
             path,
             scan=specimen.scan,
-            arguments=plan._asdict(),
+            arguments=plan._asdict() | {"parts": [part.name for part in parts]},
             title=specimen.bodies.attrs.get("title", ""),
-            missing=lambda: f"missing: {', '.join(w for w in stages.later() if w != _WORDS['pages']) or 'its log'}",
+            missing=lambda: f"missing: {', '.join(w for w in stages.later() if w != _PAGES) or 'its log'}",
         )
         made = tables(groups)
-        printed = _tables_text(made, notes, groups)
+        printed = as_text(groups, made)
         if folder is not None:
             stages("pages")
-            _write_folder(groups, made, printed, path, folder, draw_figures)
+            remove_leftovers(folder)
+            write_tables(made, printed, folder)
+            write_figures(groups, draw_figures, folder)
+            _write_pages(groups, path, folder)
     if folder is None:
         print(printed.rstrip("\n"))
     return groups
@@ -227,7 +233,7 @@ def _adheres(specimen: Specimen) -> bool:
     return float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(specimen.bodies)
 
 
-class _Task(NamedTuple):
+class Task(NamedTuple):
     """A run in progress: its input, its plan and the groups computed so far."""
 
     specimen: Specimen
@@ -262,19 +268,23 @@ class _Task(NamedTuple):
 
 
 def analyse(
-    specimen: Specimen, plan: Plan, stages: Stages = _SILENT, command: str = ""
+    specimen: Specimen,
+    plan: Plan,
+    stages: Stages = _SILENT,
+    command: str = "",
+    parts: Sequence[Part] | None = None,
 ) -> Iterator[dict[str, xr.Dataset]]:
     """Yield the groups computed so far after each stage of a run, finally all of them."""
     groups: dict[str, xr.Dataset] = {}
-    for part in _parts(_Task(specimen, plan)):
+    for part in _applicable(Task(specimen, plan), parts):
         stages(part.name)
-        groups |= part.make(_Task(specimen, plan, stages, groups))
+        groups |= part.make(Task(specimen, plan, stages, groups))
         yield groups
     options = {name: getattr(plan, name) for name in ("subregions", "preload", "law", "mesh", "budget")}
     yield groups | report.summary_groups(groups, command, **options)
 
 
-def _surface(task: _Task) -> dict[str, xr.Dataset]:
+def _surface(task: Task) -> dict[str, xr.Dataset]:
     """Return the scan, its asperities and its roughness."""
     scan = task.specimen.scan
     catalogue = _catalogue(task.specimen, task.plan.superposed[0])
@@ -297,7 +307,7 @@ def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
     return quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities)
 
 
-def _elastic_simulation(task: _Task) -> dict[str, xr.Dataset]:
+def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
     specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
@@ -315,7 +325,7 @@ def _elastic_simulation(task: _Task) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _superposed_asperities(task: _Task) -> dict[str, xr.Dataset]:
+def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
     specimen, groups = task.specimen, dict[str, xr.Dataset]()
     for name in task.plan.superposed:
@@ -325,7 +335,7 @@ def _superposed_asperities(task: _Task) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
+def _error_budget(task: Task) -> dict[str, xr.Dataset]:
     """Return the error budget of the simulated pull-off, and the pull-off against the shortest wavelength."""
     plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
@@ -341,7 +351,7 @@ def _error_budget(task: _Task) -> dict[str, xr.Dataset]:
     return groups | {"statistics/scale_dependence": scales}
 
 
-def _extrapolated_pull_off(task: _Task) -> dict[str, xr.Dataset]:
+def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
     """Return the pull-off at some places with roughness extrapolated below the pixel, or the reason for its absence."""
     specimen, plan = task.specimen, task.plan
     if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
@@ -359,7 +369,7 @@ def _extrapolated_pull_off(task: _Task) -> dict[str, xr.Dataset]:
     }
 
 
-def _detachment(task: _Task) -> dict[str, xr.Dataset]:
+def _detachment(task: Task) -> dict[str, xr.Dataset]:
     """Return resisting moments, of the simulation's contacts, and the critical flow."""
     groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
     moments = simulated_moments(task.specimen, solved)
@@ -371,7 +381,7 @@ def _detachment(task: _Task) -> dict[str, xr.Dataset]:
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
-def _adhesive_simulation(task: _Task) -> dict[str, xr.Dataset]:
+def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and its error by mesh and step from a sample of places."""
     specimen, plan, stages, options = task.specimen, task.plan, task.stages, task.options
     if task.has_sphere:
@@ -466,7 +476,7 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
     return checked_mesh
 
 
-def _rigid_bodies(task: _Task) -> dict[str, xr.Dataset]:
+def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     """Return the force between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     specimen, refine = task.specimen, int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
     # without warnings about the cell size, which the report gives for all methods
@@ -488,70 +498,76 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
     return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
 
 
-class _Part(NamedTuple):
+class Part(NamedTuple):
     """A stage of a run, with its duration (s) and its duration per place (s): medians of runs on two cores."""
 
     name: str
     words: str
-    applies: Callable[[_Task], bool]
+    applies: Callable[[Task], bool]
     fixed: float
     each: float
-    make: Callable[[_Task], dict[str, xr.Dataset]]
+    make: Callable[[Task], dict[str, xr.Dataset]]
 
 
 #: The stages of a run, in order.
-_PARTS = (
-    _Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
-    _Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
-    _Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _extrapolated_pull_off),
-    _Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
-    _Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
+PARTS = (
+    Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
+    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
+    Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _extrapolated_pull_off),
+    Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
+    Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
     # neighbours' menisci merge: no sum over asperities
-    _Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
-    _Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
-    _Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
+    Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
+    Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
+    Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
 )
 
-_WORDS = {part.name: part.words for part in _PARTS} | {"pages": "figures and report"}
+#: The last stage, after those of `PARTS`.
+_PAGES = "figures and report"
 
 #: Tables that are also written as files, by the name of the file.
 _TABLE_FILES = {"scan": "Scan and asperities", "contact": "Pull-off force by method", "force": "Force without adhesion"}
 
 
-def _parts(task: _Task) -> list[_Part]:
-    return [part for part in _PARTS if part.applies(task)]
+def _applicable(task: Task, parts: Sequence[Part] | None) -> list[Part]:
+    """Return those of some stages, by default of all, that apply to a run."""
+    return [part for part in (PARTS if parts is None else parts) if part.applies(task)]
 
 
-def _write_folder(
-    groups: dict[str, xr.Dataset],
-    tables: dict[str, Any],
-    printed: str,
-    path: Path,
-    folder: Path,
-    draw_figures: Callable,
-) -> None:
-    """Write tables, figures and report, and remove the temporary files of a killed process."""
-    remove_leftovers(folder)
+def write_tables(tables: Mapping[str, Any], printed: str, folder: Path) -> None:
+    """Write the tables as text, and some of them as files of their own."""
+    with atomic_write(folder / "table.txt") as temporary:
+        temporary.write_text(printed, encoding="utf-8")
     for part, title in _TABLE_FILES.items():
         if title in tables:
             with atomic_write(folder / f"table-{part}.csv") as temporary:
                 tables[title].to_csv(temporary, float_format="%.6g")
-    if places := report.by_place(groups):
-        for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
-            to_table(report.place_table(places, scan_label(groups)), folder / f"places{ending}")
-    with atomic_write(folder / "table.txt") as temporary:
-        temporary.write_text(printed, encoding="utf-8")
+
+
+def write_figures(groups: Mapping[str, xr.Dataset], draw_figures: Callable, folder: Path) -> None:
+    """Write the figures that a function yields by name."""
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in draw_figures(groups):
         with atomic_write(folder / f"{name}.png") as temporary:
             figure.savefig(temporary, dpi=220)
+
+
+def _write_pages(groups: Mapping[str, xr.Dataset], path: Path, folder: Path) -> None:
+    """Write the table of places and the report."""
+    if places := report.by_place(groups):
+        for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
+            to_table(report.place_table(places, scan_label(groups)), folder / f"places{ending}")
     with atomic_write(folder / "report.html") as temporary:
         temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
 
 
-def _tables_text(tables: dict[str, Any], notes: Sequence[str], groups: dict[str, xr.Dataset]) -> str:
-    """Return the answer, the tables and the notes on them as text."""
-    below = [*notes, *report.superposition_notes(groups), *report.detachment_notes(groups)]
-    answer = [fill(words, 100) + "\n"] if (words := report.headline(groups)) else []
+def notes(run: Mapping[str, xr.Dataset]) -> list[str]:
+    """Return the notes below a run's tables."""
+    return [*report.superposition_notes(run), *report.detachment_notes(run)]
+
+
+def tables_text(tables: Mapping[str, Any], below: Sequence[str], answer: str = "") -> str:
+    """Return the answer, the tables and the notes below them as text."""
+    first = [fill(answer, 100) + "\n"] if answer else []
     parts = [report.text(table, title) for title, table in tables.items()]
-    return "\n".join([*answer, *parts, *(fill(note, 100) for note in below)]) + "\n"
+    return "\n".join([*first, *parts, *(fill(note, 100) for note in below)]) + "\n"
