@@ -185,15 +185,6 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
     wanted = np.interp(band.wavevector[inside], measured.wavevector, measured.psd)
     power = band.psd_modes[inside]
     assert float((band.psd[inside] * power).sum() / (wanted * power).sum()) == pytest.approx(1, abs=0.1)
-    pair = roughxr.assign_pair(coarse, sphere_radius=500, materials="glass")
-    how = {"subregions": (2, 1), "seeds": 1, "shortest": 20}
-    own, told = roughxr.extrapolated(pair, **how), roughxr.extrapolated(pair, spectrum=measured, **how)
-    q = np.linspace(2 * np.pi / float(told.longest_added), 2 * np.pi / 20, 2000)
-    power = np.exp(np.interp(np.log(q), np.log(measured.wavevector), np.log(measured.psd)))
-    assert float(told.added_rms) == pytest.approx(np.sqrt(np.trapezoid(q * power, q) / (2 * np.pi)), rel=0.02)
-    assert float(own.added_rms) > 2 * float(told.added_rms)
-    assert float(told.longest_added) == pytest.approx(float(own.longest_added))
-    assert "Other measurements" in told.attrs["known"] and "Other measurements" not in own.attrs["known"]
 
 
 def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):

@@ -6,7 +6,6 @@ import xarray as xr
 from scipy.signal.windows import blackmanharris
 
 import roughxr
-from roughxr.scans.fine_scales import without_noise
 from roughxr.scans.synthetic import self_affine
 
 from .surfaces import glass_pair, rotated, scan
@@ -223,15 +222,3 @@ def test_by_chance_no_lay_is_found():
         for seed in range(30)
     ]
     assert sum(float(one.lay_strength) > 0 for one in fits) <= 2
-
-
-def test_white_noise_is_removed_from_a_smooth_surface_and_nothing_else():
-    smooth = self_affine((128, 160), 5, rms=2, hurst=0.8, rolloff=300, cutoff=40, seed=1)
-    noise = np.random.default_rng(0).normal(0, 0.3, smooth.height.shape)
-    noisy = smooth.assign(height=smooth.height + noise)
-    assert float((without_noise(noisy).height - smooth.height).std()) < 0.15
-    assert float((without_noise(smooth).height - smooth.height).std()) < 1e-3
-    rotated = noisy.assign(height=(("x", "y"), noisy.height.values[::-1]))
-    np.testing.assert_allclose(without_noise(rotated).height, without_noise(noisy).height.values[::-1], atol=1e-9)
-    scaled = noisy.assign(height=7 * noisy.height)
-    np.testing.assert_allclose(without_noise(scaled).height, 7 * without_noise(noisy).height, rtol=1e-9, atol=1e-9)

@@ -223,4 +223,4 @@ def test_roughness_is_not_added_where_a_layer_bulges(scan):
         layer=Layer(5, young_modulus=0.5, poisson_ratio=0.5),
     )
     with pytest.raises(ValueError, match="expected one that does not bulge"):
-        ds.contact.extrapolated(subregions=(1, 1))
+        ds.contact.scale_dependence(subregions=(1, 1))

@@ -6,6 +6,7 @@ import xarray as xr
 
 import roughxr
 from roughxr.scans.synthetic import self_affine
+from roughxr.statistics.headline import UNSEEN
 
 TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
 
@@ -21,11 +22,10 @@ def surface(seed, work=TRUE, n=12, scale=1.0):
     return ds, found.assign(pull_off_force=found.pull_off_force * np.exp(0.05 * rng.standard_normal(n)))
 
 
-def extrapolation(scan, factor, spread):
-    """Return what `extrapolated` would say: a mean of so many times that of the picture, known to so large a factor."""
-    mean = factor * float(scan.contact.adhesive(**QUICK).pull_off_force.mean())
-    ends = {"pull_off_mean": mean, "pull_off_lower": mean / spread, "pull_off_upper": mean * spread}
-    return xr.Dataset(ends, {"work_of_adhesion": scan.work_of_adhesion})
+def extrapolation(factor, spread):
+    """Return what `fit_pair` reads of a result of `extrapolated`: a factor, whose 95 % interval spans a factor."""
+    errors = {"entry": ["places", UNSEEN], "relative_error": ("entry", [9.0, np.log(spread) / 1.96])}
+    return xr.Dataset(errors | {"roughness_factor": factor})
 
 
 def change_of_force(scan, fitted, end):
@@ -40,7 +40,7 @@ def change_of_force(scan, fitted, end):
 def test_a_fit_with_what_the_scan_does_not_show():
     """Forces that unseen waves halve need more adhesion than the picture tells; the interval grows by their error."""
     own, pulls = surface(0)
-    told = extrapolation(own, 0.5, 3.0)
+    told = extrapolation(0.5, 3.0)
     bare, more = (own.contact.fit_pair(pulls, extrapolation=below, **QUICK) for below in (None, told))
     halved = own.contact.fit_pair(pulls.assign(pull_off_force=2 * pulls.pull_off_force), **QUICK)
     np.testing.assert_allclose(more.fitted_work_of_adhesion, halved.fitted_work_of_adhesion, rtol=0.01)
@@ -48,7 +48,7 @@ def test_a_fit_with_what_the_scan_does_not_show():
         unsure, sure = (change_of_force(own, fitted, end) for fitted in (more, halved))
         assert unsure == pytest.approx(np.hypot(sure, np.log(3.0)), rel=0.15)
     assert "is not included" in bare.not_identifiable and "is included" in more.not_identifiable
-    for wrong in (told.assign_coords(work_of_adhesion=0.2), told * np.nan, xr.Dataset()):
+    for wrong in (told.assign(roughness_factor=np.nan), xr.Dataset()):
         with pytest.raises(ValueError, match="extrapolation: expected a result of `extrapolated`"):
             own.contact.fit_pair(pulls, extrapolation=wrong, **QUICK)
 
@@ -57,7 +57,7 @@ def test_what_extrapolated_finds_is_taken_as_it_is():
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
     options = {"subregions": (2, 2), "law": "exponential", "mesh": 1}
     pulls = scan.contact.adhesive(**options)
-    below = scan.contact.extrapolated(subregions=(2, 2), seeds=1, shortest=10)
+    below = scan.contact.extrapolated(subregions=(3, 3), mesh=1, places=1)
     found, bare = (scan.contact.fit_pair(pulls, extrapolation=one, **options) for one in (below, None))
     assert float(found.fitted_work_of_adhesion) > float(bare.fitted_work_of_adhesion)
     assert float(found.fitted_work_low) < float(found.fitted_work_of_adhesion)

@@ -157,7 +157,7 @@ NOT_CALLED = {
     "compute": "computes what it is given",
     "error_budget": "`adhesive` at some places",
     "answer": "numbers that it holds, in words",
-    "extrapolated": "`rigid` or `adhesive` on several surfaces",
+    "extrapolated": "`adhesive` and its error budget",
     "pooled": "wants several scans: tests/test_pooling.py",
     "resting": "passes over a map: tests/test_resting.py",
     "run": "all of them",

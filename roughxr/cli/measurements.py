@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from .. import archive, figures, statistics
 from .. import tables as exports
 from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pull_off
-from ..report.summary import BUDGET, ON_MEASURED_SURFACES, PLACES
+from ..report.summary import PLACES
 from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
 from ..vocabulary.numbers import is_too_wide, number, with_error, with_interval
@@ -134,22 +134,18 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     if best := best_estimate(groups):
         ratio = number(best[0] / float(means["predicted"]), digits=2)
         words += f" With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
-    words = f"{words} {ON_MEASURED_SURFACES}"
-    if not best or BUDGET not in groups or np.isnan(best).any():
+    if not best or np.isnan(best).any():
         return words
-    contained = ["sampling", *groups["statistics/extrapolated"]["entry"].values]
-    others = groups[BUDGET]["relative_error"].drop_sel(entry=contained, errors="ignore").fillna(0.0)
-    below, above = np.hypot(np.log([best[0] / best[1], best[2] / best[0]]), 1.96 * float(np.sqrt((others**2).sum())))
-    low, high = (best[0] * np.exp(ends) for ends in (-below, above))
+    _, low, high = best
     overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
     decided = "they agree" if overlap else "they disagree"
     if overlap and is_too_wide(low, high):
         decided = "it is too wide to decide"
-    ends = " … ".join(number(float(f"{end:.2g}")) for end in (low, high)) + " nN"
+    relation = "overlaps" if overlap else "does not overlap"
     return (
-        f"{words}\nWith all known errors of the prediction, the 95 % interval of the best estimate, {ends}, "
-        f"{'overlaps' if overlap else 'does not overlap'} that of the measured mean: {decided}. Errors of spring "
-        "constant and sensitivity are not included."
+        f"{words}\nIts interval, by all known errors of the prediction, {relation} that of the measured mean: "
+        f"{decided}. "
+        "Errors of spring constant and sensitivity are not included."
     )
 
 

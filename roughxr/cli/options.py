@@ -128,7 +128,9 @@ def _paper(commands: Any) -> None:
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
     _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
-    words = "hardness of the best estimate, GPa; default: that of the materials, of glass 6; all else stays elastic"
+    words = (
+        "hardness, GPa, above which contacts are counted; default: that of the materials, of glass 6; all stays elastic"
+    )
     _add(command, ("--hardness", "H", words))
     words = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
     _flag(command, "--no-estimate", words)
@@ -156,6 +158,8 @@ def _run(commands: Any) -> None:
     group = command.add_argument_group("places and displacements")
     words = "number of places along x and y, or one number for both; default: 8 8"
     options += _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
+    words = "a second scan of the surface on finer pixels, 1 to 2 radii wide, for the best estimate"
+    options += _add(group, ("--finer", "FILE", words))
     words = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
     options.append(_flag(group, "--particle", words))
     words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"

@@ -72,6 +72,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
             output,
             subregions=_both(options.subregions),
             levelling=options.level,
+            finer=read_scan(options.finer, options) if options.finer else None,
             command=options.line,
             **{name: getattr(options, name) for name in same},
         )

@@ -71,7 +71,7 @@ def plot(
 #: Figures of particular results, each with the variables and dimensions that identify the result.
 _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
-    ({"relative_error", "entry"}, error_budget),
+    ({"relative_error", "standard_error", "entry"}, error_budget),
     ({"predicted_quantile", "measured_quantile"}, quantiles),
     ({"remaining", "friction_velocity", "time"}, fraction_remaining),
     ({"resisting_moment", "subregion", "direction"}, moment_rose),

@@ -12,7 +12,8 @@ from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import by_share, samples
+from ..statistics.headline import UNSEEN
+from ..statistics.sampling import samples
 from ..vocabulary import schema
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
@@ -143,28 +144,23 @@ def _method_error(pull: xr.Dataset, method: str) -> float:
     return float(np.nan_to_num(pull["pull_off_error"].mean())) if "pull_off_error" in pull else 0.0
 
 
-def _fine_roughness(pull: xr.Dataset, extrapolation: xr.Dataset | None) -> tuple[float, float]:
+def _fine_roughness(extrapolation: xr.Dataset | None) -> tuple[float, float]:
     """Return the factor on predicted forces by roughness finer than the scan, and its relative error."""
     if extrapolation is None:
         return 1.0, 0.0
-    mean, upper = (
-        float(extrapolation[name]) if name in extrapolation else np.nan for name in ("pull_off_mean", "pull_off_upper")
-    )
-    own, given = (float(ds.get("work_of_adhesion", np.nan)) for ds in (pull, extrapolation))
-    if not (np.isfinite([mean, upper]).all() and np.isclose(own, given)):
-        raise ValueError(
-            f"extrapolation: expected a result of `extrapolated` at a work of adhesion of {own:.3g} J/m², found a mean "
-            f"of {mean:.3g} nN at {given:.3g} J/m²"
-        )
-    return mean / float(by_share(pull["pull_off_force"]).mean()), float(np.log(upper / mean)) / 1.96
+    if "roughness_factor" not in extrapolation or np.isnan(extrapolation["roughness_factor"]):
+        raise ValueError("extrapolation: expected a result of `extrapolated`, found no roughness_factor")
+    return float(extrapolation["roughness_factor"]), float(extrapolation["relative_error"].sel(entry=UNSEEN))
 
 
 class _Prediction:
     """The forces as a function of the work of adhesion; the law is chosen once, at the first value."""
 
     def __init__(self, ds: xr.Dataset, method: str, options: dict[str, Any], extrapolation: xr.Dataset | None):
-        self.ds, self.method, self.options, self.extrapolation = ds, method, dict(options), extrapolation
-        self.fine: tuple[float, float] | None = None
+        self.ds = ds
+        self.method = method
+        self.options = dict(options)
+        self.fine = _fine_roughness(extrapolation)
 
     def __call__(self, work: float, stiffer: float = 1.0) -> Predicted:
         """Return the forces at a work of adhesion, with the modulus multiplied by ``stiffer``."""
@@ -174,7 +170,6 @@ class _Prediction:
             self.options["law"] = pull.attrs["law"]
         else:
             pull = pull.assign(pull_off_force=pull["pull_off_force"] / expectation.RATIO)
-        self.fine = self.fine or _fine_roughness(pull, self.extrapolation)
         forces = (self.fine[0] * pull["pull_off_force"]).to_dataset(name="pull_off_force")
         if without := int((~(forces["pull_off_force"] > 0)).sum()):  # else each value would have places of its own
             raise ValueError(

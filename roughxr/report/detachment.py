@@ -37,26 +37,16 @@ def detachment_table(run: Run) -> pd.DataFrame:
 def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
     """Return the run's resisting moments, with the pull-off forces of a method."""
     moments = run["solutions/rolling"]
-    if (method or best_method(run)) == "extrapolated":
-        return _with_extrapolated_forces(moments, run)
+    method = method or best_method(run)
+    if method == "extrapolated":
+        moments = moments.assign_attrs(surface="the real surface, with roughness finer than the scan")
+        return with_pull_off(moments, run["solutions/extrapolated"])
     return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
 
 def best_method(run: Run) -> str:
     """Return the method of a run's best estimate: the roughness extrapolated below the scan, or as scanned."""
     return "extrapolated" if best_estimate(run) else "adhesive"
-
-
-def _with_extrapolated_forces(moments: xr.Dataset, run: Run) -> xr.Dataset:
-    """Return moments with the pull-off of the extrapolated surfaces, one subregion for each place and seed."""
-    extrapolated = run["solutions/extrapolated"]["pull_off_force"]
-    at = {(float(x), float(y)): k for k, (x, y) in enumerate(zip(moments["subregion_x"], moments["subregion_y"]))}
-    which = [at[float(x), float(y)] for x, y in zip(extrapolated["subregion_x"], extrapolated["subregion_y"])]
-    every = moments.isel(subregion=np.tile(which, extrapolated.sizes["seed"]))
-    every = every.assign_coords(subregion=np.arange(every.sizes["subregion"]))
-    every.attrs["surface"] = "the surface with roughness extrapolated below the scan"
-    force = xr.zeros_like(every["pull_off_force"]) + extrapolated.transpose("seed", "subregion").values.ravel()
-    return with_pull_off(every, xr.Dataset({"pull_off_force": force}))
 
 
 def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:

@@ -21,7 +21,7 @@ Run = Mapping[str, xr.Dataset]
 #: Methods of the pull-off, by the names of their groups, in words.
 METHOD_WORDS = {
     "adhesive": "simulation as scanned",
-    "extrapolated": "with roughness extrapolated",
+    "extrapolated": "real surface, best estimate",
     "rigid": "rigid bodies",
     "published": "superposed, as published",
     "self_similar": "superposed, self-similar",

@@ -13,9 +13,10 @@ from ..contact.cycle import coarser_mesh_error
 from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
 from ..statistics import bootstrap
-from ..statistics.headline import best_estimate, mean_pull_off, with_units
+from ..statistics.headline import UNSEEN, best_estimate, mean_pull_off, with_units
 from ..statistics.headline import headline as answer_text
 from ..statistics.sampling import one_of_each_place, place_numbers, shares
+from ..studies.extrapolation import second_scan_error
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
@@ -29,15 +30,6 @@ BUDGET, SUMMARY, PLACES, RESTS = (f"statistics/{name}" for name in ("error_budge
 _COARSE_WAVELENGTH = 50.0
 
 _POSITION = ("subregion_x", "subregion_y")
-
-#: How coarse images and estimates compare with the truth (``tests/benchmarks/real_below_the_pixel.py``).
-ON_MEASURED_SURFACES = (
-    "On nine measured surfaces, 80 % of the coarse images pulled 0.7 to 1.5 times as much as the full surface; 80 % "
-    "of their best estimates were 0.7 to 1.3 times the truth."
-)
-
-#: Errors of the best estimate that a finer scan of the surface would remove.
-_UNSEEN = ("spectrum", "finer roughness")
 
 #: Significant digits of tables for readers: of values, and of errors.
 _DIGITS, _ERROR_DIGITS = 4, 2
@@ -55,7 +47,7 @@ _COLUMNS = (
     ("solutions/rolling", "lever", "lever", ""),
     ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
     ("statistics/detachment", "mode", "gives_way_first", ""),
-    ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", with roughness extrapolated"),
+    ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", real surface"),
 )
 
 
@@ -82,7 +74,7 @@ def run_summary(run: Run) -> xr.Dataset:
     if "statistics/extrapolated" in run:
         attrs = run["statistics/extrapolated"].attrs
         if np.isfinite(best[0]):
-            out.attrs |= {name: attrs[name] for name in ("longest_added",) if name in attrs}
+            out.attrs |= {name: attrs[name] for name in ("finest_shown",) if name in attrs}
         else:
             out.attrs["not_extrapolated"] = attrs["known"]
     if BUDGET in run:
@@ -101,13 +93,22 @@ def best_estimate_notes(run: Run) -> list[str]:
     if best is None:
         return []
     estimate, (_, low, high) = run["statistics/extrapolated"], best
-    rest = estimate["relative_error"].sel(entry=~estimate["entry"].isin(_UNSEEN))
-    now, then = np.sqrt(high / low), np.exp(1.96 * float(np.sqrt((rest.fillna(0.0) ** 2).sum())))
-    advice = f"With a second scan on finer pixels it would span a factor of {number(then)} or more."
-    if then > 0.9 * now:
-        advice = "A finer scan would hardly narrow it; more places would."
-    width = f"The interval of the best estimate spans a factor of {number(now)} to either side."
-    return [estimate.attrs["known"], estimate.attrs["assumed"], f"{width} {advice}", ON_MEASURED_SURFACES]
+    width = f"The interval of the best estimate spans a factor of {number(np.sqrt(high / low))} to either side."
+    return [estimate.attrs["known"], estimate.attrs["assumed"], f"{width} {second_scan_advice(run)}".rstrip()]
+
+
+def second_scan_advice(run: Run) -> str:
+    """Return advice to take a second scan, with the interval it would give; empty if another error is larger."""
+    estimate = run["statistics/extrapolated"]
+    errors = estimate["relative_error"].fillna(0.0)
+    largest = str(errors["entry"].values[int(np.argmax(errors.values))])
+    then = second_scan_error(-float(np.log(estimate["smooth_share"])))
+    if largest != UNSEEN or float(errors.max()) <= then:
+        return ""
+    others = errors.sel(entry=errors["entry"] != UNSEEN)
+    half = 1.96 * float(np.sqrt((others**2).sum() + then**2))
+    width = number(np.exp(half))
+    return f"A second scan on finer pixels, as wide as the sphere's radius, narrows it to some {width} (--finer)."
 
 
 def _flow(run: Run) -> dict[str, float]:
@@ -175,8 +176,6 @@ def by_place(run: Run) -> xr.Dataset:
             continue
         column = run[group][variable]
         column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
-        if group == "solutions/extrapolated":
-            column = _at_all_places(run["solutions/adhesive"], column.mean("seed", keep_attrs=True))
         if column.dims == ("subregion",) and bool(column.notnull().any()):
             words = f"{column.attrs.get('long_name', name)}{method}"
             columns[name] = column.drop_vars(set(column.coords) - set(_POSITION)).assign_attrs(long_name=words)

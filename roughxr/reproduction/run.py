@@ -21,7 +21,6 @@ from ..runs.analysis import Part, Plan, Task, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
 from ..statistics import debris
-from ..studies.extrapolation import with_hardness
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, whole_number
@@ -38,7 +37,6 @@ PLAN = Plan(
     contact_delta=17.0,
     superposed=("published", "self_similar", "energy"),
     mesh=Mesh(step=0.4),
-    extrapolated=9,  # each takes some seconds
 )
 
 _MICRO = 1e-3  # µN per nN
@@ -87,8 +85,8 @@ def paper(
     materials : str or list of str, optional
         Bodies in place of the paper's glass, as for `assign_pair`; the radius stays.
     hardness : number or quantity, optional
-        GPa, by default that of the materials, of glass 6. At it the bodies yield where the roughness is extrapolated
-        below the pixel; all else stays elastic, as in the paper.
+        GPa, by default that of the materials, of glass 6. The bodies stay elastic, as in the paper; results state the
+        share of the contact above the hardness.
     """
     pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
     if materials is None and hardness is None:
@@ -107,8 +105,7 @@ def paper(
         return {}
 
     def as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
-        assumed = [f"Of the best estimate: {with_hardness(scan.scan)[1]}."] if estimate else []
-        return analysis.tables_text(tables, [TWIN, *assumed, *analysis.notes(run)])
+        return analysis.tables_text(tables, [TWIN, *analysis.notes(run)])
 
     groups = execute(
         scan,

@@ -51,7 +51,7 @@ from ..scans import level, power_spectrum, regions, roughness
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import headline, mean_pull_off, mesh_error
-from ..studies.extrapolation import extrapolated, not_extrapolated
+from ..studies.extrapolation import real_pull_off, second_scan, without_estimate
 from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
@@ -78,8 +78,8 @@ class Plan(NamedTuple):
     law: str = "auto"
     mesh: Mesh = Mesh()
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
-    extrapolated: int = 16  # places at which the roughness is extrapolated below the scan; 0: none
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
+    finer: xr.Dataset | None = None  # a second scan of the surface on finer pixels
 
 
 #: Largest contact diameter of a smooth sphere without load, over the scan's side: wider ones leave any rough scan.
@@ -107,6 +107,7 @@ def run(
     mesh: Mesh | int | str = "auto",
     levelling: str = "plane",
     budget: int = 8,
+    finer: xr.Dataset | None = None,
     command: str = "",
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures, tables and report; called again after an interruption, it resumes.
@@ -132,6 +133,8 @@ def run(
         What is subtracted from the scan first.
     budget : int
         Number of places at which each change of the error budget is simulated; 0: no budget.
+    finer : Dataset, optional
+        A second scan of the surface on finer pixels, for the best estimate, see `extrapolated`; levelled likewise.
     command : str
         Shown in the report as the command that repeats the run.
 
@@ -154,12 +157,17 @@ def run(
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
     ({'subregion': 2, 'delta': 2}, True)
     """
-    specimen = specimen_of(scan if levelling == "none" else level(scan, method=levelling))
+    if levelling != "none":
+        scan = level(scan, method=levelling)
+        finer = None if finer is None else level(finer, method=levelling)
+    specimen = specimen_of(scan)
+    if finer is not None:
+        second_scan(specimen.scan, finer)  # refused before minutes are spent
     schema.pair(specimen.bodies, "contact_modulus")  # its sums over asperities need half spaces
     words = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
     adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}
-    adhesion["budget"] = whole_number(budget, "budget", least=0)
+    adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer}
     if particle:
         print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)
@@ -352,20 +360,15 @@ def _error_budget(task: Task) -> dict[str, xr.Dataset]:
 
 
 def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
-    """Return the pull-off at some places with roughness extrapolated below the pixel, or the reason for its absence."""
-    specimen, plan = task.specimen, task.plan
-    if not {"hardness", "hardness_estimate"} & set(specimen.bodies.coords):  # and the simulation would take hours
-        why = "no hardness is known, and fine summits yield; state a hardness, or name the materials"
-        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, why)}
-    some = regions.sample(specimen.centres(plan.subregions), plan.extrapolated)
+    """Return the pull-off of the real surface, or the reason for its absence."""
+    scan, finer = task.specimen.scan, task.plan.finer
     try:
-        estimate = extrapolated(specimen, subregions=some, preload=plan.preload)
+        estimate = real_pull_off(scan, task.groups["solutions/adhesive"], task.groups.get(BUDGET), finer=finer)
     except ValueError as error:
-        return {"statistics/extrapolated": not_extrapolated(specimen.bodies, str(error))}
-    places = ["pull_off_force"]
+        return {"statistics/extrapolated": without_estimate(scan, str(error))}
     return {
-        "solutions/extrapolated": estimate[places],
-        "statistics/extrapolated": estimate.drop_vars(places).drop_dims(["subregion", "seed"]),
+        "solutions/extrapolated": estimate[["pull_off_force"]],
+        "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion"),
     }
 
 
@@ -513,13 +516,13 @@ class Part(NamedTuple):
 PARTS = (
     Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
     Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
-    Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 20.0, 0.3, _extrapolated_pull_off),
+    Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
+    Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
     Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
     # neighbours' menisci merge: no sum over asperities
     Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
     Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
-    Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
 )
 
 #: The last stage, after those of `PARTS`.

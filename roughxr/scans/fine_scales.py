@@ -34,10 +34,6 @@ _LAY_ERRORS = 3.0
 #: Cells along the shortest added wavelength.
 _CELLS = 4
 
-#: Rings of wavevectors up to that of two pixels. Rings beyond the fraction `_CORNER` of it lie in the corners of the
-#: transform; their mean power is used from `_LEAST_IN_RING` coefficients on.
-_RINGS, _CORNER, _LEAST_IN_RING = 24, 1.15, 20
-
 #: Points of a finer scan's fit between its own shortest wavelength and that of the coarser scan.
 _POINTS = 64
 
@@ -307,27 +303,6 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     coefficients[frequency * shortest > 1 + 1e-12] = 0.0
     height = idctn(coefficients, norm="ortho", overwrite_x=True)
     return record(label(scan.assign(height=(("x", "y"), height))), "smooth", shortest=shortest)
-
-
-def without_noise(ds: xr.Dataset) -> xr.Dataset:
-    """Return the scan without white noise, its power taken from the weakest ring of wavelengths below two pixels.
-
-    Wiener filter of the cosine transform: each coefficient is multiplied by 1 − N/P, with the noise power N and the
-    mean power P of its ring of wavevectors. Real roughness at the pixel scale counts as noise.
-    """
-    from scipy.fft import idctn
-
-    coefficients, frequency = _cosine_transform(ds)
-    ring = (_RINGS * frequency * 2 * max(pixel(ds))).astype(int)  # _RINGS at two pixels
-    count = np.bincount(ring.ravel())
-    power = np.bincount(ring.ravel(), (coefficients**2).ravel()) / np.maximum(count, 1)
-    corner = (np.arange(count.size) > _CORNER * _RINGS) & (count > _LEAST_IN_RING)
-    noise = power[corner].min(initial=np.inf)
-    if not 0.0 < noise < np.inf:
-        return ds
-    transfer = 1.0 - noise / np.maximum(power, noise)
-    transfer[0] = 1.0  # the mean height and the longest wavelengths
-    return ds.assign(height=(ds["height"].dims, idctn(coefficients * transfer[ring], norm="ortho"), ds["height"].attrs))
 
 
 def _cosine_transform(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -13,6 +13,9 @@ from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
 
+#: Source of error: the roughness that the scan does not show.
+UNSEEN = "unseen roughness"
+
 #: Sources of error, and what reduces them.
 _REMEDIES = {
     "sampling": "solve more places, or scan a larger area",
@@ -30,9 +33,9 @@ SCALARS = {
     "pull_off_force": ("nN", "mean pull-off force of the surface as scanned"),
     "low": ("nN", "lower end of its 95 % interval over places"),
     "high": ("nN", "upper end of its 95 % interval over places"),
-    "best_estimate": ("nN", "mean pull-off force with the roughness below the scan extrapolated"),
-    "best_low": ("nN", "lower end of its interval"),
-    "best_high": ("nN", "upper end of its interval"),
+    "best_estimate": ("nN", "mean pull-off force of the real surface"),
+    "best_low": ("nN", "lower end of its 95 % interval by all known errors"),
+    "best_high": ("nN", "upper end of its 95 % interval by all known errors"),
     "total_error": ("1", "relative error by all known sources"),
     "largest_error": ("1", "relative error by its largest source"),
     "critical_friction_velocity": ("m/s", "friction velocity of air that detaches the sphere, median place"),
@@ -200,8 +203,8 @@ def headline(summary: xr.Dataset) -> str:
     sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}.", *_limits(summary, value)]
     if np.isfinite(best := value["best_estimate"]):
         effect = "lowers it" if best < mean else "hardly changes it"
-        longest = summary.attrs.get("longest_added")
-        finer = f"finer than {number(longest, 'nm')}" if longest is not None else "finer than the pixel"
+        shown = summary.attrs.get("finest_shown")
+        finer = f"finer than {number(shown, 'nm')}" if shown is not None else "finer than the pixel"
         ends = value["best_low"], value["best_high"]
         estimate = with_interval(best, *ends, why_wide="", name="interval" * is_too_wide(*ends))
         sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")

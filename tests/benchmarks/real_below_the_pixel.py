@@ -1,40 +1,41 @@
-"""Best estimates from coarse pictures of measured surfaces, against the surfaces themselves.
+"""Best estimates from coarse images of measured surfaces, against the surfaces themselves.
 
-    python tests/benchmarks/real_below_the_pixel.py [--surfaces NAME …] [--pictures N] [--cache FILE]
-    python tests/benchmarks/real_below_the_pixel.py --drawn N [--cache FILE]
-    python tests/benchmarks/real_below_the_pixel.py --spectra
+    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--surfaces NAME …] [--figure FILE]
 
-A measured map of ``../shared/scans`` is scaled down in x, y and z alike to pixels of 2 nm, unless they are finer, so
-that real texture lies at the scale that adhesion feels. This is the truth. It is imaged as a microscope would: a round
-tip, every fourth or eighth pixel, sampled or averaged, with noise. `roughxr.extrapolated` gives its estimate from it,
-down to two pixels of the truth, at six places. Each surface counts once in the last lines, by its mean over pictures.
-``--surfaces`` and ``--pictures`` choose a part; a cache keeps what was solved. ``--drawn`` takes N settings of surface,
-pair, radius, tip and averaging at random, each value about equally often. Each setting has three pictures,
-a good one, a coarser and a noisier one; the last lines compare their intervals. ``--spectra`` prints by how much
-ln(energy) of the maps falls from an octave of wavelengths to shorter ones, on which the added roughness rests.
+The maps are those of ``../shared/scans`` and ``../shared/scans/surfaces``: cropped, scaled alike in all directions to
+pixels of some 2 nm, levelled, and cut off at a few pixels. This is the truth, with its pull-off at 3 × 3 places of a
+sphere of 300 nm, glass on glass. An image is dilated by a tip of 8 nm and sampled at every 4th, 8th or 16th pixel,
+with noise of 0.05 nm. A second scan is a corner of 160 pixels of the map with a tip of 5 nm.
+
+Every image of every 4th and 8th pixel is scored with the constants of the estimate set without its surface; surfaces
+count equally. The rows of the table are (a) a constant times the image, (b) `roughxr.extrapolated` of one scan, and (c)
+of a second scan, once for AFM maps, on which the constants are set, and once for optical ones. The errors of the pair
+and of the choice of places are left out of truth and intervals alike. The last line states the constants of all maps.
 """
 
 import argparse
-import itertools
 import json
 import os
 import warnings
 from pathlib import Path
+from typing import NamedTuple
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import xarray as xr
+from scipy.ndimage import distance_transform_edt
+from scipy.optimize import minimize
+from scipy.stats import norm, t
 
 import roughxr
-from roughxr.contact.adhesive_options import preload_problem
-from roughxr.contact.subpixel import AddedRoughness
-from roughxr.scans.fine_scales import Spectrum, rings
-from roughxr.scans.wavelength import scan_parts
-from roughxr.studies.extrapolation import Question, Surface
+from roughxr.scans import UnreadableScan
+from roughxr.studies import extrapolation
 
 SCANS = Path(__file__).parents[3] / "shared" / "scans"
-SURFACES = {
+
+#: Maps of ``../shared/scans``, AFM.
+FILES = {
     "grains": "park_1um_512_grains.tiff",
     "rough": "bruker_10um_512_rough.di",
     "icon": "gwyddion_ascii_10um_256.txt",
@@ -45,158 +46,263 @@ SURFACES = {
     "flat": "nanosurf_20um_256.nid",
     "streaks": "agilent_20um.mi",
 }
-PAIRS = {
-    "glass": {"contact_modulus": 39.4, "work_of_adhesion": 0.1},
-    "wet": {"contact_modulus": 39.4, "work_of_adhesion": 0.2, "hardness": 6.0},
-    "polystyrene": {"materials": "glass/polystyrene"},
-}
-#: Pixels of the truth in one of the picture, averaged or sampled, tip radius (nm), noise (nm); in a fixed mixed order.
-PICTURES = list(itertools.product((4, 8), (False, True), (5.0, 8.0, 15.0), (0.05, 0.2)))
-PICTURES = [PICTURES[k] for k in np.random.default_rng(1).permutation(len(PICTURES))]
-FINEST, GRID = 2.0, (3, 2)
+FINEST = 2.0  # nm, pixels of the truth
+USUAL = {"crop": 512, "at": (0, 0), "levelling": ("plane",), "end_pixels": 3, "radius": 300.0, "kind": "AFM"}
 
-#: Sphere radii (nm), the first in the fixed order; tips (nm). Surfaces that were added last are drawn twice as often.
-RADII, TIPS, LAST = (300.0, 1000.0), (5.0, 8.0, 15.0), ("pits", "flat", "streaks")
+#: Pixels of the truth in one of an image: all, and those that are scored.
+PIXELS = (4, 8, 16)
+SCORED = (4, 8)
 
-#: Pixels and noise (nm) of a good picture, of a coarser and of a noisier one.
-GOOD, COARSER, NOISIER = (4, 0.05), (8, 0.05), (4, 0.2)
+TIP = 8.0  # nm
+NOISE = 0.05  # nm
+CORNER_PIXELS = 160
+CORNER_TIP = 5.0  # nm
+GRID = (3, 3)
 
+#: Confidence of the interval score.
+CONFIDENCE = 0.95
 
-def surface(name):
-    """Return a measured map, scaled down where it is coarse."""
-    scan = roughxr.level(roughxr.open_scan(SCANS / SURFACES[name]).load())
-    scale = min(1.0, FINEST / float(scan.x[1] - scan.x[0]))
-    nm = {"units": "nm"}
-    axes = {axis: (axis, scale * scan[axis].values, nm) for axis in "xy"}
-    return roughxr.level(xr.Dataset({"height": (("x", "y"), scale * scan.height.values.astype(float), nm)}, axes))
+TOLERANCE = {"xatol": 1e-3, "fatol": 1e-4, "maxiter": 2000}
 
 
-def picture(truth, pixels, averaged, tip, noise, *, seed=None):
-    """Return the truth as a microscope shows it, on pixels of so many of its own."""
-    draw = np.random.default_rng(pixels if seed is None else seed)
-    dilated = roughxr.scans.dilate(truth, tip_radius=tip)
+def surfaces():
+    """Return the definition of each surface by name."""
+    table = {name: USUAL | {"file": SCANS / file} for name, file in FILES.items()}
+    stored = json.loads((SCANS / "surfaces" / "surfaces.json").read_text())
+    return table | {row["file"].split(".")[0]: row | {"file": SCANS / "surfaces" / row["file"]} for row in stored}
+
+
+def heights_and_pixel(path):
+    """Return heights and pixel (nm) of a file, by another reader where roughxr has none."""
+    try:
+        scan = roughxr.open_scan(path).load()
+        return scan["height"].transpose("x", "y").values.astype(float), float(scan.x[1] - scan.x[0])
+    except UnreadableScan:
+        from SurfaceTopography import open_topography
+
+        topography = open_topography(str(path)).topography().to_unit("nm")
+        return np.ma.filled(topography.heights().astype(float), np.nan), topography.pixel_size[0]
+
+
+def true_surface(how):
+    """Return a measured map as a surface of known heights, with its shortest wavelength (nm)."""
+    heights, pixel = heights_and_pixel(how["file"])
+    scale = how.get("scale") or min(1.0, FINEST / pixel)
+    first, second = how["at"]
+    heights = heights[first : first + how["crop"], second : second + how["crop"]] * scale
+    nearest = distance_transform_edt(~np.isfinite(heights), return_indices=True)[1]
+    axes = {axis: (axis, pixel * scale * np.arange(n), {"units": "nm"}) for axis, n in zip("xy", heights.shape)}
+    scan = xr.Dataset({"height": (("x", "y"), heights[tuple(nearest)], {"units": "nm"})}, axes)
+    for form in how["levelling"]:
+        scan = roughxr.level(scan, method=form)
+    end = how["end_pixels"] * pixel * scale
+    return roughxr.scans.smooth(scan, shortest=end), end
+
+
+def picture(surface, pixels, averaged=False, tip=TIP, noise=NOISE, *, seed=1):
+    """Return a surface as a microscope shows it, on pixels of so many of its own."""
+    dilated = roughxr.scans.dilate(surface, tip_radius=tip)
     if averaged:
-        coarse = dilated.coarsen(x=pixels, y=pixels, boundary="trim").mean()
+        shown = dilated.coarsen(x=pixels, y=pixels, boundary="trim").mean()
     else:
-        coarse = dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
-    return coarse.assign(height=coarse.height + draw.normal(0, noise, coarse.height.shape))
+        shown = dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
+    return shown.assign(height=shown.height + np.random.default_rng(seed).normal(0, noise, shown.height.shape))
 
 
-def solved(scan, centres, shortest):
-    """Return the mean pull-off (nN) of the surface as scanned, with wavelengths down to the shortest (nm)."""
-    problem, adhesion = preload_problem(scan)
-    bare = AddedRoughness(Spectrum(0.0, 1.0, 0.5, shortest), shortest, shortest)
-    places = range(centres.sizes["subregion"])
-    return float(Surface(scan, problem, centres).solve(Question(problem, adhesion, bare), places, 1)[..., 0].mean())
+def second_scan(surface):
+    """Return a finer scan of a corner of the surface."""
+    side = min(CORNER_PIXELS, min(surface.height.shape) // 2)
+    return picture(surface.isel(x=slice(side), y=slice(side)), 1, tip=CORNER_TIP, seed=5)
 
 
-def drawn(count, *, seed=2):
-    """Return surface, pair, picture and radius of cases at random, three to each of so many settings."""
-    draw = np.random.default_rng(seed)
-    values = ([*LAST, *SURFACES], list(PAIRS), RADII, TIPS, (False, True))
-    settings = zip(*([each[k % len(each)] for k in draw.permutation(count)] for each in values))
-    return [
-        (name, pair, (pixels, averaged, tip, noise), radius)
-        for name, pair, radius, tip, averaged in settings
-        for pixels, noise in (GOOD, COARSER, NOISIER)
-    ]
+class Solved:
+    """Results of the maps, each computed once and stored in a file if there is one."""
+
+    def __init__(self, path):
+        self.path = path
+        self.results = json.loads(path.read_text()) if path and path.exists() else {}
+
+    def get(self, key, compute, *arguments):
+        """Return a stored result, or compute and store it."""
+        if key not in self.results:
+            self.results[key] = compute(*arguments)
+            print(key, np.round(np.mean(self.results[key]), 3), flush=True)
+            if self.path:
+                self.path.write_text(json.dumps(self.results))
+        return self.results[key]
 
 
-def case(name, pair, how, radius):
-    """Return truth, picture and estimate with its interval (nN) of one picture."""
-    truth = surface(name).contact.assign_pair(sphere_radius=radius, **PAIRS[pair])
-    pixel, seen = float(truth.x[1] - truth.x[0]), picture(truth, *how)
-    centres = roughxr.scans.regions.centres(truth, GRID)
-    out = roughxr.extrapolated(seen, subregions=centres, seeds=2, shortest=2 * pixel)
-    found = {key: float(out[f"pull_off_{key}"]) for key in ("mean", "lower", "upper")}
-    own = "self-affine" if "lies between both" not in out.attrs["assumed"] else "real"
-    sides = {"truth": solved(truth, centres, 2 * pixel), "picture": solved(seen, centres, 2 * pixel * how[0])}
-    return sides | found | {"taken for": own, "assumed": out.attrs["assumed"]}
+def pull_offs(scan, places, radius):
+    """Return the simulation of a scan at some places."""
+    pair = scan[["height"]].reset_coords(drop=True).contact.assign_pair(sphere_radius=radius, materials="glass")
+    return pair, roughxr.adhesive(pair, subregions=places)
 
 
-def spectra():
-    """Print the falls of ln(energy) to the octave of 4 to 8 pixels, from the next longer one and from two octaves."""
-    print("surface    one octave  two octaves", flush=True)
-    falls = []
-    for name in SURFACES:
-        heights, pixel = (truth := surface(name)).height.values, float(truth.x[1] - truth.x[0])
-        q, psd, _ = rings(scan_parts(heights).squares, (pixel, pixel))
-        octave, energy = np.floor(np.log2(2 * np.pi / q / pixel) + 1e-9), q * psd * np.gradient(q)
-        logs = [np.log(energy[octave == k].sum()) for k in (4, 3, 2)]
-        falls.append((logs[1] - logs[2], logs[0] - logs[2]))
-        print(f"{name:9s} {falls[-1][0]:11.2f} {falls[-1][1]:12.2f}")
-    for words, fall in zip(("one octave", "two octaves"), np.transpose(falls)):
-        print(f"{words}: {fall.mean():.2f} ± {fall.std(ddof=1):.2f}, {fall.size} surfaces")
+class Row(NamedTuple):
+    """An image of a surface."""
+
+    pixels: int
+    longest: float  # nm, of the unseen wavelengths: two pixels
+    end: float  # nm, the shortest wavelength of the surface
+    lowering: float  # ln(smooth flat / image), of pull-offs
+    log: float  # ln(truth / image)
+    second: float  # ln(factor) by the second scan
+    error: float  # of it, by the scatter of its places
 
 
-def summary(surfaces, rows):
-    """Print the errors of estimates and how many intervals hold: rows of truth, picture, mean and ends (nN)."""
-    names, (truth, seen, mean, low, high) = np.array(surfaces), np.array(rows).T
-    errors = {"estimate": np.log(mean / truth), "picture": np.log(seen / truth), "0.7 x": np.log(0.7 * seen / truth)}
-    inside, each = (low <= truth) & (truth <= high), [names == name for name in dict.fromkeys(surfaces)]
-    for words, error in errors.items():
-        rms, close = (
-            np.sqrt(np.mean([np.mean(error[which] ** 2) for which in each])),
-            int((abs(error) < np.log(2)).sum()),
-        )
-        print(
-            f"ln({words} / truth), each surface once: rms {rms:.2f}; ratio {np.mean(np.exp(error)):.2f} in the mean, "
-            f"{np.exp(error.mean()):.2f} in the geometric mean; within a factor of 2: {close} of {error.size}"
-        )
-    share = np.mean([inside[which].mean() for which in each])
-    print(f"inside: {inside.sum()} of {inside.size} pictures, {share:.0%} with each surface once")
-    print(f"half width of the interval, median: x {np.exp(np.median(np.log(high / low)) / 2):.2f}")
+def rows_of(name, how, solved):
+    """Return the images of a surface."""
+    surface, end = true_surface(how)
+    pixel = float(surface.x[1] - surface.x[0])
+    places = roughxr.scans.regions.centres(picture(surface, 8), GRID)
+
+    def simulated(pixels=None):
+        scan = surface if pixels is None else picture(surface, pixels)
+        return pull_offs(scan, places, how["radius"])[1].pull_off_force.values.tolist()
+
+    def by_second_scan(pixels):
+        pair, image = pull_offs(picture(surface, pixels), places, how["radius"])
+        return extrapolation.second_scan_ratio(pair, second_scan(surface), image)[:2]
+
+    pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
+    smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
+    truth = np.nanmean(solved.get(f"{name}/truth", simulated))
+    out = []
+    for pixels in PIXELS:
+        image = np.nanmean(solved.get(f"{name}/{pixels}", simulated, pixels))
+        factor = (np.nan, np.nan)
+        if pixels in SCORED:
+            factor = solved.get(f"{name}/{pixels}/second", by_second_scan, pixels)
+        lowering = max(float(np.log(smooth / image)), 0.0)
+        out.append(Row(pixels, 2 * pixels * pixel, end, lowering, float(np.log(truth / image)), *factor))
+    return out
 
 
-def narrower(rows):
-    """Print how many worse pictures have a narrower interval than the good one of the same surface."""
-    width = {key: np.log(row["upper"] / row["lower"]) for key, row in rows.items()}
-    for words, worse in (("coarser", COARSER), ("noisier", NOISIER)):
-        good = {key: (*key[:2], (GOOD[0], *key[2][1:3], GOOD[1]), key[3]) for key in width if key[2][::3] == worse}
-        ratios = np.exp([(width[key] - width[other]) / 2 for key, other in good.items() if other in width])
-        if ratios.size:
-            print(
-                f"half width of the {words} picture over that of the good one: median {np.median(ratios):.2f}, least "
-                f"{ratios.min():.2f}; below 1 in {(ratios < 1).sum()}, below 0.95 in {(ratios < 0.95).sum()} of "
-                f"{ratios.size}"
-            )
+class Constants(NamedTuple):
+    """The constants of the estimate from one scan."""
+
+    fall: float
+    missed: float  # 1/nm
+    scatter: float
+
+    def factor(self, row):
+        """Return ln(factor) and its standard deviation for an image."""
+        part = 1 - row.end / row.longest
+        deviation = part * np.hypot(self.missed * row.longest, self.scatter * row.lowering)
+        return -self.fall * part * row.lowering, deviation
+
+
+def fitted(rows):
+    """Return the most likely constants of the images of some surfaces, each surface counted once.
+
+    The scatter is widened for the number of surfaces, as an interval of Student's t for another surface is.
+    """
+
+    def misfit(parameters):
+        tried = Constants(parameters[0], *np.exp(parameters[1:]))
+        total = 0.0
+        for each in rows.values():
+            logs, deviations = np.transpose([tried.factor(row) for row in each])
+            off = (np.array([row.log for row in each]) - logs) / deviations
+            total += np.mean(np.log(deviations) + 0.5 * off**2)
+        return total
+
+    fall, *logs = minimize(misfit, [0.3, *np.log([0.008, 0.4])], method="Nelder-Mead", options=TOLERANCE).x
+    return Constants(fall, *(widening(len(rows)) * np.exp(logs)))
+
+
+def widening(count):
+    """Return the factor on a standard deviation of so many values with which a normal interval holds another one."""
+    quantile = 0.5 + CONFIDENCE / 2
+    return float(t.ppf(quantile, count - 1) / norm.ppf(quantile) * np.sqrt((count + 1) / (count - 1)))
+
+
+def estimates(rows, others):
+    """Return ln(estimate / truth) and its stated deviation, for each way and image of one surface.
+
+    The constants are set on the other surfaces.
+    """
+    constants = fitted(others)
+    logs = [np.mean([row.log for row in each if row.pixels in SCORED]) for each in others.values()]
+    constant, deviation = np.mean(logs), np.std(logs) * widening(len(logs))
+    out = {"a constant": [], "one scan": [], "second scan": []}
+    for row in rows:
+        log, error = constants.factor(row)
+        out["a constant"].append((constant - row.log, deviation))
+        out["one scan"].append((log - row.log, error))
+        second = np.hypot(row.error, extrapolation.second_scan_error(row.lowering))
+        weights = 1 / np.array([error, second]) ** 2
+        both = np.average([log, row.second], weights=weights)
+        out["second scan"].append((both - row.log, weights.sum() ** -0.5))
+    return out
+
+
+def scores(results):
+    """Return the scores of (surface, image) results (ln error, deviation), each surface counted once."""
+    columns = []
+    for result in results:
+        error, deviation = np.transpose(result)
+        half = norm.ppf(0.5 + CONFIDENCE / 2) * deviation
+        missed = np.maximum(np.abs(error) - half, 0.0)
+        inside = [np.mean(np.abs(error) < norm.ppf(0.5 + share / 2) * deviation) for share in (0.5, 0.8, 0.95)]
+        score = 2 * half + 2 / (1 - CONFIDENCE) * missed
+        columns.append([np.mean(error**2), np.mean(error), *inside, np.mean(half), np.mean(score)])
+    square, bias, *shares, half, score = np.mean(columns, axis=0)
+    return [np.sqrt(square), np.exp(bias), *shares, np.exp(half), score]
+
+
+def print_scores(title, rows, training):
+    """Print a table of scores of some surfaces, the constants set on the others of the training maps."""
+    print(f"\n{title}: {len(rows)} surfaces")
+    print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
+    each = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
+    for way in ("a constant", "one scan", "second scan"):
+        rms, bias, *shares, half, score = scores([result[way] for result in each.values()])
+        inside = "  ".join(f"{share:4.0%}" for share in shares)
+        print(f"{way:15s} {rms:9.2f}  {bias:4.2f}  {inside:>20s}  × {half:8.2f}  {score:14.2f}", flush=True)
+
+
+def figure(groups, path):
+    """Draw estimates with their stated intervals over the truth, as ratios to the image."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(8.4, 3.9), layout="constrained")
+    for axes, (title, (rows, training)) in zip(drawn.subplots(1, len(groups), sharey=True), groups.items()):
+        for name in rows:
+            results = estimates(rows[name], {k: v for k, v in training.items() if k != name})
+            for way, color in (("one scan", "tab:orange"), ("second scan", "tab:blue")):
+                error, deviation = np.transpose(results[way])
+                truth = np.exp([-row.log for row in rows[name]])
+                half = np.exp(error) * np.expm1(norm.ppf(0.5 + CONFIDENCE / 2) * deviation)
+                axes.errorbar(truth, np.exp(error), [0 * half, half], fmt="o", color=color, markersize=3, linewidth=0.7)
+        axes.axhline(1, color="black", linewidth=0.8)
+        axes.set(xscale="log", yscale="log", title=title, xlabel="image over truth")
+    drawn.axes[0].set_ylabel("best estimate over truth")
+    drawn.savefig(path, dpi=110)
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--surfaces", nargs="+", choices=SURFACES, default=list(SURFACES))
-    parser.add_argument("--pictures", type=int, default=4, help=f"of each surface and pair, at most {len(PICTURES)}")
-    parser.add_argument("--drawn", type=int, help="settings at random instead, three pictures of each")
-    parser.add_argument("--cache", type=Path)
-    parser.add_argument("--spectra", action="store_true", help="print the falls of energy by octave alone")
-    given = parser.parse_args()
-    if given.spectra:
-        return spectra()
     warnings.simplefilter("ignore")
-    known = json.loads(given.cache.read_text()) if given.cache and given.cache.exists() else {}
-    chosen = itertools.product(PICTURES[: given.pictures], given.surfaces, PAIRS)
-    cases = drawn(given.drawn) if given.drawn else [(name, pair, how, RADII[0]) for how, name, pair in chosen]
-    print(
-        "surface   pair         R, nm pixel mean tip noise | truth  picture  estimate (95 % interval), nN", flush=True
-    )
+    table = surfaces()
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--surfaces", nargs="+", choices=table, default=list(table))
+    parser.add_argument("--cache", type=Path, help="a file of solved maps")
+    given = parser.parse_args()
+    solved = Solved(given.cache)
     rows = {}
-    for settings in cases:
-        name, pair, how, radius = settings
-        key = json.dumps(settings)
-        if key not in known:
-            known[key] = case(*settings)
-            if given.cache:
-                given.cache.write_text(json.dumps(known, indent=1))
-        row = rows[settings] = known[key]
-        print(
-            f"{name:9s} {pair:11s} {radius:6.0f} {how[0]:5d} {how[1]!s:>5s} {how[2]:3.0f} {how[3]:5.2f} | "
-            f"{row['truth']:6.1f} {row['picture']:7.1f}  {row['mean']:6.1f} ({row['lower']:.1f} … {row['upper']:.1f}), "
-            f"taken for {row['taken for']}{'' if row['lower'] <= row['truth'] <= row['upper'] else ', MISSED'}",
-            flush=True,
-        )
-    parts = "truth", "picture", "mean", "lower", "upper"
-    summary([settings[0] for settings in rows], [[row[part] for part in parts] for row in rows.values()])
-    narrower(rows)
+    for name in given.surfaces:
+        rows[name] = rows_of(name, table[name], solved)
+    print("\nln(truth / image) at every 4th, 8th, 16th pixel; by a second scan, every 4th and 8th")
+    for name, each in rows.items():
+        logs = "  ".join(f"{row.log:6.2f}" for row in each)
+        print(f"{name:22s} {logs}  | " + "  ".join(f"{row.second:6.2f}" for row in each if row.pixels in SCORED))
+    training = {name: each for name, each in rows.items() if table[name]["kind"] == "AFM"}
+    scored = {name: [row for row in each if row.pixels in SCORED] for name, each in rows.items()}
+    for kind in ("AFM", "optical"):
+        chosen = {name: each for name, each in scored.items() if table[name]["kind"] == kind}
+        if chosen:
+            print_scores(f"{kind} maps", chosen, training)
+    print("\nconstants of all AFM maps:", ", ".join(f"{k} {v:.2f}" for k, v in fitted(training)._asdict().items()))
 
 
 if __name__ == "__main__":
