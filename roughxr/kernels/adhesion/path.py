@@ -8,6 +8,9 @@ depend on them:
   only states near the last one are accepted. If there is none, a branch has ended or the last contact of a stiff body
   is lost; shorter steps locate this end. Once the path coincides with the known path again, it continues on that. Ends
   that cannot change the largest tension are not located, which saves a third of the work.
+- the state of the largest tension is refined until neither a parabola through it and its neighbours nor the work of
+  the steps between them leaves room for a larger one. Stiff bodies pull most at first touch, within a fraction of
+  a step.
 - a preload is located by regula falsi.
 
 The energy released at fixed displacement is dissipated: the work ½(F₀ + F₁)Δδ of a step less the increase of energy.
@@ -52,6 +55,11 @@ _TENSION_ERROR, _SHORTEST_STEP = 0.005, 1.0 / 64
 
 #: The same error on a smooth curve that may have turned: there the tangent is an upper bound.
 _TENSION_ERROR_ON_CURVE = 0.05
+
+#: Largest number of states that refine the largest tension, and their least distance from the ends of a step, as a part
+#: of the step.
+_MOST_TRIALS = 8
+_LEAST_PART = 0.125
 
 #: An end is located once a state before it is nearer than the first number, in shortest steps; steps below the second
 #: number are not halved. Not binary fractions, unlike steps, so that rounding does not decide.
@@ -279,7 +287,7 @@ class _Retraction(_Stepper):
         while finite and (index := self._doubtful_state()) is not None:
             finite = self._locate_ends(index)
         if finite:
-            self._solve_vertex()
+            self._refine_largest()
         return finite
 
     def _retract_in_steps(self, targets):
@@ -304,9 +312,10 @@ class _Retraction(_Stepper):
         return float(target) if delta - target < _EQUAL_DELTA * self.step else float(delta)
 
     def _forget(self):
-        """Free the memory of states beyond which no larger tension can lie, except the last two and the largest."""
-        for visit in self.visited[:-2]:
-            if visit.most <= (1.0 + _TENSION_ERROR) * self.largest and -visit.row["force"] < self.largest:
+        """Free the memory of states beyond which no larger tension can lie, except the last two, and the largest."""
+        for visit, following in zip(self.visited[:-2], self.visited[1:]):
+            is_largest = -min(visit.row["force"], following.row["force"]) >= self.largest
+            if visit.most <= (1.0 + _TENSION_ERROR) * self.largest and not is_largest:
                 visit.solved = None
 
     def _doubtful_state(self):
@@ -359,11 +368,10 @@ class _Retraction(_Stepper):
     def _join(self, same, following):
         """Continue on the known path; expect a larger tension there only if the present stiffness does."""
         if following:
-            row, last = following[0].row, self.last
-            self.visited[-1].most = min(same.most, self.stiffness * (last.delta - row["delta"]) - last.force)
-            work = 0.5 * (row["force"] + last.force) * (row["delta"] - last.delta)
-            row["dissipated"] = work - (row["energy"] - last.energy)
-        self.visited += following
+            moved = self.last.delta - following[0].row["delta"]
+            self.visited[-1].most = min(same.most, self.stiffness * moved - self.last.force)
+            self.visited += following
+            self._count_dissipation(-len(following))
 
     def _is_same(self, other):
         """Return whether the present state equals another state at its displacement."""
@@ -375,20 +383,58 @@ class _Retraction(_Stepper):
         """Return whether the branch, extended by its last stiffness, exceeds the largest tension so far."""
         return self.stiffness * moved - self.last.force > (1.0 + _TENSION_ERROR) * self.largest
 
-    def _solve_vertex(self):
-        """Solve at the vertex of the parabola through the state of the largest tension and its neighbours."""
-        best = int(np.argmin([visit.row["force"] for visit in self.visited])) if self.visited else 0
-        if not 0 < best < len(self.visited) - 1 or self.visited[best].solved is None:
-            return
+    def _refine_largest(self):
+        """Solve between the state of the largest tension and its neighbours until that tension is known."""
+        for trial in range(_MOST_TRIALS):
+            best = int(np.argmin([visit.row["force"] for visit in self.visited])) if self.visited else 0
+            if not 0 < best < len(self.visited) - 1:
+                return
+            index, delta, is_known = self._larger_tension_near(best)
+            start = self.visited[index].solved
+            if (is_known and trial > 0) or start is None or delta == start.delta:
+                return
+            solved = self.solver.solve(delta, start)
+            if not solved.converged:
+                return
+            following = next(k for k, visit in enumerate(self.visited) if visit.row["delta"] < delta)
+            self.visited.insert(following, _Visit(self._row(solved, False, 0.0), solved, np.nan))
+            self._count_dissipation(following)
+            self._count_dissipation(following + 1)
+
+    def _larger_tension_near(self, best):
+        """Return a state, the displacement to solve from it, and whether no relevant tension is expected there.
+
+        The energies of the largest tension's state and of its neighbours give the work of both steps. If a parabola
+        through the forces does the same work, the displacement is that of its vertex. Else the force turns within
+        a step, as at the first touch of stiff bodies: the displacement is that where the secants beyond both ends of
+        the step meet.
+        """
         rows = np.array([visit.row for visit in self.visited[best - 1 : best + 2]], STATE)
-        (x0, x1, x2), (f0, f1, f2) = rows["delta"], rows["force"]
-        if not (x0 > x1 > x2 and f1 < min(f0, f2)):
-            return
-        first, second = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-        delta = float(0.5 * (x0 + x1) - 0.5 * first * (x2 - x0) / (second - first))
-        solved = self.solver.solve(delta, self.visited[best].solved)
-        if solved.converged and solved.force < f1:
-            self.visited.insert(best + (delta < x1), _Visit(self._row(solved, False, 0.0), None, np.nan))
+        vertex, at_vertex, missing = _parabola_through(rows)
+        index = best - 1 + int(np.argmax(missing))
+        crossing, at_crossing = self._crossing_of_secants(index)
+        tolerance = -_TENSION_ERROR * rows["force"][1]
+        if min(2.0 * missing.max(), at_crossing + rows["force"][1]) > tolerance:
+            return index, crossing, False
+        return best, vertex, at_vertex + rows["force"][1] <= tolerance
+
+    def _crossing_of_secants(self, index):
+        """Return a displacement in the step after a state, and the tension, where the secants beyond its ends meet."""
+        rows = np.array([visit.row for visit in self.visited[max(index - 1, 0) : index + 3]], STATE)
+        slopes = np.diff(rows["force"]) / np.diff(rows["delta"])
+        slope_before = slopes[0] if index > 0 else np.inf
+        slope_after = slopes[-1] if index + 2 < len(self.visited) else 0.0
+        start, end = self.visited[index].row, self.visited[index + 1].row
+        width = start["delta"] - end["delta"]
+        part = (start["force"] - end["force"] - slope_after * width) / ((slope_before - slope_after) * width)
+        inside = min(max(part, _LEAST_PART), 1.0 - _LEAST_PART)
+        return float(start["delta"] - inside * width), slope_after * (part - 1.0) * width - end["force"]
+
+    def _count_dissipation(self, index):
+        """Set the energy dissipated by the step to a state."""
+        before, after = self.visited[index - 1].row, self.visited[index].row
+        work = 0.5 * (after["force"] + before["force"]) * (after["delta"] - before["delta"])
+        after["dissipated"] = work - (after["energy"] - before["energy"])
 
     def is_lost(self):
         """Return whether nothing touches, and almost nothing attracts."""
@@ -410,3 +456,14 @@ class _Retraction(_Stepper):
         missed = _TENSION_ERROR_ON_CURVE if smooth else _TENSION_ERROR
         most = self.stiffness * (last.delta - solved.delta) - last.force
         return most > (1.0 + missed) * max(self.largest, -solved.force)
+
+
+def _parabola_through(rows):
+    """Return the vertex of the parabola through three states, its tension, and that which each step's work adds."""
+    offset = rows["delta"] - rows["delta"][1]
+    parabola = np.polynomial.Polynomial(np.linalg.solve(np.vander(offset, increasing=True), rows["force"]))
+    _, slope, curvature = parabola.coef
+    work = np.diff(parabola.integ()(offset))
+    vertex = -0.5 * slope / curvature
+    missing = (work - np.diff(rows["energy"])) / np.diff(offset)
+    return float(rows["delta"][1] + vertex), -float(parabola(vertex)), missing
