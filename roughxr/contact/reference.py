@@ -7,7 +7,9 @@ Lengths in nm, moduli in GPa, works of adhesion in J/m², Hamaker constants in n
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
 
 import numpy as np
 import xarray as xr
@@ -41,16 +43,28 @@ __all__ = [
 #: Rabinovich's geometry: caps of height 1.82 rms and radius λ²/(58 rms); hemispheres of radius 1.48 rms.
 _CAP_HEIGHT, _CAP_RADIUS, _HEMISPHERE = 1.82, 58.0, 1.48
 
-#: Units of options, if not nm.
-_UNITS = {"contact_modulus": "GPa", "hamaker_constant": "nN nm", "curvature_min": "1/nm", "curvature_max": "1/nm"}
-_UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2", "young_modulus": "GPa"}
+#: Units of options that are numbers or quantities.
+_UNITS = {"contact_modulus": "GPa", "young_modulus": "GPa", "curvature_min": "1/nm", "curvature_max": "1/nm"}
+_UNITS |= {"work_of_adhesion": "J/m^2", "surface_tension": "J/m^2", "hamaker_constant": "nN nm"}
+_UNITS |= dict.fromkeys(("radius", "asperity_radius", "kelvin_radius", "atomic_radius", "plane_distance"), "nm")
+_UNITS |= dict.fromkeys(("rms", "wavelength", "long_rms", "long_wavelength"), "nm")
+_UNITS |= dict.fromkeys(("length", "adhesion_range", "closest_approach"), "nm")
+
+_Formula = TypeVar("_Formula", bound=Callable[..., Any])
 
 
-def _positive(**given: Any) -> list[Any]:
-    """Return options as positive numbers in their units; None stays None."""
-    return [None if value is None else positive(value, _UNITS.get(name, "nm"), name) for name, value in given.items()]
+def _takes_quantities(function: _Formula) -> _Formula:
+    """Return a formula whose options of `_UNITS` become positive numbers in these units."""
+
+    @functools.wraps(function)
+    def formula(*arguments: Any, **options: Any) -> Any:
+        units = {name: _UNITS[name] for name, value in options.items() if name in _UNITS and value is not None}
+        return function(*arguments, **options | {name: positive(options[name], units[name], name) for name in units})
+
+    return cast(_Formula, formula)
 
 
+@_takes_quantities
 def hertz(
     delta: Quantities,
     *,
@@ -87,9 +101,6 @@ def hertz(
     >>> round(float(hertz([5.08], radius="3 um", contact_modulus=39.407).force[0]), 0)
     32951.0
     """
-    radius, contact_modulus, curvature_min, curvature_max = _positive(
-        radius=radius, contact_modulus=contact_modulus, curvature_min=curvature_min, curvature_max=curvature_max
-    )
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
     states = [ellipse.hertz(d, A, B, contact_modulus) for d in delta]
@@ -130,6 +141,7 @@ def jkr_sphere(
     return contact[["force", "semi_axis_a", "contact_area"]]
 
 
+@_takes_quantities
 def jkr_paraboloid(
     delta: Quantities,
     *,
@@ -186,13 +198,6 @@ def jkr_paraboloid(
     >>> round(float(contact.axis_ratio), 4)
     0.6306
     """
-    contact_modulus, work_of_adhesion, radius, curvature_min, curvature_max = _positive(
-        contact_modulus=contact_modulus,
-        work_of_adhesion=work_of_adhesion,
-        radius=radius,
-        curvature_min=curvature_min,
-        curvature_max=curvature_max,
-    )
     schema.one_of(formulation, FORMULATIONS, "formulation")
     delta = schema.ascending(delta, "nm", "delta")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
@@ -215,6 +220,7 @@ def jkr_paraboloid(
     return schema.label(out)
 
 
+@_takes_quantities
 def jkr_pull_off(
     *,
     work_of_adhesion: Quantity,
@@ -252,9 +258,6 @@ def jkr_pull_off(
     >>> round(jkr_pull_off(curvature_min=0.01, curvature_max=0.05, work_of_adhesion=0.1) / 47.124 * 5**0.5, 4)
     0.9813
     """
-    work_of_adhesion, radius, curvature_min, curvature_max = _positive(
-        work_of_adhesion=work_of_adhesion, radius=radius, curvature_min=curvature_min, curvature_max=curvature_max
-    )
     schema.one_of(formulation, FORMULATIONS, "formulation")
     A, B = _paraboloid(radius, curvature_min, curvature_max)
     unit = float(asperity_laws.asperity_scales(A, B, 1.0, work_of_adhesion, asperity_laws.law(formulation)).P)
@@ -264,6 +267,7 @@ def jkr_pull_off(
     return float(-state.P * unit)
 
 
+@_takes_quantities
 def tabor_parameter(
     *, radius: Quantity, contact_modulus: Quantity, work_of_adhesion: Quantity, adhesion_range: Quantity = 0.3
 ) -> float:
@@ -287,15 +291,13 @@ def tabor_parameter(
     >>> round(tabor_parameter(radius=3000, contact_modulus=39.407, work_of_adhesion=1.35), 1)
     5.1
     """
-    radius, contact_modulus, work_of_adhesion, adhesion_range = _positive(
-        radius=radius, contact_modulus=contact_modulus, work_of_adhesion=work_of_adhesion, adhesion_range=adhesion_range
-    )
     return float(maugis.tabor(0.5 / radius, 0.5 / radius, contact_modulus, work_of_adhesion, adhesion_range))
 
 
+@_takes_quantities
 def gilman_surface_energy(
-    young_modulus: Quantity,
     *,
+    young_modulus: Quantity,
     poisson_ratio: float = 0.0,
     plane_distance: Quantity = 0.2,
     atomic_radius: Quantity = 0.13,
@@ -323,15 +325,15 @@ def gilman_surface_energy(
 
     Examples
     --------
-    >>> round(gilman_surface_energy(75), 4), round(gilman_surface_energy("75 GPa", poisson_ratio=0.22), 4)
-    (0.6421, 0.6748)
+    >>> round(gilman_surface_energy(young_modulus=75), 4)
+    0.6421
+    >>> round(gilman_surface_energy(young_modulus="75 GPa", poisson_ratio=0.22), 4)
+    0.6748
     """
-    young_modulus, plane_distance, atomic_radius = _positive(
-        young_modulus=young_modulus, plane_distance=plane_distance, atomic_radius=atomic_radius
-    )
     return young_modulus / (1 - poisson_ratio**2) / plane_distance * (atomic_radius / np.pi) ** 2
 
 
+@_takes_quantities
 def meniscus_sphere(
     distance: Quantities,
     *,
@@ -374,9 +376,6 @@ def meniscus_sphere(
     >>> round(float(found.force[0]), 2), round(float(found.thin_force[0]), 2)
     (-82.53, -90.48)
     """
-    radius, kelvin_radius, surface_tension = _positive(
-        radius=radius, kelvin_radius=kelvin_radius, surface_tension=surface_tension
-    )
     D = schema.ascending(distance, "nm", "distance")
     if D[0] < 0:
         raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
@@ -410,6 +409,7 @@ def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float
     return float(constant(brentq(excess, tried[above[-1]], tried[above[-1] + 1], xtol=1e-14)))
 
 
+@_takes_quantities
 def rumpf(
     *,
     radius: Quantity,
@@ -443,19 +443,13 @@ def rumpf(
     >>> round(rumpf(asperity_radius=10, **sphere), 3), rumpf(rms=2, **sphere) == rumpf(asperity_radius=2.96, **sphere)
     (1.991, True)
     """
-    radius, asperity_radius, rms, hamaker_constant, closest_approach = _positive(
-        radius=radius,
-        asperity_radius=asperity_radius,
-        rms=rms,
-        hamaker_constant=hamaker_constant,
-        closest_approach=closest_approach,
-    )
     if (asperity_radius is None) == (rms is None):
         raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
     R, z, r = radius, closest_approach, _HEMISPHERE * rms if asperity_radius is None else asperity_radius
     return hamaker_constant / (6 * z**2) * (r * R / (r + R) + R / (1 + r / z) ** 2)
 
 
+@_takes_quantities
 def rabinovich(
     *,
     radius: Quantity,
@@ -497,15 +491,6 @@ def rabinovich(
     >>> round(rabinovich(**arguments, long_rms=10, long_wavelength=1000), 2)
     10.0
     """
-    radius, rms, wavelength, hamaker_constant, closest_approach, long_rms, long_wavelength = _positive(
-        radius=radius,
-        rms=rms,
-        wavelength=wavelength,
-        hamaker_constant=hamaker_constant,
-        closest_approach=closest_approach,
-        long_rms=long_rms,
-        long_wavelength=long_wavelength,
-    )
     flat = hamaker_constant * radius / (6 * closest_approach**2)
     near = 1 / (1 + _CAP_HEIGHT * rms / closest_approach) ** 2
     cap = 1 / (1 + _CAP_RADIUS * radius * rms / wavelength**2)
@@ -516,6 +501,7 @@ def rabinovich(
     return flat * (cap + near / (1 + _CAP_RADIUS * radius * long_rms / long_wavelength**2))
 
 
+@_takes_quantities
 def gaussian_work(
     *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = "lennard_jones", cut: float = 4.0
 ) -> float:
@@ -545,7 +531,6 @@ def gaussian_work(
     >>> round(gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
-    rms, length, work_of_adhesion = _positive(rms=rms, length=length, work_of_adhesion=work_of_adhesion)
     schema.one_of(law, tuple(potentials.POTENTIALS), "law")
     return potentials.gaussian_mean(potentials.potential(law, work_of_adhesion, length), rms, cut)
 

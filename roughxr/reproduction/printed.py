@@ -13,7 +13,7 @@ PAIR: dict[str, Any] = {
     "sphere_radius": 3000.0,
     "young_modulus": 75.0,
     "poisson_ratio": 0.22,
-    "surface_energy": gilman_surface_energy(75.0, poisson_ratio=0.22),
+    "surface_energy": gilman_surface_energy(young_modulus=75.0, poisson_ratio=0.22),
 }
 
 #: How to read a value. A target is one that the twin's spectrum, debris and seed were fitted to, through the published
