@@ -138,7 +138,7 @@ def test_critical_points_of_an_asperity_are_the_ends_of_its_curve(papers, number
     for marker, end in ends.items():
         np.testing.assert_allclose(points[marker], end, atol=5e-3)
     if number == 2:
-        assert points["s"][at["a"]] == 1.0
+        assert points["s"][at["a"]] == pytest.approx(1, abs=0.02)
 
 
 def test_a_smooth_sphere_lies_on_hertzs_law_in_figure_5(papers):
@@ -170,9 +170,8 @@ def test_figure_10_shows_pressure_and_displacement(papers, run):
 def test_figure_13_shows_the_ratio_of_the_forces_above_it(papers):
     upper, lower = papers["figure-13"].axes
     rough, smooth = (line_of(upper, label).get_data() for label in ("rough", "smooth"))
-    ratio = lower.lines[0].get_ydata()
-    same = np.isin(rough[0], smooth[0])
-    np.testing.assert_allclose(ratio, rough[1][same] / smooth[1][np.isin(smooth[0], rough[0])])
+    delta, ratio = (values[:-1] for values in lower.lines[0].get_data())  # the last is beyond the rough surface's
+    np.testing.assert_allclose(ratio, np.interp(delta, *rough) / np.interp(delta, *smooth))
 
 
 def test_figures_14_and_15_show_the_papers_own_sum(papers, run):

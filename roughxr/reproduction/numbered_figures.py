@@ -21,12 +21,6 @@ Run = Mapping[str, xr.Dataset]
 #: Methods of figure 16 and their labels: the paper's formulas, those corrected, and the simulation, not in the paper.
 _METHODS = {"published": "published", "self_similar": "corrected", "energy": "least energy", "adhesive": "simulation"}
 
-#: Points of an asperity's curve at which it detaches: words, marker, and (a, δ, P) in JKR's units.
-_CRITICAL = (
-    ("detaches at a set displacement", "o", {"a": 3 ** (-2 / 3), "delta": -(3 ** (-1 / 3)), "P": -5 / 9}),
-    ("detaches under a set load", "s", {"a": 1.0, "delta": -1 / 3, "P": -1.0}),
-)
-
 #: The paper's pull-off forces (nN) of the smooth sphere and of figure 15's place, and mean and std of figure 16.
 _SMOOTH, _PLACE, _MEAN, _STD = 19.1e3, 8.6e3, 2.0e3, 1.37e3
 
@@ -57,7 +51,7 @@ def _in_asperity_units(contact: xr.Dataset, units: xr.Dataset) -> dict[str, np.n
 
 def _asperity(x: str, y: str) -> Callable:
     """Return the drawing of one asperity's curves by Hertz and JKR, in JKR's own units, with its critical points."""
-    words = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
+    labels = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
 
     def draw(run: Run):
         radius, modulus, work = schema.pair(run["scan"], "sphere_radius", "contact_modulus", "work_of_adhesion")
@@ -66,17 +60,18 @@ def _asperity(x: str, y: str) -> Callable:
         delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
         both = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=work)
         stable, unstable = (_in_asperity_units(both.sel(branch=name), units) for name in ("stable", "unstable"))
-        jkr = {name: np.concatenate([unstable[name][::-1], stable[name]]) for name in words}
+        jkr = {name: np.concatenate([unstable[name][::-1], stable[name]]) for name in labels}
         hertz = _in_asperity_units(reference.hertz(delta[delta > 0], **sphere), units)
         first = int(np.argmin(jkr[x]))  # where the stable branch begins
         ax = axes(aspect=0.8)
         ax.plot(hertz[x], hertz[y], label="Hertz", **stroke(1))
         ax.plot(jkr[x][first:], jkr[y][first:], label="JKR, stable", **stroke(0))
         ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], label="JKR, unstable", **stroke(0) | {"linestyle": ":"})
-        for label, marker, point in _CRITICAL:
-            label = f"{label}: ({point[x]:.3g}, {point[y]:.3g})".replace("-", "−")
-            ax.plot(point[x], point[y], marker, color=BLACK, markerfacecolor="white", label=label)
-        ax.set(xlabel=words[x], ylabel=words[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
+        for held, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
+            end = int(np.argmin(jkr[least]))
+            words = f"detaches at a fixed {held}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
+            ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=words)
+        ax.set(xlabel=labels[x], ylabel=labels[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
         ax.figure.legend(loc="outside lower left")  # within the axes it would hide the curves
         return ax
 
@@ -120,56 +115,62 @@ def _forces_at(delta: float) -> Callable:
     return lambda run: figures.distribution(run["solutions/direct"].sel(delta=delta, method="nearest"), "force")
 
 
-def _above(aspect: float = 1.25):
+def _above():
     """Return two Axes of a new figure, one above the other, with one displacement axis."""
-    upper, lower = panels(None, 2, 1, aspect=aspect)
+    upper, lower = panels(None, 2, 1, aspect=1.25)
     lower.sharex(upper)
     upper.tick_params(labelbottom=False)
     return upper, lower
 
 
+def _mark_x(ax, words: str, x: float, height: float) -> None:
+    """Draw a dotted line at a displacement, with words to its left at a part of the Axes' height."""
+    ax.axvline(x, color=BLACK, linewidth=0.8, linestyle=":")
+    ax.annotate(f"{words} ", (x, height), xycoords=("data", "axes fraction"), ha="right", fontsize=SMALL)
+
+
+def _mark_y(ax, words: str, y: float, side: str = "left") -> None:
+    """Draw a dotted line at a value, with words above it on one side."""
+    ax.axhline(y, color=BLACK, linewidth=0.8, linestyle=":")
+    at = (0.01 if side == "left" else 1, y)
+    ax.annotate(words, at, xycoords=("axes fraction", "data"), ha=side, va="bottom", fontsize=SMALL)
+
+
+def _with_ratios(solutions: dict[str, xr.Dataset], over: str, label: str):
+    """Draw mean forces, and below the ratios of the others to one of them."""
+    upper, lower = _above()
+    figures.mean_force(solutions, ax=upper).set_xlabel("")
+    mean = solutions[over]["force"].mean("subregion")
+    for order, (name, ds) in enumerate(solutions.items()):
+        if name != over:
+            ratio = ds["force"].mean("subregion").interp(delta=mean["delta"]) / mean.where(mean > 0)
+            lower.plot(ratio["delta"], ratio, marker="os^"[order], markersize=2.6, **stroke(order))
+    label_axes(lower, "delta", label)
+    return upper, lower
+
+
 def _mean_forces(run: Run):
     """Draw the mean forces on a rough and a smooth surface, and their ratio."""
-    rough, smooth = run["solutions/direct"], run["solutions/smooth"]
-    upper, lower = _above()
-    figures.mean_force({"rough": rough, "smooth": smooth}, ax=upper)
-    ratio = rough["force"].mean("subregion") / smooth["force"].isel(subregion=0)
-    lower.plot(ratio["delta"], ratio, marker="o", markersize=2.6, **stroke(0))
-    last = float(ratio["delta"][-1])
-    lower.hlines([0.1, 0.25], [0, 10], [10, last], color=BLACK, linewidth=0.8, linestyle=":", label="paper")
-    lower.text(0, 0.1, "paper: below 0.1 to 10 nm", va="bottom", fontsize=SMALL)
-    lower.text(10, 0.25, "paper: 0.25 later", va="bottom", fontsize=SMALL)
-    lower.set_ylim(0, max(0.3, 1.1 * float(ratio.max())))
-    return _labelled(upper, lower, "rough / smooth force")
-
-
-def _labelled(upper, lower, ratio: str | None = None):
-    """Label two panels of forces, or of a force and a ratio, over one displacement axis; return both."""
-    label_axes(upper, "delta", "force").set_xlabel("")
-    label_axes(lower, "delta", ratio or "force")
+    solutions = {"rough": run["solutions/direct"], "smooth": run["solutions/smooth"]}
+    upper, lower = _with_ratios(solutions, "smooth", "rough / smooth force")
+    _mark_y(lower, "paper: below 0.1 to 10 nm", 0.1)
+    _mark_y(lower, "paper: about 0.25 later", 0.25)
     return upper, lower
 
 
 def _superposed(run: Run):
-    """Draw the mean forces without adhesion by both methods at places without debris, and their ratio."""
+    """Draw the mean forces without adhesion by both methods at places without debris, and their ratios."""
     direct = run["solutions/direct"]
     clean = {"subregion": np.flatnonzero(~debris(run["asperities"], direct).values)}
-    direct = direct.isel(clean)
-    sums = {"the paper's sum": "hertz", "corrected sum": "hertz_corrected"}
-    solutions = {name: run[f"solutions/{key}"].isel(clean) for name, key in sums.items() if f"solutions/{key}" in run}
-    solutions = {name: ds.sel(delta=slice(0, float(direct["delta"].max()))) for name, ds in solutions.items()}
-    upper, lower = _above()
-    figures.mean_force({"direct simulation": direct, **solutions}, ax=upper)
-    mean = direct["force"].mean("subregion")
-    for order, ds in enumerate(solutions.values(), 1):
-        ratio = ds["force"].mean("subregion").interp(delta=mean["delta"]) / mean.where(mean > 0)
-        lower.plot(ratio["delta"], ratio, marker="os^"[order], markersize=2.6, **stroke(order))
+    keys = {"the paper's sum": "hertz", "corrected sum": "hertz_corrected"}
+    swept = slice(0, float(direct["delta"].max()))
+    sums = {name: run[f"solutions/{key}"].isel(clean).sel(delta=swept) for name, key in keys.items()}
+    solutions = {"direct simulation": direct.isel(clean), **sums}
+    upper, lower = _with_ratios(solutions, "direct simulation", "superposed / direct force")
     lower.axhline(1, color=GREY, linewidth=0.5, zorder=0)
-    for ax in (upper, lower):
-        ax.axvline(12, color=BLACK, linewidth=0.8, linestyle=":")
-    style = {"transform": lower.get_xaxis_transform(), "va": "top", "ha": "right", "fontsize": SMALL}
-    lower.text(11.8, 0.95, "paper: similar\nbelow 12 nm", **style)
-    return _labelled(upper, lower, "superposed / direct force")
+    _mark_x(upper, "", 12, 0)
+    _mark_x(lower, "paper: similar below 12 nm", 12, 0.9)
+    return upper, lower
 
 
 def strongest_place(run: Run) -> int:
@@ -205,19 +206,16 @@ def _strongest_place(run: Run):
     for ax in (upper, lower):
         figures.mean_force(laws, ax=ax)
     lower.get_legend().remove()
+    upper.set_ylim(2 * float(smooth["force"].min()), 1.05 * float(smooth["force"].max()))
+    lower.set_ylim(1.2 * float(smooth["force"].min()), -float(smooth["force"].min()))
     crossing = surpassing_delta(laws["paper's sum, JKR"]["force"].isel(subregion=0), smooth["force"])
-    last = float(smooth["delta"][-1]) if np.isnan(crossing) else min(1.15 * crossing, float(smooth["delta"][-1]))
     if np.isfinite(crossing):
-        upper.axvline(crossing, color=BLACK, linewidth=0.8, linestyle=":")
-        words = f"{crossing:.3g} nm (paper: 18) "
-        upper.text(crossing, 0.02, words, transform=upper.get_xaxis_transform(), ha="right", fontsize=SMALL)
-    deepest = float(smooth["force"].min())
-    upper.set(xlim=(None, last), ylim=(2 * deepest, 1.3 * float(smooth["force"].sel(delta=last, method="nearest"))))
-    lower.set_ylim(1.1 * deepest, -deepest)
-    for force, words in ((-_PLACE, "paper: −8.6 µN "), (-_SMOOTH, "paper, smooth: −19.1 µN ")):
-        lower.axhline(force, color=BLACK, linewidth=0.8, linestyle=":")
-        lower.text(1, force, words, transform=lower.get_yaxis_transform(), va="bottom", ha="right", fontsize=SMALL)
-    return _labelled(upper, lower)
+        _mark_x(upper, f"{crossing:.3g} nm (paper: 18)", crossing, 0.02)
+    _mark_y(lower, "paper: −8.6 µN", -_PLACE, "right")
+    _mark_y(lower, "paper, smooth: −19.1 µN", -_SMOOTH, "right")
+    label_axes(upper, "delta", "force").set_xlabel("")
+    label_axes(lower, "delta", "force")
+    return upper, lower
 
 
 def _pull_offs(run: Run):

@@ -45,7 +45,7 @@ _MICRO = 1e-3  # µN per nN
 _PAPER_PARTS = ("asperities", "direct", "superposition")
 
 #: The paper's formulas and those corrected, at the paper's patch and at the default one.
-_FORMULATIONS = {"published": "published formulas", "self_similar": "corrected formulas"}
+_FORMULATIONS = {"published": "published", "self_similar": "with λ for λ², and the sphere's curvature"}
 _PATCHES = {"paper": "patch of 5 × 5 pixels", "auto": "patch by the shortest wavelength"}
 
 #: Displacements (nm) at which the paper shows distributions of forces, at which we compare both methods, by ratio and
@@ -171,12 +171,14 @@ def _tables(run: Run) -> dict[str, pd.DataFrame]:
 
 
 def correction_table(run: Run) -> pd.DataFrame:
-    """Return the pull-off of the paper's and the corrected formulas on the paper's and the default patch, as text."""
-    force = _MICRO * run["statistics/corrections"]["pull_off_force"]
+    """Return the pull-off by formulas and patch, and the ratios of the means by each change alone, as text."""
+    force = _MICRO * run["statistics/corrections"]["pull_off_force"].transpose("formulation", "patch", "subregion")
     mean, spread = force.mean("subregion").values, force.std("subregion", ddof=1).values
     texts = [[f"{m:.2f} ± {s:.2f}" for m, s in zip(*row)] for row in zip(mean, spread)]
-    index = pd.Index([_FORMULATIONS[str(name)] for name in force["formulation"].values], name="formulas")
-    return pd.DataFrame(texts, index=index, columns=[_PATCHES[str(name)] for name in force["patch"].values])
+    texts = [[*row, f"{by_patch:.2f}"] for row, by_patch in zip(texts, mean[:, 1] / mean[:, 0])]
+    texts.append([*(f"{by_formulas:.1f}" for by_formulas in mean[1] / mean[0]), ""])
+    index = pd.Index([*_FORMULATIONS.values(), "ratio"], name="formulas")
+    return pd.DataFrame(texts, index=index, columns=[*_PATCHES.values(), "ratio"])
 
 
 def scan_table(run: Run) -> pd.DataFrame:
