@@ -13,6 +13,7 @@ from roughxr.scans import synthetic
 from roughxr.scans.fine_scales import known_spectrum
 from roughxr.statistics.headline import UNSEEN
 from roughxr.studies import extrapolation, roughness_scale
+from roughxr.studies.assumptions import FACTORS, noise_limit
 from roughxr.studies.extrapolation import real_pull_off, without_estimate
 
 from .surfaces import rigid_pull_off
@@ -100,8 +101,7 @@ def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surfac
     """Without wavelengths below two pixels of the first scan, both sides of the ratio are one surface."""
     smooth = roughxr.scans.smooth(true_surface, shortest=40).isel(x=slice(160), y=slice(160))
     first = image(roughxr.scans.smooth(true_surface, shortest=40), 4, tip=0.1).contact.assign_pair(**PAIR)
-    solved = roughxr.adhesive(first, subregions=(3, 3), mesh=2)
-    log, *_ = extrapolation.second_scan_ratio(first, smooth, solved)
+    log, *_ = extrapolation.second_scan_ratio(first, smooth, "exponential")
     assert abs(log) < 0.05
 
 
@@ -126,6 +126,26 @@ def test_a_second_scan_is_refused_where_it_is_not_finer_too_small_or_of_another_
     for message, finer in wrong.items():
         with pytest.raises(ValueError, match=f"finer: .*{message}"):
             real_pull_off(scan, scanned, None, finer=finer)
+
+
+def test_noise_is_bounded_by_neighbouring_lines():
+    """White noise alone is its own bound, and a smooth surface adds nothing; roughness is taken for noise at most."""
+    smooth = synthetic.self_affine((128, 128), 4, rms=1, hurst=0.8, rolloff=400, cutoff=120, seed=1)
+    noise = np.random.default_rng(3).normal(0, 0.1, smooth.height.shape)
+    assert noise_limit(smooth.assign(height=0 * smooth.height + noise)) == pytest.approx(0.1, rel=0.05)
+    assert noise_limit(smooth.assign(height=smooth.height + noise)) == pytest.approx(0.1, rel=0.1)
+    rough = synthetic.self_affine((128, 128), 4, rms=1, hurst=0.8, rolloff=100, cutoff=10, seed=1)
+    assert noise_limit(rough.assign(height=rough.height + noise)) > 0.1
+
+
+def test_noise_beyond_the_range_of_adhesion_is_a_caution_and_below_it_an_entry(scan, scanned, real):
+    assert noise_limit(scan) > 0.3 and "noise" not in real.entry
+    assert "Noise cannot be told from roughness" in real.attrs["known"]
+    flatter = scan.assign(height=0.05 * scan.height)
+    assert "Noise" not in real_pull_off(flatter, scanned, None).attrs["known"]
+    words, noisy = FACTORS["noise"].change(flatter, 1.0)
+    added = float((noisy.height - flatter.height).std())
+    assert added == pytest.approx(noise_limit(flatter), rel=0.05) and words.endswith("nm")
 
 
 def test_refusals_state_their_reason(scan, scanned):

@@ -22,6 +22,7 @@ _REMEDIES = {
     "mesh": "solve on a finer mesh",
     "interpolation": "measure a scan with finer pixels",
     "tip radius": "measure with a sharper tip",
+    "noise": "average several scans, or scan more slowly",
     "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
     "modulus": "measure the modulus of the softer body",
     "sphere radius": "measure the radius of the sphere",

@@ -10,6 +10,7 @@ import xarray as xr
 
 from ..bodies.layer import stiffened
 from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid_share
+from ..bodies.pair import attraction_range
 from ..contact.problem import known_hardness
 from ..scans import level
 from ..scans.tip import erode
@@ -50,6 +51,25 @@ def _with_larger_angles(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset
     return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
 
 
+def noise_limit(ds: xr.Dataset) -> float:
+    """Return an upper limit of a scan's noise (nm, rms): by the second differences of neighbouring lines."""
+    heights = ds["height"].values
+    differences = [np.diff(heights, 2, axis=axis) for axis in (0, 1)]
+    return float(min(np.sqrt(np.mean(difference**2) / 6) for difference in differences))
+
+
+def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
+    """Return the scan with white noise, a share of its upper limit; raise if roughness hides the noise."""
+    limit = noise_limit(ds)
+    length = attraction_range(ds)
+    if limit > length:
+        raise ValueError(
+            f"neighbouring lines bound the noise to {limit:.2g} nm only, beyond the range of adhesion, {length:.2g} nm"
+        )
+    noise = np.random.default_rng(0).normal(0, share * limit, ds["height"].shape)
+    return f"{share * limit:.2g} nm", ds.assign(height=ds["height"].copy(data=ds["height"].values + noise))
+
+
 class Factor(NamedTuple):
     """An assumption: settings changed by its typical uncertainty, their description, and the change of scan or pair."""
 
@@ -72,6 +92,7 @@ FACTORS: dict[str, Factor] = {
         "effect of a tip of {} radius removed from the scan",
         lambda ds, radius: (f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)),
     ),
+    "noise": Factor((1.0,), "noise of {} added, as much as neighbouring lines allow", _with_noise),
     "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scale_coordinate("adhesion_range"), True),
     "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scale_coordinate("work_of_adhesion"), True),
     "modulus": Factor((1.1,), "contact modulus {}", _stiffer, True),

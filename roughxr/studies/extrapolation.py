@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.pair import attraction_range
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
 from ..contact.mesh import Mesh, read_mesh
@@ -26,7 +27,7 @@ from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.units import Places, Quantity, positive, whole_number
-from .assumptions import FACTORS, pair_factors
+from .assumptions import FACTORS, noise_limit, pair_factors
 from .roughness_scale import quietly
 from .uncertainty_budget import SAMPLING, budget_of
 
@@ -187,7 +188,7 @@ def real_pull_off(
     if finer is None:
         unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
     else:
-        unseen = _two_scan_factor(ds, finer, solved, lowering, mean / float(scanned["smooth_share"]), end)
+        unseen = _two_scan_factor(ds, finer, solved.attrs["law"], lowering, mean / float(scanned["smooth_share"]), end)
     errors = {PLACES: np.log(high / low) / (2 * _HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(ds, budget)}
     if not np.isfinite(errors.get(MESH, np.nan)):
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / _HALF_WIDTH
@@ -214,6 +215,8 @@ def real_pull_off(
         "assumed": f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}.",
         "finest_shown": shown,
     }
+    if (noise := noise_limit(ds)) > attraction_range(ds):
+        out.attrs["known"] += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."
     if budget is None:
         out.attrs["assumed"] += " The errors of the pair are not included."
     return schema.label(out)
@@ -263,14 +266,14 @@ def one_scan_factor(lowering: float, pixel: float, end: float) -> RoughnessFacto
 
 
 def _two_scan_factor(
-    ds: xr.Dataset, finer: xr.Dataset, solved: xr.Dataset, lowering: float, smooth: float, end: float
+    ds: xr.Dataset, finer: xr.Dataset, law: str, lowering: float, smooth: float, end: float
 ) -> RoughnessFactor:
     """Return the effect of the wavelengths that the first scan does not show, by both scans.
 
     ``smooth`` is the pull-off from a smooth flat, nN.
     """
     first = one_scan_factor(lowering, max(schema.pixel(ds)), end)
-    log, scatter, fine = second_scan_ratio(ds, finer, solved)
+    log, scatter, fine = second_scan_ratio(ds, finer, law)
     below = one_scan_factor(np.log(smooth / fine), max(schema.pixel(finer)), end)
     error = np.hypot.reduce([scatter, second_scan_error(lowering), below.error])
     weights = 1 / np.array([first.error, error]) ** 2 if first.error > 0 else np.array([1.0, 0.0])
@@ -286,11 +289,10 @@ def second_scan_error(lowering: float) -> float:
     return float(np.hypot(_LEAST_SECOND_SCATTER, _SECOND_SCATTER * max(lowering, 0.0)))
 
 
-def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, solved: xr.Dataset) -> tuple[float, float, float]:
+def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float, float]:
     """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, its error, and the former (nN)."""
     finer, shown = second_scan(ds, finer)
     centres = regions.centres(shown[0], _SECOND_PLACES)
-    law = solved.attrs["law"]
     fine, *coarse = (
         at_first_preload(quietly(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
         for scan in (finer, *shown)

@@ -95,10 +95,10 @@ def error_budget(
     settings : mapping of str to sequence, optional
         The uncertainty of each factor, by default that of `FACTORS`: "mesh" (factor by which cells are finer and steps
         shorter), "preload" (added, in mean pull-offs), "levelling" ("plane" or "quadratic"), "interpolation"
-        ("splines"), "tip radius" (nm, of the tip removed), "range of adhesion", "work of adhesion", "modulus", "layer
-        thickness", "sphere radius" and "hardness" (factors; thickness and hardness where assigned), of a humid pair
-        "humidity" and "contact angle" (added, degrees). A factor that is left out is not computed, and one that is
-        known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
+        ("splines"), "tip radius" (nm, of the tip removed), "noise" (in parts of its upper limit), "range of adhesion",
+        "work of adhesion", "modulus", "layer thickness", "sphere radius" and "hardness" (factors; thickness and
+        hardness where assigned), of a humid pair "humidity" and "contact angle" (added, degrees). A factor that is left
+        out is not computed, and one that is known to be exact, such as ``{"modulus": [1.0]}``, gives 0.
 
     Returns
     -------

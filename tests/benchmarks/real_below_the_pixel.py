@@ -1,6 +1,6 @@
 """Best estimates from coarse images of measured surfaces, against the surfaces themselves.
 
-    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--surfaces NAME …] [--figure FILE]
+    python tests/benchmarks/real_below_the_pixel.py [--cache FILE] [--surfaces NAME …]
 
 The maps are those of ``../shared/scans`` and ``../shared/scans/surfaces``: cropped, scaled alike in all directions to
 pixels of some 2 nm, levelled, and cut off at a few pixels. This is the truth, with its pull-off at 3 × 3 places of a
@@ -132,12 +132,6 @@ class Solved:
         return self.results[key]
 
 
-def pull_offs(scan, places, radius):
-    """Return the simulation of a scan at some places."""
-    pair = scan[["height"]].reset_coords(drop=True).contact.assign_pair(sphere_radius=radius, materials="glass")
-    return pair, roughxr.adhesive(pair, subregions=places)
-
-
 class Row(NamedTuple):
     """An image of a surface."""
 
@@ -158,11 +152,14 @@ def rows_of(name, how, solved):
 
     def simulated(pixels=None):
         scan = surface if pixels is None else picture(surface, pixels)
-        return pull_offs(scan, places, how["radius"])[1].pull_off_force.values.tolist()
+        pair = (
+            scan[["height"]].reset_coords(drop=True).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
+        )
+        return roughxr.adhesive(pair, subregions=places).pull_off_force.values.tolist()
 
     def by_second_scan(pixels):
-        pair, image = pull_offs(picture(surface, pixels), places, how["radius"])
-        return extrapolation.second_scan_ratio(pair, second_scan(surface), image)[:2]
+        image = picture(surface, pixels).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
+        return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")[:2]
 
     pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
     smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
@@ -260,25 +257,6 @@ def print_scores(title, rows, training):
         rms, bias, *shares, half, score = scores([result[way] for result in each.values()])
         inside = "  ".join(f"{share:4.0%}" for share in shares)
         print(f"{way:15s} {rms:9.2f}  {bias:4.2f}  {inside:>20s}  × {half:8.2f}  {score:14.2f}", flush=True)
-
-
-def figure(groups, path):
-    """Draw estimates with their stated intervals over the truth, as ratios to the image."""
-    from matplotlib.figure import Figure
-
-    drawn = Figure(figsize=(8.4, 3.9), layout="constrained")
-    for axes, (title, (rows, training)) in zip(drawn.subplots(1, len(groups), sharey=True), groups.items()):
-        for name in rows:
-            results = estimates(rows[name], {k: v for k, v in training.items() if k != name})
-            for way, color in (("one scan", "tab:orange"), ("second scan", "tab:blue")):
-                error, deviation = np.transpose(results[way])
-                truth = np.exp([-row.log for row in rows[name]])
-                half = np.exp(error) * np.expm1(norm.ppf(0.5 + CONFIDENCE / 2) * deviation)
-                axes.errorbar(truth, np.exp(error), [0 * half, half], fmt="o", color=color, markersize=3, linewidth=0.7)
-        axes.axhline(1, color="black", linewidth=0.8)
-        axes.set(xscale="log", yscale="log", title=title, xlabel="image over truth")
-    drawn.axes[0].set_ylabel("best estimate over truth")
-    drawn.savefig(path, dpi=110)
 
 
 def main():
