@@ -97,8 +97,9 @@ def test_an_assigned_work_without_a_range_has_a_range_known_to_a_factor_of_two(s
     np.testing.assert_allclose(errors, 0.5 * np.log([1.25, 2, 1.25]))
 
 
-def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surface, scan):
+def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surface, monkeypatch):
     """Without wavelengths below two pixels of the first scan, both sides of the ratio are one surface."""
+    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 1))
     smooth = roughxr.scans.smooth(true_surface, shortest=40).isel(x=slice(160), y=slice(160))
     first = image(roughxr.scans.smooth(true_surface, shortest=40), 4, tip=0.1).contact.assign_pair(**PAIR)
     log, *_ = extrapolation.second_scan_ratio(first, smooth, "exponential")
