@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from scipy.spatial import cKDTree
 
 from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
 from ..kernels.topography.paraboloid import Fit, fit_paraboloids
-from ..kernels.topography.peaks import Peaks, search
+from ..kernels.topography.peaks import Peaks, ascend, search
 from ..scans import regions, wavelength
 from ..scans.cache import cached
 from ..scans.wavelength import SpectralMeasures
@@ -43,6 +44,12 @@ _DECIMALS = 9
 #: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
 POOR_FIT = 0.15
 
+#: Ratio of the principal curvatures of a ridge. A paraboloid below 6 has one highest pixel however it lies on them.
+_LEAST_RIDGE = 10.0
+
+#: Summits closer than this (pixels) are one.
+_EQUAL_SUMMITS = 0.1
+
 #: Variables of a catalogue that have the same names in the fit.
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
 
@@ -60,7 +67,8 @@ class _Setup(NamedTuple):
 def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     """Return the catalogue of a scan's asperities.
 
-    A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours. Its paraboloid is the least-squares
+    A peak is a pixel, or a plateau of equal pixels, higher than all its neighbours; a ridge with several such pixels
+    and one summit counts once. The paraboloid of a peak is the least-squares
     fit to a square patch around it, and has the summit's curvature only if the patch is narrower than the shortest
     wavelength: fitted over two wavelengths it is several times too flat, and its adhesion too strong. The fit also
     places the vertex, between pixels, except for the paper's patch. A fit that is no summit, or whose vertex is more
@@ -152,16 +160,38 @@ def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) ->
 @cached
 def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
     """Return the peaks of heights, refined if the set-up requires it, and their paraboloids."""
+    pixels = height
+    if setup.refine > 1:
+        finer = _spline(height)(*(np.arange(setup.refine * (n - 1) + 1) / setup.refine for n in height.shape))
+        pixels = np.round(finer, _DECIMALS)
+    pixels = np.ascontiguousarray(pixels, dtype=float)
+    peaks = search(pixels)
+    fit = fit_paraboloids(pixels, peaks.ix, peaks.iy, *setup.pixel, size=setup.patch, vertex=setup.vertex)
+    if setup.vertex == "pixel":  # the paper's: each highest pixel counts
+        return peaks, fit
+    distinct = np.ones(peaks.ix.size, np.bool_)
+    distinct[_repeated_ridges(height, peaks, fit, setup.refine)] = False
+    return Peaks(*(array[distinct] for array in peaks)), Fit(*(array[distinct] for array in fit))
+
+
+def _spline(height: np.ndarray) -> Any:
+    """Return the bicubic spline through the pixel centres, whose coordinates are the pixels' numbers."""
     from scipy.interpolate import RectBivariateSpline
 
-    if setup.refine > 1:  # bicubic splines through the pixel centres
-        order = [min(3, n - 1) for n in height.shape]
-        spline = RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
-        finer = spline(*(np.arange(setup.refine * (n - 1) + 1) / setup.refine for n in height.shape))
-        height = np.round(finer, _DECIMALS)
-    height = np.ascontiguousarray(height, dtype=float)
-    peaks = search(height)
-    return peaks, fit_paraboloids(height, peaks.ix, peaks.iy, *setup.pixel, size=setup.patch, vertex=setup.vertex)
+    order = [min(3, n - 1) for n in height.shape]
+    return RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
+
+
+def _repeated_ridges(height: np.ndarray, peaks: Peaks, fit: Fit, refine: int) -> np.ndarray:
+    """Return the numbers of the peaks on a ridge whose summit has another peak already."""
+    ridges = np.flatnonzero(_LEAST_RIDGE * np.abs(fit.curvature_min) < fit.curvature_max)
+    if ridges.size < 2 or not fit.vertex_fixed[ridges].any():
+        return ridges[:0]
+    ridges = ridges[np.lexsort((-fit.height[ridges], fit.vertex_fixed[ridges]))]
+    pixels = np.stack([peaks.ix[ridges], peaks.iy[ridges]], axis=-1)
+    summits = ascend(_spline(height).ev, pixels / refine)
+    pairs = cKDTree(refine * summits).query_pairs(_EQUAL_SUMMITS, output_type="ndarray")
+    return ridges[np.unique(pairs[:, 1])]
 
 
 def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Dataset:

@@ -8,6 +8,9 @@ smallest plateau.
 Heights outside the scan and at missing (NaN) pixels are unknown: a plateau with a pixel of the outermost ring, or with
 a NaN neighbour, may not be a maximum and is not a peak.
 
+A ridge that runs across the pixels' rows has several highest pixels, where its crest passes near pixel centres. They
+are one summit if the interpolated surface rises from all of them to one point (`ascend`).
+
 Letters: z heights (nm) as z[ix, iy]; n a plateau's number of pixels.
 """
 
@@ -16,6 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 _NEIGHBOURHOOD = np.ones((3, 3))
+
+#: Longest step of an ascent, largest number of steps, and the step that ends it, pixels.
+_LONGEST_STEP, _MOST_STEPS, _LAST_STEP = 0.5, 200, 1e-4
 
 
 class Peaks(NamedTuple):
@@ -49,3 +55,27 @@ def search(z: np.ndarray) -> Peaks:
     nearest = np.lexsort((off_centroid, first[number]))  # stable: of equally near pixels the first comes first
     nearest = nearest[np.concatenate([[True], np.diff(first[number][nearest]) > 0])] if nearest.size else nearest
     return Peaks(ix[nearest], iy[nearest], n[number[nearest]])
+
+
+def ascend(surface, points):
+    """Return the summits, (n, 2), to which an interpolated surface rises from points (n, 2), in pixels.
+
+    ``surface(x, y, dx=…, dy=…)`` returns heights or their derivatives. Steps are Newton's, uphill also where the
+    surface is not convex.
+    """
+    points = np.array(points, dtype=float)
+    rising = np.arange(len(points))
+    for _ in range(_MOST_STEPS):
+        x, y = points[rising].T
+        slope = np.stack([surface(x, y, dx=1), surface(x, y, dy=1)], axis=-1)
+        mixed = surface(x, y, dx=1, dy=1)
+        bend = np.array([[surface(x, y, dx=2), mixed], [mixed, surface(x, y, dy=2)]])
+        curvature, axes = np.linalg.eigh(np.moveaxis(bend, -1, 0))
+        along = np.einsum("nij,ni->nj", axes, slope) / np.maximum(np.abs(curvature), 1e-300)
+        step = np.einsum("nij,nj->ni", axes, along)
+        length = np.hypot(*step.T)
+        points[rising] += step * np.minimum(1.0, _LONGEST_STEP / np.maximum(length, 1e-300))[:, None]
+        rising = rising[length > _LAST_STEP]
+        if not rising.size:
+            break
+    return points
