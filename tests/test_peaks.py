@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
+from scipy.interpolate import RectBivariateSpline
 
-from roughxr.kernels.topography.peaks import search
+from roughxr.kernels.topography.peaks import ascend, search
 
 AROUND = np.ones((3, 3))
 
@@ -120,3 +121,24 @@ def test_invariance(seed):
 @pytest.mark.parametrize("shape", [(0, 0), (1, 5), (5, 2), (2, 2)])
 def test_scans_too_small_for_a_peak(shape):
     assert len(search(np.zeros(shape)).ix) == 0
+
+
+def test_an_ascent_ends_at_the_summit_of_a_ridge_from_wherever_it_begins():
+    c, s = np.cos(0.4), np.sin(0.4)
+    turn = np.array([[c, -s], [s, c]])
+    bend = turn @ np.diag([-1.0, -100.0]) @ turn.T
+
+    def surface(x, y, dx=0, dy=0):
+        slope = np.stack([x - 3.0, y + 2.0], axis=-1) @ bend
+        constant = {(2, 0): bend[0, 0], (1, 1): bend[0, 1], (0, 2): bend[1, 1]}
+        return np.full(x.size, constant[dx, dy]) if dx + dy == 2 else slope[:, dy]
+
+    starts = np.random.default_rng(0).uniform(-20, 20, (30, 2))
+    np.testing.assert_allclose(ascend(surface, starts), np.broadcast_to([3.0, -2.0], (30, 2)), atol=1e-9)
+
+
+def test_an_ascent_rises_through_a_valley_to_a_level_crest_and_stays_there():
+    x, y = np.arange(40.0), np.arange(30.0)
+    wave = RectBivariateSpline(x, y, np.broadcast_to(-np.cos(x / 5)[:, None], (40, 30)))
+    found = ascend(wave.ev, [[2.0, 20.0], [29.0, 11.3]])
+    np.testing.assert_allclose(found, [[5 * np.pi, 20.0], [5 * np.pi, 11.3]], atol=0.02)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from roughxr import asperities
+from roughxr.kernels.topography.peaks import search
 from roughxr.scans import ImplausibleScan, crop, level, open_scan, roughness
 
 #: file -> pixels (x, y), size (nm), range (nm), rms about the plane and about the quadratic (nm).
@@ -81,3 +83,11 @@ def test_a_quarter_of_a_rough_scan(shared_scans):
     quarter = roughness(crop(scan, x=(0, 5000), y=("5 um", "10 um")))
     assert float(quarter["size_x"]) == 5000
     assert 13.5 < float(quarter["s_q"]) < 14.8
+
+
+@pytest.mark.parametrize(
+    "name", ["bruker_10um_512_rough.di", "park_1um_512_grains.tiff", "gwyddion_ascii_10um_256.txt"]
+)
+def test_scans_without_long_ridges_have_a_summit_on_each_highest_pixel(name, shared_scans):
+    scan = level(opened(shared_scans / name))
+    assert asperities(scan, patch=3).sizes["asperity"] == search(scan.height.values).ix.size
