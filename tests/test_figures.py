@@ -116,7 +116,6 @@ def test_the_papers_figures_have_units_and_belong_to_no_window(papers):
     assert not pyplot.get_fignums()
     assert list(papers) == [f"figure-{number:02d}" for number in range(2, 17)]
     for figure in papers.values():
-        figure.draw_without_rendering()
         labels = [text for ax in figure.axes for text in (ax.get_xlabel(), ax.get_ylabel()) if text]
         assert labels and all(map(_has_units, labels))
 

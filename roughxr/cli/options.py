@@ -127,11 +127,6 @@ def _paper(commands: Any) -> None:
     does = "repeat the paper's analysis on the synthetic glass sample: table and figures, then an estimate"
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
-    _add(command, ("--materials", "A/B", f"bodies in place of the paper's glass: one or two of {', '.join(MATERIALS)}"))
-    words = (
-        "hardness, GPa, above which contacts are counted; default: that of the materials, of glass 6; all stays elastic"
-    )
-    _add(command, ("--hardness", "H", words))
     words = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
     _flag(command, "--no-estimate", words)
     _add_budget(command, 4)

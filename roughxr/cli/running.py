@@ -26,9 +26,8 @@ from .words import EXPECTED_ERRORS, error_text, numbers, print_error
 
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
-    given = _stated(options, ["materials", "hardness"])
     same = {"estimate": not options.no_estimate, "budget": options.budget, "command": options.line}
-    groups = reproduction.paper(options.output, **same, **given)
+    groups = reproduction.paper(options.output, **same)
     _print_answer(groups, options.output)
 
 

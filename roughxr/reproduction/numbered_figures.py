@@ -67,9 +67,9 @@ def _asperity(x: str, y: str) -> Callable:
         ax.plot(hertz[x], hertz[y], label="Hertz", **stroke(1))
         ax.plot(jkr[x][first:], jkr[y][first:], label="JKR, stable", **stroke(0))
         ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], label="JKR, unstable", **stroke(0) | {"linestyle": ":"})
-        for held, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
+        for control, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
             end = int(np.argmin(jkr[least]))
-            words = f"detaches at a fixed {held}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
+            words = f"detaches at a fixed {control}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
             ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=words)
         ax.set(xlabel=labels[x], ylabel=labels[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
         ax.figure.legend(loc="outside lower left")  # within the axes it would hide the curves

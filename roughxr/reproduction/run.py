@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,7 @@ from ..specimen import specimen_of
 from ..statistics import debris
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
-from ..vocabulary.units import Quantity, whole_number
+from ..vocabulary.units import whole_number
 from .numbered_figures import paper_figures, smooth_sphere, strongest_place, surpassing_delta
 from .printed import CONTACT, PAIR, SCAN, TWIN
 
@@ -64,8 +64,6 @@ def paper(
     *,
     estimate: bool = True,
     budget: int = 4,
-    materials: str | Sequence[str] | None = None,
-    hardness: Quantity | None = None,
     command: str = "roughxr paper",
 ) -> dict[str, xr.Dataset]:
     """Repeat the paper on the glass twin, and return the groups of the archive.
@@ -82,16 +80,12 @@ def paper(
         finer roughness, rigid bodies, detachment and the error budget.
     budget, command
         As for `run`.
-    materials : str or list of str, optional
-        Bodies in place of the paper's glass, as for `assign_pair`; the radius stays.
-    hardness : number or quantity, optional
-        GPa, by default that of the materials, of glass 6. The bodies stay elastic, as in the paper; results state the
-        share of the contact above the hardness.
+
+    Notes
+    -----
+    The bodies stay elastic, as in the paper; results state the share of the contact above the hardness of glass, 6 GPa.
     """
-    pair = PAIR if materials is None else {"sphere_radius": PAIR["sphere_radius"], "materials": materials}
-    if materials is None and hardness is None:
-        hardness = MATERIALS["glass"].hardness
-    scan = specimen_of(elastic(assign_pair(open_sample("glass"), **pair, hardness=hardness)))
+    glass = assign_pair(open_sample("glass"), **PAIR, hardness=MATERIALS["glass"].hardness)
     folder = Path(output)
     printed: set[str] = set()
 
@@ -104,22 +98,24 @@ def paper(
         printed.update(made)
         return {}
 
-    def as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
-        return analysis.tables_text(tables, [TWIN, *analysis.notes(run)])
-
     groups = execute(
-        scan,
+        specimen_of(elastic(glass)),
         PLAN._replace(budget=whole_number(budget, "budget", least=0)),
         folder / "paper.nc",
         folder,
         command=command,
         parts=_parts(answer_first if estimate else None),
         tables=_tables,
-        as_text=as_text,
+        as_text=_as_text,
         draw_figures=_draw_figures,
     )
-    print(as_text(groups, {title: table for title, table in _tables(groups).items() if title not in printed}).rstrip())
+    rest = {title: table for title, table in _tables(groups).items() if title not in printed}
+    print(_as_text(groups, rest).rstrip())
     return groups
+
+
+def _as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
+    return analysis.tables_text(tables, [TWIN, *analysis.notes(run)])
 
 
 def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]] | None) -> list[Part]:
