@@ -7,9 +7,12 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, figures, report
+from roughxr.statistics.headline import REMEDIES, UNSEEN
 from roughxr.studies import budget_changes
+from roughxr.studies.assumptions import FACTORS
 from roughxr.studies.budget_changes import mean_change
-from roughxr.studies.uncertainty_budget import budget_of, error_budget
+from roughxr.studies.extrapolation import PLACES
+from roughxr.studies.uncertainty_budget import SAMPLING, budget_of, error_budget
 from roughxr.vocabulary import numbers
 
 from .verb_calls import unlabelled
@@ -223,3 +226,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.refinement)
     assert any("a radius of 0.7 pixels" in said for said in report.cautions(run))
     assert report.headline({"scan": rough}) == ""
+
+
+def test_every_source_of_error_has_its_remedy():
+    assert {*FACTORS, SAMPLING, PLACES, UNSEEN} == set(REMEDIES)

@@ -15,6 +15,7 @@ from roughxr import archive, cli, figures, report
 from roughxr.report.summary import critical_median
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
+from roughxr.statistics.headline import UNSEEN
 from roughxr.vocabulary import numbers, schema
 
 from .browser import BROWSER, NO_BROWSER, Browser
@@ -263,14 +264,19 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
 
 def test_the_answer_stands_before_what_is_missing(run):
     words = report.headline(run)
-    assert words.startswith("Mean pull-off ") and "95 % interval" in words
-    assert words.index("for the surface as scanned") < words.index("best estimate")
+    assert words.startswith("Pull-off force of the real surface: ") and "95 % interval" in words
+    assert words.index("all known errors") < words.index("As scanned ") < words.index("The interval narrows most with")
     found = run["statistics/summary"]
     pull = run["statistics/adhesive"].pull_off_force
     assert float(found.pull_off_force) == pytest.approx(float(pull.mean()))
-    assert float(found.total_error) == float(run["statistics/error_budget"].total_error)
-    errors = run["statistics/error_budget"].relative_error
-    assert float(found.largest_error) == float(errors.sel(entry=found.attrs["largest_source"]))
+    budget = run["statistics/error_budget"]
+    assert float(found.total_error) == pytest.approx(1.96 * float(budget.total_error))
+    assert float(found.largest_error) == pytest.approx(1.96 * float(budget.relative_error.max()))
+    estimate = run["statistics/extrapolated"]
+    assert float(found.best_estimate) == pytest.approx(float(found.pull_off_force * found.roughness_factor))
+    gain = estimate.relative_error.fillna(0.0) ** 2 - estimate.remaining_error**2
+    assert found.attrs["narrowing_source"] == str(gain.entry[int(gain.argmax())].item())
+    assert found.best_low <= found.narrowed_low < found.best_estimate < found.narrowed_high <= found.best_high
     assert all("units" in found[name].attrs for name in found.data_vars)
     assert report.headline({"statistics/summary": found}) == words
     assert run["statistics/places"].sizes["subregion"] == pull.size
@@ -322,7 +328,15 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         "statistics/adhesive": whole,
         "solutions/finer": some.assign(pull_off_force=("subregion", [50.0, 32.0])),
         "solutions/extrapolated": whole.assign(pull_off_force=("subregion", [2.0, 6.0, 10.0])),
-        "statistics/extrapolated": xr.Dataset({"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0}),
+        "statistics/extrapolated": xr.Dataset(
+            {
+                **{"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0, "roughness_factor": 0.12},
+                "relative_error": ("entry", [0.1, 0.15, 0.08]),
+                "remaining_error": ("entry", [0.0, 0.1, 0.0]),
+            },
+            {"entry": ["places", UNSEEN, "work of adhesion"]},
+            {"finest_shown": 40.0},
+        ),
     }
     run = report.with_mesh_error(run)
     assert float(roughxr.answer(run["statistics/adhesive"]).mesh_error) == pytest.approx(0.22)  # of 22 nN in 100
@@ -330,7 +344,10 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
     table = report.by_place(run)
     np.testing.assert_allclose(table["pull_off_error"], [0.25, np.nan, 0.2])
     np.testing.assert_allclose(table["pull_off_force_extrapolated"], [2.0, 6.0, 10.0])
-    assert "best estimate 6.0 nN (4.0 … 9.0 nN)" in report.headline(run)
+    words = report.headline(run)
+    assert words.startswith("Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors)")
+    assert "× 0.12 (0.089 … 0.16) by roughness finer than 40 nm; × 0.85 … 1.2 by the pair of bodies." in words
+    assert "The interval narrows most with a second scan on pixels of 2 to 5 nm" in words
     shown = report.place_table(table, "a.spm")
     assert shown.scan.values.tolist() == ["a.spm"] * 3
     np.testing.assert_allclose(shown.pull_off_force_error, [10.0, np.nan, 12.0])

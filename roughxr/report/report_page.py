@@ -22,7 +22,7 @@ from ..scans.regions import extent
 from ..statistics import LAWS
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
-from ..vocabulary.text import printable
+from ..vocabulary.text import printable, sentences_on_lines
 from .caveats import cautions
 from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
 from .run_tables import METHOD_WORDS, debris_flags, prediction, tables
@@ -61,12 +61,13 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         "report.html",
         title=title(run.get("scan", xr.Dataset())),
         archive_name=archive_name,
-        headline=headline(run),
+        headline=sentences_on_lines(headline(run)),
         humid=liquid.liquid_words(run["scan"]) if "scan" in run else "",
         best=best_estimate_notes(run),
         first=_pictures(run, _FIRST),
         cautions=[f"The run is not finished, {missing}."] * bool(missing) + cautions(run),
         facts=_facts(run),
+        methods=methods(run),
         detachment=detachment_notes(run),
         pictures=_pictures(run, _FIGURES),
         tables=[(name, *_rows(table)) for name, table in tables(run).items()],
@@ -75,23 +76,83 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
 
 
 def _facts(run: Run) -> list[tuple[str, str]]:
-    """Return the facts of the page: scan, pair of bodies, and recommended model."""
+    """Return the facts of the page: scan, pair of bodies, simulation, and recommended model."""
     if "scan" not in run:
         return []
-    scan, regime = run["scan"], run.get("statistics/regime", xr.Dataset())
-    x_low, x_high, y_low, y_high = extent(scan)
-    pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
-    known = [
+    scan = run["scan"]
+    regime = run.get("statistics/regime", xr.Dataset())
+    parameters = run.get("statistics/roughness", xr.Dataset())
+    facts = [
         ("file", scan.attrs.get("source_file", "none: synthetic")),
         ("channel", scan.attrs.get("channel", "")),
-        ("size", f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"),
+        ("size", _size_words(scan)),
+        ("pixel", " × ".join(number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
+        ("levelling", _step_argument(scan, "level", "method")),
         ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
+        ("roughness S_q", number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
+        ("materials", _step_argument(scan, "assign_pair", "materials")),
         *pair_facts(scan),
+        *_simulation_facts(run),
         ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
         ("simplest valid model", _MODELS[str(regime["recommended"].item())] if "recommended" in regime else ""),
-        ("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else ""),
     ]
-    return [(name, str(value)) for name, value in known if value]
+    return [(name, str(value)) for name, value in facts if value]
+
+
+def _size_words(scan: xr.Dataset) -> str:
+    """Return the size of a scan and its number of pixels."""
+    x_low, x_high, y_low, y_high = extent(scan)
+    pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
+    return f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"
+
+
+def _step_argument(ds: xr.Dataset, operation: str, argument: str) -> str:
+    """Return an argument of the last step of a kind in a history, empty if there is none."""
+    steps = [step for step in schema.history(ds) if step["operation"] == operation]
+    return str(steps[-1]["arguments"].get(argument, "")) if steps else ""
+
+
+def _simulation_facts(run: Run) -> list[tuple[str, str]]:
+    """Return law, mesh, preload and places of the simulation with adhesion."""
+    if "solutions/adhesive" not in run:
+        return [("places", f"{by_place(run).sizes['subregion']} contact centres" if by_place(run) else "")]
+    attrs = run["solutions/adhesive"].attrs
+    law = str(attrs["law"])
+    if "adhesion_length_nm" in attrs:
+        law += f", range {number(attrs['adhesion_length_nm'], 'nm')}"
+    preload = _step_argument(run["solutions/adhesive"], "adhesive", "preload") or 0.0
+    summary = run_summary(run)
+    independent = summary.get("independent_places")
+    places = f"{by_place(run).sizes['subregion']} contact centres"
+    if independent is not None and np.isfinite(independent):
+        places += f", {number(independent, digits=2)} of them independent"
+    return [
+        ("law of adhesion", law),
+        ("mesh", f"{attrs['refine']} × {attrs['refine']} cells a pixel"),
+        ("preload", number(float(preload), "nN")),
+        ("places", places),
+    ]
+
+
+def methods(run: Run) -> str:
+    """Return a paragraph on the methods of a run, for a publication; empty without a simulation with adhesion."""
+    facts = dict(_facts(run))
+    if "law of adhesion" not in facts:
+        return ""
+    scan = run["scan"]
+    indenter = "an indenter of measured shape"
+    if "sphere_radius" in scan.coords:
+        indenter = f"a sphere of radius {number(scan['sphere_radius'], 'nm')}"
+    materials = f" ({facts['materials']})" if "materials" in facts else ""
+    words = (
+        f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
+        f"of {facts['size']}, at {facts['places']}. The contact of the elastic half space was solved with adhesion "
+        f"(law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; work of adhesion "
+        f"{number(scan['work_of_adhesion'], 'J/m²')}), on {facts['mesh']}, after a preload of {facts['preload']}."
+    )
+    if best_estimate_notes(run):
+        words += f" {' '.join(best_estimate_notes(run))} Intervals are at 95 %."
+    return words
 
 
 #: Models that `regime` recommends, in words.

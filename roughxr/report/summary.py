@@ -13,10 +13,9 @@ from ..contact.cycle import coarser_mesh_error
 from ..particles.loads import AIR_DENSITY
 from ..scans.regions import extent
 from ..statistics import bootstrap
-from ..statistics.headline import UNSEEN, best_estimate, mean_pull_off, with_units
+from ..statistics.headline import HALF_WIDTH, best_estimate, mean_pull_off, with_best_estimate, with_units
 from ..statistics.headline import headline as answer_text
 from ..statistics.sampling import one_of_each_place, place_numbers, shares
-from ..studies.extrapolation import second_scan_error
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
@@ -69,46 +68,27 @@ def run_summary(run: Run) -> xr.Dataset:
     if not bool((pull_off["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
     out = mean_pull_off(pull_off).load()
-    best = best_estimate(run) or (np.nan, np.nan, np.nan)
-    out = out.assign(dict(zip(("best_estimate", "best_low", "best_high"), best)))
-    if "statistics/extrapolated" in run:
-        attrs = run["statistics/extrapolated"].attrs
-        if np.isfinite(best[0]):
-            out.attrs |= {name: attrs[name] for name in ("finest_shown",) if name in attrs}
-        else:
-            out.attrs["not_extrapolated"] = attrs["known"]
     if BUDGET in run:
-        entries = run[BUDGET]["relative_error"].fillna(0.0)
-        out = out.assign(total_error=float(run[BUDGET]["total_error"]), largest_error=float(entries.max()))
+        entries = HALF_WIDTH * run[BUDGET]["relative_error"].fillna(0.0)
+        total = HALF_WIDTH * float(run[BUDGET]["total_error"])
+        out = out.assign(total_error=total, largest_error=float(entries.max()))
         out.attrs["known_bias"] = 1 - float(run[BUDGET]["pull_off_corrected"] / run[BUDGET]["pull_off_mean"])
         out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())
+    if best_estimate(run) is not None:
+        out = with_best_estimate(out, run["statistics/extrapolated"])
+    elif "statistics/extrapolated" in run:
+        out.attrs["not_extrapolated"] = run["statistics/extrapolated"].attrs["known"]
     if advice := _advice(run, out):
         out.attrs["advice"] = advice
     return with_units(out.assign(_flow(run)))
 
 
 def best_estimate_notes(run: Run) -> list[str]:
-    """Return the basis of the best estimate, and the gain by a finer scan, as sentences; empty without an estimate."""
-    best = best_estimate(run)
-    if best is None:
+    """Return the basis of the best estimate as sentences; empty without an estimate."""
+    if best_estimate(run) is None:
         return []
-    estimate, (_, low, high) = run["statistics/extrapolated"], best
-    width = f"The interval of the best estimate spans a factor of {number(np.sqrt(high / low))} to either side."
-    return [estimate.attrs["known"], estimate.attrs["assumed"], f"{width} {second_scan_advice(run)}".rstrip()]
-
-
-def second_scan_advice(run: Run) -> str:
-    """Return advice to take a second scan, with the interval it would give; empty if another error is larger."""
-    estimate = run["statistics/extrapolated"]
-    errors = estimate["relative_error"].fillna(0.0)
-    largest = str(errors["entry"].values[int(np.argmax(errors.values))])
-    then = second_scan_error(-float(np.log(estimate["smooth_share"])))
-    if largest != UNSEEN or float(errors.max()) <= then:
-        return ""
-    others = errors.sel(entry=errors["entry"] != UNSEEN)
-    half = 1.96 * float(np.sqrt((others**2).sum() + then**2))
-    width = number(np.exp(half))
-    return f"A second scan on finer pixels, as wide as the sphere's radius, narrows it to some {width} (--finer)."
+    attrs = run["statistics/extrapolated"].attrs
+    return [attrs["known"], attrs["assumed"]]
 
 
 def _flow(run: Run) -> dict[str, float]:
@@ -146,7 +126,7 @@ def _advice(run: Run, out: xr.Dataset) -> str:
             "this one, so that all places share a few summits"
         )
     known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
-    if known is not None and float(known) > _COARSE_WAVELENGTH and not np.isfinite(out["best_estimate"]):
+    if known is not None and float(known) > _COARSE_WAVELENGTH and "best_estimate" not in out:
         return (
             f"measure a finer scan, since this scan does not resolve roughness finer than {number(known, 'nm')}, which "
             "probably lowers the pull-off much"

@@ -422,11 +422,10 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
 
 
 def _show_answer(solved: xr.Dataset, stages: Stages) -> None:
-    """Print the preliminary answer from the solved places, marked as a first estimate while its mesh is not checked."""
-    if not bool((solved["pull_off_force"] > 0).any()):
+    """Print the preliminary answer from the solved places, once their mesh was checked."""
+    if not bool((solved["pull_off_force"] > 0).any()) or np.isnan(mesh_error(solved)):
         return
-    first = "" if np.isfinite(mesh_error(solved)) else "First estimate, mesh not checked yet: "
-    stages.answer(first + headline(mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])))
+    stages.answer(headline(mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])))
 
 
 def _need_pull_off(first: xr.Dataset) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import is_too_wide, number, percent, quantity, with_interval
+from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
@@ -16,18 +16,35 @@ from .sampling import at_first_preload, by_share, conditions
 #: Source of error: the roughness that the scan does not show.
 UNSEEN = "unseen roughness"
 
-#: Sources of error, and what reduces them.
-_REMEDIES = {
-    "sampling": "solve more places, or scan a larger area",
-    "mesh": "solve on a finer mesh",
-    "interpolation": "measure a scan with finer pixels",
-    "tip radius": "measure with a sharper tip",
-    "noise": "average several scans, or scan more slowly",
-    "work of adhesion": "measure the work of adhesion of this pair, for example with measured pull-offs",
-    "modulus": "measure the modulus of the softer body",
-    "sphere radius": "measure the radius of the sphere",
-    "range of adhesion": "state the adhesion range of this pair",
+#: Sources of error, and what narrows the interval.
+REMEDIES = {
+    "places": "more places, or a larger scan",
+    "sampling": "more places, or a larger scan",
+    "mesh": "a finer mesh",
+    "preload": "a measured preload",
+    "levelling": "a larger scan, whose background is known",
+    "interpolation": "a scan with finer pixels",
+    "tip radius": "a sharper tip",
+    "noise": "less noise, by several scans or a slower one",
+    "range of adhesion": "a known adhesion range of this pair",
+    "work of adhesion": "a measured work of adhesion of this pair, for example by pull-off forces",
+    "modulus": "a measured modulus of the softer body",
+    "layer thickness": "a measured thickness of the layer",
+    "sphere radius": "a measured radius of the sphere",
+    "hardness": "a measured hardness of the softer body",
+    "humidity": "a measured humidity",
+    "contact angle": "measured contact angles",
+    UNSEEN: "a second scan{width} on pixels of 2 to 5 nm",
 }
+
+#: Sources of error of the surface and its simulation; the others are those of the pair of bodies.
+_OF_SCAN = ("preload", "levelling", "interpolation", "tip radius", "noise", "mesh")
+
+#: Half width of a normal 95 % interval, in standard deviations.
+HALF_WIDTH = 1.96
+
+#: Relative half width of an interval below which its source is not named.
+_SMALL = 0.05
 
 #: Units and meaning of the scalars of an answer, and of a run's summary.
 SCALARS = {
@@ -37,8 +54,15 @@ SCALARS = {
     "best_estimate": ("nN", "mean pull-off force of the real surface"),
     "best_low": ("nN", "lower end of its 95 % interval by all known errors"),
     "best_high": ("nN", "upper end of its 95 % interval by all known errors"),
-    "total_error": ("1", "relative error by all known sources"),
-    "largest_error": ("1", "relative error by its largest source"),
+    "roughness_factor": ("1", "effect of roughness finer than the scan"),
+    "roughness_low": ("1", "lower end of its 95 % interval"),
+    "roughness_high": ("1", "upper end of its 95 % interval"),
+    "pair_error": ("1", "half width of the 95 % interval of ln(mean) by the pair of bodies"),
+    "scan_error": ("1", "half width of the 95 % interval of ln(mean) by mesh, tip and levelling"),
+    "narrowed_low": ("nN", "lower end of the interval of the real surface after the next step"),
+    "narrowed_high": ("nN", "upper end of the interval of the real surface after the next step"),
+    "total_error": ("1", "relative half width of the 95 % interval of the surface as scanned by all known sources"),
+    "largest_error": ("1", "relative half width of the 95 % interval by the largest source"),
     "critical_friction_velocity": ("m/s", "friction velocity of air that detaches the sphere, median place"),
     "critical_friction_velocity_low": ("m/s", "lower end of its 95 % interval"),
     "critical_friction_velocity_high": ("m/s", "upper end of its 95 % interval"),
@@ -90,9 +114,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     """
     ds = schema.entered(ds)
     if "pull_off_mean" in ds:  # of `extrapolated`
-        ends = {"pull_off_force": "pull_off_mean", "low": "pull_off_lower", "high": "pull_off_upper"}
-        mean = xr.Dataset({name: ds[source].variable for name, source in ends.items()}, schema.travelling(ds))
-        mean.attrs["assumed"] = ds.attrs["assumed"]
+        as_scanned = ds.assign(pull_off_force=ds["pull_off_force"] / ds["roughness_factor"])
+        mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
     else:
         mean = ds if "solved_places" in ds else mean_pull_off(ds)  # a run's summary is one already
     print(sentences_on_lines(headline(mean)))
@@ -158,6 +181,33 @@ def with_units(summary: xr.Dataset) -> xr.Dataset:
     return summary
 
 
+def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
+    """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
+    deviations = estimate["relative_error"].fillna(0.0).to_series()
+    remaining = estimate["remaining_error"].fillna(0.0).to_series()
+    best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    factor = float(estimate["roughness_factor"])
+    spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
+    of_scan = deviations[deviations.index.isin(_OF_SCAN)]
+    of_pair = deviations.drop([UNSEEN, "places", *of_scan.index], errors="ignore")
+    gain = deviations**2 - remaining**2
+    next_step = str(gain.idxmax())
+    kept = np.sqrt(max(1 - gain[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
+    out = summary.assign(
+        best_estimate=best,
+        best_low=low,
+        best_high=high,
+        roughness_factor=factor,
+        roughness_low=factor / spread,
+        roughness_high=factor * spread,
+        pair_error=HALF_WIDTH * float(np.sqrt((of_pair**2).sum())) if of_pair.size else np.nan,
+        scan_error=HALF_WIDTH * float(np.sqrt((of_scan**2).sum())),
+        narrowed_low=best * (low / best) ** kept,
+        narrowed_high=best * (high / best) ** kept,
+    )
+    return out.assign_attrs(finest_shown=estimate.attrs["finest_shown"], narrowing_source=next_step)
+
+
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
     """Return a run's best estimate and the ends of its interval, nN, or None."""
     if "statistics/extrapolated" not in run:
@@ -187,45 +237,71 @@ def headline(summary: xr.Dataset) -> str:
     if "pull_off_force" not in summary:
         return str(summary.attrs.get("missing", ""))
     value = scalar_values(summary)
-    if "assumed" in summary.attrs:
-        words = with_interval(value["pull_off_force"], value["low"], value["high"])
-        return f"Best estimate {words}, with the roughness below the pixel. {summary.attrs['assumed']}"
-    mean, spread = value["pull_off_force"], _places_in_words(summary)
-    opening = f"{quantity(mean)} ("
-    if np.isfinite(value["low"]):
-        opening = with_interval(mean, value["low"], value["high"]).removesuffix(")") + ", "
+    opening = _scanned_words(summary, value) if np.isnan(value["best_estimate"]) else _real_words(summary, value)
+    return " ".join(filter(None, [*opening, *_limits(summary, value), _next_step(summary, value)]))
+
+
+def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
+    """Return the pull-off of the real surface, and what it is made of."""
+    ends = value["best_low"], value["best_high"]
+    best = with_interval(value["best_estimate"], *ends, why_wide="").removesuffix(")")
+    errors = "all known errors" if np.isfinite(value["pair_error"]) else "without the errors of the pair of bodies"
+    scanned = f"As scanned {_mean_words(summary, value)}"
+    low, high = (number(value[f"roughness_{end}"], digits=2) for end in ("low", "high"))
+    finer = number(summary.attrs["finest_shown"], "nm", 2)
+    factor = number(value["roughness_factor"], digits=2)
+    parts = [scanned, f"× {factor} ({low} … {high}) by roughness finer than {finer}"]
+    for name, source in (("pair_error", "the pair of bodies"), ("scan_error", "mesh, tip and levelling")):
+        if value[name] > _SMALL:
+            low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
+            parts.append(f"× {low} … {high} by {source}")
+    return [f"Pull-off force of the real surface{_air(summary)}: {best}, {errors}).", f"{'; '.join(parts)}."]
+
+
+def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
+    """Return the mean as scanned with its errors, and why there is no estimate of the real surface."""
+    errors = ""
     if np.isfinite(value["total_error"]):
-        spread += f"; ± {percent(value['total_error'])} with all known errors"
+        errors = f"; ± {percent(value['total_error'])} with all known errors"
     elif np.isfinite(error := value["mesh_error"]):
-        rigid = "rigid" in summary.attrs
         cells = f"overestimated by about {percent(error)} due to the size of cells"
-        spread += f"; {cells}" if rigid else f"; ± {percent(error)} numerical error"
-    air = f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
-    sentences = [f"Mean pull-off {opening}{spread}) for the surface as scanned{air}.", *_limits(summary, value)]
-    if np.isfinite(best := value["best_estimate"]):
-        effect = "lowers it" if best < mean else "hardly changes it"
-        shown = summary.attrs.get("finest_shown")
-        finer = f"finer than {number(shown, 'nm')}" if shown is not None else "finer than the pixel"
-        ends = value["best_low"], value["best_high"]
-        estimate = with_interval(best, *ends, why_wide="", name="interval" * is_too_wide(*ends))
-        sentences.append(f"Roughness {finer}, which this scan does not show, {effect}: best estimate {estimate}.")
+        errors = f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
+    mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
+    sentences = [f"Mean pull-off {mean}{errors}) for the surface as scanned{_air(summary)}."]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
         words = "choice of places" if source == "sampling" else source
         sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
-    return " ".join(filter(None, [*sentences, _next_step(summary, value)]))
+    return sentences
+
+
+def _mean_words(summary: xr.Dataset, value: Mapping[str, float], name: str = "") -> str:
+    """Return the mean as scanned with its interval and number of places."""
+    mean = value["pull_off_force"]
+    places = _places_in_words(summary)
+    if np.isnan(value["low"]):
+        return f"{quantity(mean)} ({places})"
+    return f"{with_interval(mean, value['low'], value['high'], name=name).removesuffix(')')}, {places})"
+
+
+def _air(summary: xr.Dataset) -> str:
+    """Return the humidity of the air, empty for a dry pair."""
+    return f" at {percent(summary['humidity'])} relative humidity" if "humidity" in summary.coords else ""
 
 
 def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     """Return sentences on a known bias above 10 %, and on a mean above that of a smooth flat."""
-    sentences, mean = [], value["pull_off_force"]
+    sentences = []
+    mean = value["pull_off_force"]
     if abs(bias := summary.attrs.get("known_bias", 0.0)) > 0.1:
-        sentences.append(f"Without its known bias, {percent(abs(bias))}, it is {quantity(mean * (1 - bias))}.")
+        words = f"The mean as scanned without its known bias, {percent(abs(bias))}, is {quantity(mean * (1 - bias))}."
+        sentences.append(words)
     if value["smooth_share"] > 1:
         limit = "possible for stiff bodies, but not for soft ones"
         if "rigid" in summary.attrs:
             limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
-        sentences.append(f"It is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}.")
+        words = f"The mean as scanned is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}."
+        sentences.append(words)
     return sentences
 
 
@@ -239,11 +315,20 @@ def _places_in_words(summary: xr.Dataset) -> str:
 
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return one sentence on the next step; empty if the errors suggest none."""
-    advice = summary.attrs.get("advice", "")
+    if advice := summary.attrs.get("advice", ""):
+        return f"Next: {advice}."
     low, high, independent = (value[name] for name in ("low", "high", "independent_places"))
-    if not advice and np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low):
+    if np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low) and np.isnan(value["best_estimate"]):
         effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
         counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
-        advice = f"solve more places, or scan a larger area, since {counts} {effect}"
-    advice = advice or _REMEDIES.get(summary.attrs.get("largest_source", ""))
-    return f"Next: {advice}." if advice else ""
+        return f"Next: solve more places, or scan a larger area, since {counts} {effect}."
+    source = summary.attrs.get("narrowing_source", summary.attrs.get("largest_source", ""))
+    if source not in REMEDIES:
+        return ""
+    radius = summary.coords.get("sphere_radius")
+    width = "" if radius is None else f", {number(float(radius), 'nm', 2)} wide"
+    sentence = f"The interval narrows most with {REMEDIES[source].format(width=width)}"
+    if np.isfinite(value["narrowed_low"]):
+        _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
+        sentence += f" (to some {ends})"
+    return f"{sentence}."

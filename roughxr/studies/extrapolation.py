@@ -115,7 +115,8 @@ def extrapolated(
         ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_lower`` and
         ``pull_off_upper``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
         places, and ``roughness_factor``, whose product is the mean; ``relative_error`` along ``entry``, the standard
-        deviations of ln(mean). The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
+        deviations of ln(mean), and ``remaining_error``, those that remain once the source of an error is measured, or
+        a second scan taken. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
 
     Raises
     ------
@@ -194,6 +195,7 @@ def real_pull_off(
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / _HALF_WIDTH
     shared = _HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
     factor = float(np.exp(unseen.log))
+    remaining = {UNSEEN: unseen.error if finer is not None else min(unseen.error, second_scan_error(lowering))}
     out = xr.Dataset(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
@@ -204,6 +206,7 @@ def real_pull_off(
             "roughness_factor": factor,
             "smooth_share": float(scanned["smooth_share"]),
             "relative_error": ("entry", list(errors.values())),
+            "remaining_error": ("entry", [remaining.get(name, 0.0) for name in errors]),
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
