@@ -190,9 +190,9 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
     of_scan = deviations[deviations.index.isin(_OF_SCAN)]
     of_pair = deviations.drop([UNSEEN, "places", *of_scan.index], errors="ignore")
-    gain = deviations**2 - remaining**2
-    next_step = str(gain.idxmax())
-    kept = np.sqrt(max(1 - gain[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
+    reduction = deviations**2 - remaining**2
+    next_step = str(reduction.idxmax())
+    width_ratio = np.sqrt(max(1 - reduction[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
     out = summary.assign(
         best_estimate=best,
         best_low=low,
@@ -202,8 +202,8 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         roughness_high=factor * spread,
         pair_error=HALF_WIDTH * float(np.sqrt((of_pair**2).sum())) if of_pair.size else np.nan,
         scan_error=HALF_WIDTH * float(np.sqrt((of_scan**2).sum())),
-        narrowed_low=best * (low / best) ** kept,
-        narrowed_high=best * (high / best) ** kept,
+        narrowed_low=best * (low / best) ** width_ratio,
+        narrowed_high=best * (high / best) ** width_ratio,
     )
     return out.assign_attrs(finest_shown=estimate.attrs["finest_shown"], narrowing_source=next_step)
 
