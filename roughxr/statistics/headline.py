@@ -188,8 +188,8 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     factor = float(estimate["roughness_factor"])
     spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
-    of_scan = deviations[deviations.index.isin(_OF_SCAN)]
-    of_pair = deviations.drop([UNSEEN, "places", *of_scan.index], errors="ignore")
+    scan_deviations = deviations[deviations.index.isin(_OF_SCAN)]
+    pair_deviations = deviations.drop([UNSEEN, "places", *scan_deviations.index], errors="ignore")
     reduction = deviations**2 - remaining**2
     next_step = str(reduction.idxmax())
     width_ratio = np.sqrt(max(1 - reduction[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
@@ -200,8 +200,8 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         roughness_factor=factor,
         roughness_low=factor / spread,
         roughness_high=factor * spread,
-        pair_error=HALF_WIDTH * float(np.sqrt((of_pair**2).sum())) if of_pair.size else np.nan,
-        scan_error=HALF_WIDTH * float(np.sqrt((of_scan**2).sum())),
+        pair_error=HALF_WIDTH * float(np.sqrt((pair_deviations**2).sum())) if pair_deviations.size else np.nan,
+        scan_error=HALF_WIDTH * float(np.sqrt((scan_deviations**2).sum())),
         narrowed_low=best * (low / best) ** width_ratio,
         narrowed_high=best * (high / best) ** width_ratio,
     )
