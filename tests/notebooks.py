@@ -25,7 +25,7 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 _WIDTH, _COLOURS = 640, 64
 
 #: What takes longest begins first, so that no core is left alone with it.
-_FIRST = ("the-paper", "rigid-bodies", "adhesion-verdict")
+_FIRST = ("pull-off-statistics", "rigid-bodies", "adhesion-verdict")
 
 
 def small(notebook):
