@@ -45,6 +45,11 @@ def scanned(scan):
 
 
 @pytest.fixture(scope="module")
+def truth(true_surface):
+    return true_surface.contact.assign_pair(**PAIR).contact.adhesive(subregions=(3, 3), mesh=2)
+
+
+@pytest.fixture(scope="module")
 def real(scan):
     return roughxr.extrapolated(scan, **QUICK)
 
@@ -106,14 +111,76 @@ def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surfac
     assert abs(log) < 0.05
 
 
-def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with_one(true_surface, scan, scanned):
-    truth = true_surface.contact.assign_pair(**PAIR).contact.adhesive(subregions=(3, 3), mesh=2).pull_off_force.mean()
+def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with_one(
+    true_surface, scan, scanned, truth
+):
+    truth = truth.pull_off_force.mean()
     fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
     one, two = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
     assert two.pull_off_lower < truth < two.pull_off_upper
     assert abs(np.log(two.pull_off_mean / truth)) < abs(np.log(two.scanned_mean / truth))
     assert two.pull_off_upper / two.pull_off_lower < one.pull_off_upper / one.pull_off_lower
     assert "by a second scan, 320 nm wide on pixels of 2 nm" in two.attrs["assumed"]
+
+
+def measured_ratio(ratio, spread):
+    """Return what `extrapolated` reads of a result of `compare`: a ratio, whose 95 % interval spans a factor."""
+    ends = {"ratio": ratio, "ratio_low": ratio / spread, "ratio_high": ratio * spread}
+    return xr.Dataset({name: ("statistic", [value]) for name, value in ends.items()}, {"statistic": ["mean"]})
+
+
+def test_a_measured_factor_and_that_of_one_scan_are_weighted_by_their_inverse_variances(scan, scanned):
+    one, both = (real_pull_off(scan, scanned, None, measured=each) for each in (None, measured_ratio(0.5, 1.1)))
+    error = np.hypot(np.log(1.1) / 1.96, extrapolation._TRANSFER_ERROR)
+    weights = np.array([float(one.relative_error.sel(entry=UNSEEN)), error]) ** -2
+    log = np.average(np.log([float(one.roughness_factor), 0.5]), weights=weights)
+    assert float(both.roughness_factor) == pytest.approx(np.exp(log))
+    assert float(both.relative_error.sel(entry=UNSEEN)) == pytest.approx(weights.sum() ** -0.5)
+    assert "by measured pull-offs" in both.attrs["assumed"]
+    unsure = real_pull_off(scan, scanned, None, measured=measured_ratio(0.5, 1.1), force_error=0.5)
+    assert unsure.relative_error.sel(entry=UNSEEN) > both.relative_error.sel(entry=UNSEEN)
+
+
+def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_material(true_surface, scan, scanned, truth):
+    measured = roughxr.compare(scanned, truth, statistics=["mean"])
+    other = {"sphere_radius": 150, "materials": "polystyrene"}
+    fine, coarse = (
+        each.contact.assign_pair(**other).contact.adhesive(subregions=(3, 3), mesh=2) for each in (true_surface, scan)
+    )
+    expected = float(fine.pull_off_force.mean())
+    one, both = (
+        real_pull_off(scan.contact.assign_pair(**other), coarse, None, measured=each, shortest=6)
+        for each in (None, measured)
+    )
+    assert both.pull_off_lower < expected < both.pull_off_upper
+    assert both.pull_off_upper / both.pull_off_lower < one.pull_off_upper / one.pull_off_lower
+    assert abs(np.log(both.pull_off_mean / expected)) < abs(np.log(both.scanned_mean / expected))
+
+
+def test_what_is_no_comparison_with_an_interval_is_refused(scan, scanned):
+    wrong = {"expected a result of `compare` with the mean": scanned, "found none": measured_ratio(0.5, np.nan)}
+    for message, measured in wrong.items():
+        with pytest.raises(ValueError, match=f"measured: .*{message}"):
+            real_pull_off(scan, scanned, None, measured=measured)
+
+
+def test_a_particle_at_rest_takes_the_ratio_of_the_second_scan_alone(true_surface, scan, scanned, monkeypatch):
+    at_rest = scanned.assign_coords(landing_share=("subregion", [1 / 9] * 9))
+    smooth = roughxr.statistics.smooth_pull_off(scanned)
+    monkeypatch.setattr(extrapolation, "resting_ratio", lambda *arguments: (np.log(1.7), 0.1, smooth))
+    real = real_pull_off(scan, at_rest, None, finer=true_surface, shortest=4)
+    assert float(real.roughness_factor) == pytest.approx(1.7)
+    error = float(real.relative_error.sel(entry=UNSEEN))
+    assert error == pytest.approx(np.hypot(0.1, extrapolation._RESTING_SCATTER))
+    assert "by resting positions on a second scan" in real.attrs["assumed"]
+
+
+def test_where_a_second_scan_shows_no_finer_roughness_particles_adhere_as_on_the_first(true_surface, monkeypatch):
+    monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
+    smooth = roughxr.scans.smooth(true_surface, shortest=60)
+    first = image(smooth, 4, tip=0.1).contact.assign_pair(**PAIR)
+    log, error, _ = extrapolation.resting_ratio(first, smooth.isel(x=slice(200), y=slice(200)), "exponential")
+    assert abs(log) < 0.1 and np.isfinite(error)
 
 
 def test_a_second_scan_is_refused_where_it_is_not_finer_too_small_or_of_another_surface(true_surface, scan, scanned):
@@ -155,7 +222,7 @@ def test_refusals_state_their_reason(scan, scanned):
     with pytest.raises(ValueError, match="expected enough independent places for an interval, found 1 that adhere"):
         roughxr.extrapolated(scan, **QUICK | {"subregions": (1, 1)})
     resting = scanned.assign_coords(landing_share=("subregion", [1 / 9] * 9))
-    with pytest.raises(ValueError, match="expected places of a fixed probe, found resting positions"):
+    with pytest.raises(ValueError, match="finer: expected a second scan for resting positions, found none"):
         real_pull_off(scan, resting, None)
 
 

@@ -10,6 +10,7 @@ import pytest
 import roughxr
 from roughxr import archive, report
 from roughxr.cli import main
+from roughxr.studies import extrapolation
 
 from .surfaces import bare_runs, rough, scan
 
@@ -84,6 +85,22 @@ def test_resuspension_of_a_run_counts_particles_not_places(groups):
     left = roughxr.particles.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
     expected = (left.remaining_at_place * held.landing_share).sum("subregion")
     assert left.remaining.values == pytest.approx(expected.values)
+
+
+def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder, groups, monkeypatch):
+    """The second scan is the first one on finer pixels: it shows nothing new."""
+    monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
+    scan = groups["scan"][["height"]]
+    pixels = {axis: np.arange(float(scan[axis][4]), float(scan[axis][-4]), 5.0) for axis in "xy"}
+    roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))
+    words = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
+    output = folder.with_name("finer")
+    with bare_runs(without="rigid"):
+        assert main([*words, "--particle", "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(output)]) == 0
+    estimate = archive.load(output / "run.nc")["statistics/extrapolated"]
+    assert 0.7 < float(estimate.roughness_factor) < 1.4
+    assert estimate.pull_off_lower < estimate.pull_off_mean < estimate.pull_off_upper
+    assert "best estimate" in (output / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_particle_on_a_plane_is_refused_in_words(tmp_path, capsys):

@@ -4,8 +4,10 @@ The real pull-off is the mean as scanned, over all places, times a factor. With 
 pull-off by a part of what the roughness seen lowers it: with u = ln(smooth flat / as scanned), ln(factor) = −a h u. The
 effect of an octave falls with its wavelength: h = 1 − shortest / longest unseen wavelength. The constants are those of
 measured surfaces, of which coarse images were solved (``tests/benchmarks/real_below_the_pixel.py``). With a second,
-finer scan, the factor is the ratio of two pull-offs of it: as it is, and as the first scan would show it. Both
-estimates are then combined, each weighted by the inverse of its variance.
+finer scan, the factor is the ratio of two pull-offs of it: as it is, and as the first scan would show it. Measured
+pull-offs of another pair or radius give the factor as their ratio to the simulation. Several estimates of the factor
+are combined, each weighted by the inverse of its variance. Particles at rest take the ratio of the second scan alone,
+each surface with its own resting positions (``tests/benchmarks/particles_below_the_pixel.py``).
 """
 
 from __future__ import annotations
@@ -20,10 +22,11 @@ from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
 from ..contact.mesh import Mesh, read_mesh
 from ..contact.regimes import need_sphere
+from ..particles import resting
 from ..scans import level, regions
 from ..specimen import Specimen
 from ..statistics.headline import UNSEEN, mean_pull_off, mesh_error
-from ..statistics.sampling import SHARE, at_first_preload
+from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.units import Places, Quantity, positive, whole_number
@@ -58,6 +61,16 @@ _PHASES = (0.25, 0.75)
 #: Places along each axis at which a second scan is solved.
 _SECOND_PLACES = (3, 3)
 
+#: Grid of landings on a second scan, and the largest number of its resting positions that are solved.
+_LANDINGS = (4, 4)
+_MOST_RESTS = 12
+
+#: Standard deviation of ln(factor) of particles at rest by a second scan, beyond the scatter of its resting positions.
+_RESTING_SCATTER = 0.2
+
+#: Standard deviation of ln(factor) between pairs and radii on one surface.
+_TRANSFER_ERROR = 0.17
+
 #: Pixels of the first scan along a side of the second one, at least.
 _FEWEST_PIXELS = 10
 
@@ -88,6 +101,8 @@ def extrapolated(
     law: str = "auto",
     mesh: Mesh | int | str = "auto",
     finer: xr.Dataset | None = None,
+    measured: xr.Dataset | None = None,
+    force_error: float = 0.0,
     shortest: Quantity | None = None,
     places: int = 4,
 ) -> xr.Dataset:
@@ -98,12 +113,18 @@ def extrapolated(
     ds : Dataset
         A levelled scan with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres of a fixed probe, as in `adhesive`.
+        Contact centres, as in `adhesive`: places of a fixed probe, or `resting` positions with a second scan.
     preload, law, mesh
         As in `adhesive`, which solves the surface as scanned.
     finer : Dataset, optional
         A second scan of the same surface on finer pixels, levelled, of any part of it. Its width should be that of the
-        sphere's radius or more. It replaces the usual factor of measured surfaces, and narrows the interval most.
+        sphere's radius or more. It narrows the interval most.
+    measured : Dataset, optional
+        Result of `compare` for measured pull-offs of another pair or radius on this surface, and their simulation by
+        `adhesive` on this scan. Their ratio calibrates the factor of a fixed probe.
+    force_error : float
+        Relative standard error that the ratio has beside its scatter, such as that of a spring constant or of the
+        work of adhesion of the measured pair: 0.1 for 10 %.
     shortest : number or quantity, optional
         Shortest wavelength of the surface, nm, where it is known; by default 0.5 nm, where continuum theory ends.
     places : int
@@ -121,8 +142,8 @@ def extrapolated(
     Raises
     ------
     ValueError
-        Where the places are too few for an interval or are resting positions, where the scan is flat, or where
-        ``finer`` is not finer, too small, or not of the same surface.
+        Where the places are too few for an interval, or are resting positions without a second scan; where the scan
+        is flat; where ``finer`` is not finer, too small, or not of the same surface.
 
     Notes
     -----
@@ -131,7 +152,11 @@ def extrapolated(
 
     With a second scan: factor = F(finer) / F(finer as shown by ``ds``), both at nine places, where "shown" means
     sampled on the pixels of ``ds``. Roughness below the pixels of the second scan is estimated as with one scan. The
-    result is the mean of this factor and that of one scan, in ln, weighted by the inverse variances.
+    result is the mean of this factor and that of one scan, in ln, weighted by the inverse variances; so is that of
+    measured pull-offs, whose ratio to the simulation hardly depends on pair and radius (± 17 %).
+
+    On finer roughness, a particle rolls on to other resting positions and is supported otherwise, which one scan cannot
+    predict. With a second scan, its resting positions are found anew on each surface, from 16 landings.
 
     The places' relative scatter is that of the surface as scanned; that of real surfaces is similar.
 
@@ -148,15 +173,16 @@ def extrapolated(
     scan = need_sphere(ds).scan
     count = whole_number(places, "places", least=1)
     centres = regions.centres(scan, subregions)
-    _refuse_resting(centres)
+    _refuse_resting(centres, finer)
     solved = quietly(adhesive, scan, subregions=centres, preload=preload, law=law, mesh=mesh)
     mesh = read_mesh(mesh, Mesh())
     settings = {name: FACTORS[name].settings for name in pair_factors(scan) if FACTORS[name].change is not None}
     force = float(read_preloads(preload)[0])
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, settings=settings)
-    out = real_pull_off(scan, solved, budget, finer=finer, shortest=shortest)
-    arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "shortest": shortest}
-    return schema.record(out, "extrapolated", scan, finer=finer, places=count, **arguments)
+    estimates = {"finer": finer, "measured": measured, "force_error": force_error, "shortest": shortest}
+    out = real_pull_off(scan, solved, budget, **estimates)
+    arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
+    return schema.record(out, "extrapolated", scan, **estimates, **arguments)
 
 
 def real_pull_off(
@@ -165,6 +191,8 @@ def real_pull_off(
     budget: xr.Dataset | None,
     *,
     finer: xr.Dataset | None = None,
+    measured: xr.Dataset | None = None,
+    force_error: float = 0.0,
     shortest: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the result of `extrapolated` from the simulation of the surface as scanned and its error budget.
@@ -172,7 +200,7 @@ def real_pull_off(
     Without a budget, the interval contains the errors of places, mesh and unseen roughness alone.
     """
     schema.pair(ds, "sphere_radius")
-    _refuse_resting(solved)
+    _refuse_resting(solved, finer)
     if not float(ds["height"].std()) > 0:
         raise ValueError("height: expected roughness, found a flat scan; adhesive gives its pull-off")
     end = _SHORTEST_WAVELENGTH if shortest is None else positive(shortest, "nm", "shortest")
@@ -186,10 +214,14 @@ def real_pull_off(
             f"{number(independent, digits=2)} of them independent; take a larger grid or a larger scan"
         )
     lowering = -float(np.log(scanned["smooth_share"]))
-    if finer is None:
-        unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
-    else:
-        unseen = _two_scan_factor(ds, finer, solved.attrs["law"], lowering, mean / float(scanned["smooth_share"]), end)
+    smooth = mean / float(scanned["smooth_share"])
+    is_at_rest = SHARE in solved.coords
+    factors = [] if is_at_rest else [one_scan_factor(lowering, max(schema.pixel(ds)), end)]
+    if finer is not None:
+        factors.append(_second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest))
+    if measured is not None and not is_at_rest:
+        factors.append(_measured_factor(measured, force_error))
+    unseen = _combined_factor(factors)
     errors = {PLACES: np.log(high / low) / (2 * _HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(ds, budget)}
     if not np.isfinite(errors.get(MESH, np.nan)):
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / _HALF_WIDTH
@@ -232,12 +264,12 @@ def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     return schema.label(out.assign_coords(schema.travelling(ds)).assign_attrs(known=known, assumed=""))
 
 
-def _refuse_resting(places: xr.Dataset) -> None:
-    """Raise where the places are resting positions of free particles."""
-    if SHARE in places.coords:
+def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
+    """Raise where the places are resting positions of free particles, without a second scan."""
+    if SHARE in places.coords and finer is None:
         raise ValueError(
-            "subregions: expected places of a fixed probe, found resting positions; on finer roughness a particle "
-            "would roll on to other ones, and adhere up to several times as much"
+            "finer: expected a second scan for resting positions, found none; on finer roughness a particle rolls on "
+            "to other ones, and adheres up to several times as much"
         )
 
 
@@ -268,23 +300,56 @@ def one_scan_factor(lowering: float, pixel: float, end: float) -> RoughnessFacto
     return RoughnessFactor(-_FALL * part * seen, part * float(np.hypot(_MISSED * longest, _SCATTER * seen)), source)
 
 
-def _two_scan_factor(
-    ds: xr.Dataset, finer: xr.Dataset, law: str, lowering: float, smooth: float, end: float
+def _second_scan_factor(
+    ds: xr.Dataset,
+    finer: xr.Dataset,
+    law: str,
+    lowering: float,
+    smooth: float,
+    end: float,
+    is_at_rest: bool,
 ) -> RoughnessFactor:
-    """Return the effect of the wavelengths that the first scan does not show, by both scans.
+    """Return the effect of the wavelengths that the first scan does not show, by a second one.
 
     ``smooth`` is the pull-off from a smooth flat, nN.
     """
-    first = one_scan_factor(lowering, max(schema.pixel(ds)), end)
-    log, scatter, fine = second_scan_ratio(ds, finer, law)
+    ratio = resting_ratio if is_at_rest else second_scan_ratio
+    log, scatter, fine = ratio(ds, finer, law)
     below = one_scan_factor(np.log(smooth / fine), max(schema.pixel(finer)), end)
-    error = np.hypot.reduce([scatter, second_scan_error(lowering), below.error])
-    weights = 1 / np.array([first.error, error]) ** 2 if first.error > 0 else np.array([1.0, 0.0])
+    beyond = _RESTING_SCATTER if is_at_rest else second_scan_error(lowering)
     x_low, x_high, y_low, y_high = regions.extent(finer)
     width = number(min(x_high - x_low, y_high - y_low), "nm")
-    source = f"by a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
-    mean = float(np.average([first.log, log + below.log], weights=weights))
-    return RoughnessFactor(mean, min(first.error, float(weights.sum() ** -0.5)), source)
+    words = "resting positions on " if is_at_rest else ""
+    source = f"by {words}a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
+    return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
+
+
+def _measured_factor(measured: xr.Dataset, force_error: float) -> RoughnessFactor:
+    """Return the effect of unseen roughness as the ratio of measured to simulated pull-offs."""
+    measured = schema.entered(measured)
+    if "ratio" not in measured or "mean" not in measured["statistic"]:
+        raise ValueError("measured: expected a result of `compare` with the mean, found no ratio of means")
+    mean = measured.sel(statistic="mean")
+    ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+    if not np.isfinite([ratio, low, high]).all():
+        raise ValueError("measured: expected an interval of the ratio, found none; measure more places")
+    scatter = np.log(high / low) / (2 * _HALF_WIDTH)
+    error = float(np.hypot.reduce([scatter, force_error, _TRANSFER_ERROR]))
+    return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
+
+
+def _combined_factor(factors: list[RoughnessFactor]) -> RoughnessFactor:
+    """Return the mean of estimates of one factor, weighted by their inverse variances.
+
+    The first is of one scan, if there are several: where it is exact, nothing is unseen.
+    """
+    first = factors[0]
+    if len(factors) == 1 or first.error == 0:
+        return first
+    weights = np.array([factor.error for factor in factors]) ** -2
+    log = float(np.average([factor.log for factor in factors], weights=weights))
+    source = " and ".join(factor.source for factor in factors[1:])
+    return RoughnessFactor(log, float(weights.sum() ** -0.5), source)
 
 
 def second_scan_error(lowering: float) -> float:
@@ -301,13 +366,42 @@ def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[floa
         for scan in (finer, *shown)
     )
     both = np.isfinite([fine, *coarse]).all(axis=0)
-    if both.sum() < 2:
-        raise ValueError(f"finer: expected two of its places to adhere, found {both.sum()}; take a wider scan")
+    _need_two(int(both.sum()), "places")
     fine = fine[both]
     as_shown = np.mean(coarse, axis=0)[both]
     ratio = fine.mean() / as_shown.mean()
     scatter = (fine - ratio * as_shown).std(ddof=1) / np.sqrt(fine.size) / fine.mean()
     return float(np.log(ratio)), float(scatter), float(fine.mean())
+
+
+def resting_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float, float]:
+    """Return the result of `second_scan_ratio` for particles, each surface with its own resting positions."""
+    finer, shown = second_scan(ds, finer)
+    fine, fine_error = mean_at_rest(finer, law)
+    means, errors = np.transpose([mean_at_rest(scan, law) for scan in shown])
+    return float(np.log(fine / means.mean())), float(np.hypot(fine_error, errors.mean())), fine
+
+
+def mean_at_rest(scan: xr.Dataset, law: str) -> tuple[float, float]:
+    """Return the mean pull-off (nN) of particles at rest on a surface, and its relative error."""
+    rests = quietly(resting, scan, landings=_LANDINGS)
+    inner = rests.isel(subregion=np.flatnonzero(~rests["truncated"].values))
+    _need_two(inner.sizes["subregion"], "resting positions away from its edges")
+    rests = regions.sample(inner, _MOST_RESTS)
+    pull_off = at_first_preload(quietly(adhesive, scan, subregions=rests, law=law))["pull_off_force"]
+    adhering = pull_off.dropna("subregion")
+    _need_two(adhering.size, "resting positions")
+    mean = float(by_share(adhering).mean())
+    share = shares(adhering)
+    share = share / share.sum()
+    variance = float((share**2 * (adhering - mean) ** 2).sum())
+    return mean, float(np.sqrt(variance / (1 - float((share**2).sum())))) / mean
+
+
+def _need_two(count: int, words: str) -> None:
+    """Raise where a second scan has fewer than two places that adhere."""
+    if count < 2:
+        raise ValueError(f"finer: expected two {words} that adhere, found {count}; take a wider second scan")
 
 
 def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.Dataset]]:

@@ -9,8 +9,9 @@ with noise of 0.05 nm. A second scan is a corner of 160 pixels of the map with a
 
 Every image of every 4th and 8th pixel is scored with the constants of the estimate set without its surface; surfaces
 count equally. The rows of the table are (a) a constant times the image, (b) `roughxr.extrapolated` of one scan, and (c)
-of a second scan, once for AFM maps, on which the constants are set, and once for optical ones. The errors of the pair
-and of the choice of places are left out of truth and intervals alike. The last line states the constants of all maps.
+of a second scan, once for AFM maps, on which the constants are set, once for optical ones, and once for synthetic
+self-affine surfaces, without a second scan. The errors of the pair and of the choice of places are left out of truth
+and intervals alike. The last line states the constants of all maps.
 """
 
 import argparse
@@ -49,6 +50,17 @@ FILES = {
 FINEST = 2.0  # nm, pixels of the truth
 USUAL = {"crop": 512, "at": (0, 0), "levelling": ("plane",), "end_pixels": 3, "radius": 300.0, "kind": "AFM"}
 
+#: Root mean square height (nm), Hurst exponent and roll-off wavelength (nm) of self-affine surfaces.
+SELF_AFFINE = {
+    "smooth": (0.5, 0.8, 150.0),
+    "usual": (1.5, 0.8, 150.0),
+    "wide": (3.0, 0.8, 400.0),
+    "jagged": (1.0, 0.5, 150.0),
+    "high": (4.0, 0.7, 250.0),
+    "gentle": (2.0, 0.9, 400.0),
+}
+SIDE = 256  # pixels of a self-affine surface
+
 #: Pixels of the truth in one of an image: all, and those that are scored.
 PIXELS = (4, 8, 16)
 SCORED = (4, 8)
@@ -69,7 +81,9 @@ def surfaces():
     """Return the definition of each surface by name."""
     table = {name: USUAL | {"file": SCANS / file} for name, file in FILES.items()}
     stored = json.loads((SCANS / "surfaces" / "surfaces.json").read_text())
-    return table | {row["file"].split(".")[0]: row | {"file": SCANS / "surfaces" / row["file"]} for row in stored}
+    table |= {row["file"].split(".")[0]: row | {"file": SCANS / "surfaces" / row["file"]} for row in stored}
+    made = {"kind": "self-affine", "radius": USUAL["radius"]}
+    return table | {name: made | {"heights": form, "seed": k} for k, (name, form) in enumerate(SELF_AFFINE.items())}
 
 
 def heights_and_pixel(path):
@@ -85,7 +99,9 @@ def heights_and_pixel(path):
 
 
 def true_surface(how):
-    """Return a measured map as a surface of known heights, with its shortest wavelength (nm)."""
+    """Return a map as a surface of known heights, with its shortest wavelength (nm)."""
+    if how["kind"] == "self-affine":
+        return self_affine_surface(*how["heights"], how["seed"])
     heights, pixel = heights_and_pixel(how["file"])
     scale = how.get("scale") or min(1.0, FINEST / pixel)
     first, second = how["at"]
@@ -97,6 +113,13 @@ def true_surface(how):
         scan = roughxr.level(scan, method=form)
     end = how["end_pixels"] * pixel * scale
     return roughxr.scans.smooth(scan, shortest=end), end
+
+
+def self_affine_surface(rms, hurst, rolloff, seed):
+    """Return a synthetic surface with its shortest wavelength (nm)."""
+    end = USUAL["end_pixels"] * FINEST
+    form = {"rms": rms, "hurst": hurst, "rolloff": rolloff, "cutoff": end, "seed": seed}
+    return roughxr.level(roughxr.scans.synthetic.self_affine((SIDE, SIDE), FINEST, **form)), end
 
 
 def picture(surface, pixels, averaged=False, tip=TIP, noise=NOISE, *, seed=1):
@@ -164,11 +187,12 @@ def rows_of(name, how, solved):
     pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
     smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
     truth = np.nanmean(solved.get(f"{name}/truth", simulated))
+    is_measured = how["kind"] != "self-affine"
     out = []
-    for pixels in PIXELS:
+    for pixels in PIXELS if is_measured else SCORED:
         image = np.nanmean(solved.get(f"{name}/{pixels}", simulated, pixels))
         factor = (np.nan, np.nan)
-        if pixels in SCORED:
+        if pixels in SCORED and is_measured:
             factor = solved.get(f"{name}/{pixels}/second", by_second_scan, pixels)
         lowering = max(float(np.log(smooth / image)), 0.0)
         out.append(Row(pixels, 2 * pixels * pixel, end, lowering, float(np.log(truth / image)), *factor))
@@ -250,10 +274,12 @@ def scores(results):
 
 def print_scores(title, rows, training):
     """Print a table of scores of some surfaces, the constants set on the others of the training maps."""
-    print(f"\n{title}: {len(rows)} surfaces")
+    print(f"\n{len(rows)} {title}")
     print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
     each = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
     for way in ("a constant", "one scan", "second scan"):
+        if any(np.isnan(result[way]).any() for result in each.values()):
+            continue
         rms, bias, *shares, half, score = scores([result[way] for result in each.values()])
         inside = "  ".join(f"{share:4.0%}" for share in shares)
         print(f"{way:15s} {rms:9.2f}  {bias:4.2f}  {inside:>20s}  × {half:8.2f}  {score:14.2f}", flush=True)
@@ -276,10 +302,10 @@ def main():
         print(f"{name:22s} {logs}  | " + "  ".join(f"{row.second:6.2f}" for row in each if row.pixels in SCORED))
     training = {name: each for name, each in rows.items() if table[name]["kind"] == "AFM"}
     scored = {name: [row for row in each if row.pixels in SCORED] for name, each in rows.items()}
-    for kind in ("AFM", "optical"):
+    for kind in ("AFM", "optical", "self-affine"):
         chosen = {name: each for name, each in scored.items() if table[name]["kind"] == kind}
         if chosen:
-            print_scores(f"{kind} maps", chosen, training)
+            print_scores(f"{kind} surfaces", chosen, training)
     print("\nconstants of all AFM maps:", ", ".join(f"{k} {v:.2f}" for k, v in fitted(training)._asdict().items()))
 
 

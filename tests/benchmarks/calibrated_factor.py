@@ -1,0 +1,84 @@
+"""The effect of unseen roughness, calibrated by pull-offs of one probe, for another pair or radius.
+
+    python tests/benchmarks/calibrated_factor.py [--cache FILE] [--surfaces NAME …]
+
+Surfaces and images (every 4th pixel) are those of ``real_below_the_pixel.py``. Truth and image are solved at 2 × 2
+places for six pairs and two radii. The ratio truth / image of each is the measured factor that predicts the truth of
+all others, combined with the factor of one scan as in `roughxr.extrapolated`. The places of all are the same, so that
+their choice adds no error. The scatter is that of ln(truth / image) between pairs and radii on one surface.
+"""
+
+import argparse
+import itertools
+import warnings
+from pathlib import Path
+
+import numpy as np
+from real_below_the_pixel import Solved, picture, surfaces, true_surface
+
+import roughxr
+from roughxr.studies import extrapolation
+
+CHOSEN = ("usual", "jagged", "grains", "di-1")
+PIXELS = 4
+GRID = (2, 2)
+RADII = (150.0, 300.0)  # nm
+PAIRS = {
+    "glass": {"materials": "glass"},
+    "polystyrene": {"materials": "polystyrene"},
+    "glass and silicon": {"materials": "glass/silicon"},
+    "strong and yielding": {"contact_modulus": 39.4, "work_of_adhesion": 0.2, "hardness": 6.0},
+    "stiff": {"contact_modulus": 100.0, "work_of_adhesion": 0.1},
+    "soft": {"contact_modulus": 1.0, "work_of_adhesion": 0.05},
+}
+
+
+def solved_pair(how, pair, radius):
+    """Return ln(smooth flat / image) and ln(truth / image) of mean pull-offs."""
+    surface, _ = true_surface(how)
+    image = picture(surface, PIXELS)
+    places = roughxr.scans.regions.centres(image, GRID)
+    assigned = [scan.contact.assign_pair(sphere_radius=radius, **pair) for scan in (surface, image)]
+    truth, shown = (roughxr.adhesive(scan, subregions=places) for scan in assigned)
+    smooth = roughxr.statistics.smooth_pull_off(shown)
+    means = [float(solved.pull_off_force.mean()) for solved in (truth, shown)]
+    return [float(np.log(smooth / means[1])), float(np.log(means[0] / means[1]))]
+
+
+def main():
+    warnings.simplefilter("ignore")
+    table = surfaces()
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--surfaces", nargs="+", choices=table, default=list(CHOSEN))
+    parser.add_argument("--cache", type=Path, help="a file of solved surfaces")
+    given = parser.parse_args()
+    solved = Solved(given.cache)
+    scatters = []
+    results = {"image": [], "one scan": [], "one scan and measured": []}
+    print("surface       ln(truth / image): mean, scatter between pairs and radii")
+    for name in given.surfaces:
+        surface, end = true_surface(table[name])
+        pixel = PIXELS * float(surface.x[1] - surface.x[0])
+        cases = [
+            solved.get(f"{name}/{pair}/{radius}", solved_pair, table[name], PAIRS[pair], radius)
+            for pair, radius in itertools.product(PAIRS, RADII)
+        ]
+        logs = np.array([log for _, log in cases])
+        scatters.append(logs.std(ddof=1))
+        print(f"{name:12s} {logs.mean():6.2f} {scatters[-1]:6.2f}", flush=True)
+        for (_, measured), (lowering, log) in itertools.permutations(cases, 2):
+            one = extrapolation.one_scan_factor(lowering, pixel, end)
+            calibrated = extrapolation.RoughnessFactor(measured, extrapolation._TRANSFER_ERROR, "")
+            both = extrapolation._combined_factor([one, calibrated])
+            results["image"].append((-log, np.nan))
+            results["one scan"].append((one.log - log, one.error))
+            results["one scan and measured"].append((both.log - log, both.error))
+    print(f"scatter of all surfaces: {np.sqrt(np.mean(np.square(scatters))):.2f}")
+    for way, rows in results.items():
+        off, error = np.transpose(rows)
+        inside = np.mean(np.abs(off) < 1.96 * error)
+        print(f"{way:22s} rms of ln {np.sqrt(np.mean(off**2)):.2f}, inside 95 %: {inside:.0%} of {len(rows)}")
+
+
+if __name__ == "__main__":
+    main()

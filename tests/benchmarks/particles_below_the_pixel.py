@@ -1,0 +1,81 @@
+"""Best estimates for free particles by a second scan, against particles at rest on the surfaces themselves.
+
+    python tests/benchmarks/particles_below_the_pixel.py [--cache FILE] [--surfaces NAME …]
+
+Surfaces, images and pair are those of ``real_below_the_pixel.py``; self-affine surfaces are shown by every 4th pixel,
+measured ones by every 8th. The truth is the mean pull-off at the resting positions of the surface itself, reached from
+4 × 4 landings. The estimate is that of the image at its resting positions, times the ratio of a second scan: a corner
+of up to 240 pixels with a tip of 5 nm. Both are means over up to 12 resting positions, whose scatter the stated
+error contains. The last column is the pull-off of particles at rest over that of a probe at 3 × 3 places of the truth.
+"""
+
+import argparse
+import warnings
+from pathlib import Path
+
+import numpy as np
+from real_below_the_pixel import (
+    CORNER_TIP,
+    GRID,
+    SELF_AFFINE,
+    Solved,
+    picture,
+    surfaces,
+    true_surface,
+)
+
+import roughxr
+from roughxr.studies import extrapolation
+
+#: Surfaces that are scored, and pixels of the truth in one of the image.
+CHOSEN = (*list(SELF_AFFINE)[:3], "grains", "rough", "di-1", "di-2", "di-4", "veeco", "film")
+PIXELS = {"self-affine": 4, "AFM": 8, "optical": 8}
+
+LAW = "exponential"
+
+
+def corner(surface):
+    """Return a finer scan of a corner of the surface."""
+    side = min(240, min(surface.height.shape) // 2 + 40)
+    return picture(surface.isel(x=slice(side), y=slice(side)), 1, tip=CORNER_TIP, seed=5)
+
+
+def solved_surface(how):
+    """Return means at rest with their errors: truth and image; ln(ratio) of the second scan with its error; a probe."""
+    pair = {"sphere_radius": how["radius"], "materials": "glass"}
+    surface, _ = true_surface(how)
+    truth = surface.contact.assign_pair(**pair)
+    image = picture(surface, PIXELS[how["kind"]]).contact.assign_pair(**pair)
+    at_rest = [value for scan in (truth, image) for value in extrapolation.mean_at_rest(scan, LAW)]
+    ratio = extrapolation.resting_ratio(image, corner(surface), LAW)[:2]
+    probe = float(roughxr.adhesive(truth, subregions=GRID, law=LAW).pull_off_force.mean())
+    return [*at_rest, *ratio, probe]
+
+
+def main():
+    warnings.simplefilter("ignore")
+    table = surfaces()
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--surfaces", nargs="+", choices=table, default=list(CHOSEN))
+    parser.add_argument("--cache", type=Path, help="a file of solved surfaces")
+    given = parser.parse_args()
+    solved = Solved(given.cache)
+    rows = []
+    print("surface       truth nN  ln(image / truth)  ln(estimate / truth)  stated error  rest / probe")
+    for name in given.surfaces:
+        truth, truth_error, image, image_error, log, scatter, probe = solved.get(name, solved_surface, table[name])
+        off = np.log(image / truth)
+        error = np.hypot.reduce([truth_error, image_error, scatter, extrapolation._RESTING_SCATTER])
+        rows.append((off, off + log, error, truth / probe))
+        print(
+            f"{name:12s} {truth:9.3g}  {off:17.2f}  {off + log:20.2f}  {error:12.2f}  {truth / probe:12.2f}", flush=True
+        )
+    image, estimate, error, ratio = np.transpose(rows)
+    rms = [np.sqrt(np.mean(off**2)) for off in (image, estimate)]
+    inside = np.mean(np.abs(estimate) < 1.96 * error)
+    print(f"rms of ln: image {rms[0]:.2f}, estimate {rms[1]:.2f}; bias of the estimate {np.exp(estimate.mean()):.2f}")
+    print(f"inside the 95 % interval: {inside:.0%} of {len(rows)}; at rest over probe: median {np.median(ratio):.1f}")
+
+
+if __name__ == "__main__":
+    main()
