@@ -12,7 +12,7 @@ each surface with its own resting positions (``tests/benchmarks/particles_below_
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -158,7 +158,7 @@ def extrapolated(
     On finer roughness, a particle rolls on to other resting positions and is supported otherwise, which one scan cannot
     predict. With a second scan, its resting positions are found anew on each surface, from 16 landings.
 
-    The places' relative scatter is that of the surface as scanned; that of real surfaces is similar.
+    The places' relative scatter is that of the surface as scanned: on AFM maps 0.7 to 1.7 times the true one.
 
     Examples
     --------
@@ -179,7 +179,7 @@ def extrapolated(
     settings = {name: FACTORS[name].settings for name in pair_factors(scan) if FACTORS[name].change is not None}
     force = float(read_preloads(preload)[0])
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, settings=settings)
-    estimates = {"finer": finer, "measured": measured, "force_error": force_error, "shortest": shortest}
+    estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_error": force_error, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
     arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
     return schema.record(out, "extrapolated", scan, **estimates, **arguments)

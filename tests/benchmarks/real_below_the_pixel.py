@@ -165,6 +165,7 @@ class Row(NamedTuple):
     log: float  # ln(truth / image)
     second: float  # ln(factor) by the second scan
     error: float  # of it, by the scatter of its places
+    scatter: float  # relative standard deviation over places, over that of the truth
 
 
 def rows_of(name, how, solved):
@@ -186,16 +187,21 @@ def rows_of(name, how, solved):
 
     pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
     smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
-    truth = np.nanmean(solved.get(f"{name}/truth", simulated))
+    at_places = np.array(solved.get(f"{name}/truth", simulated))
+    truth = np.nanmean(at_places)
     is_measured = how["kind"] != "self-affine"
     out = []
     for pixels in PIXELS if is_measured else SCORED:
-        image = np.nanmean(solved.get(f"{name}/{pixels}", simulated, pixels))
+        shown = np.array(solved.get(f"{name}/{pixels}", simulated, pixels))
+        image = np.nanmean(shown)
+        scatter = np.nanstd(shown / image) / np.nanstd(at_places / truth)
         factor = (np.nan, np.nan)
         if pixels in SCORED and is_measured:
             factor = solved.get(f"{name}/{pixels}/second", by_second_scan, pixels)
         lowering = max(float(np.log(smooth / image)), 0.0)
-        out.append(Row(pixels, 2 * pixels * pixel, end, lowering, float(np.log(truth / image)), *factor))
+        out.append(
+            Row(pixels, 2 * pixels * pixel, end, lowering, float(np.log(truth / image)), *factor, float(scatter))
+        )
     return out
 
 
@@ -275,6 +281,9 @@ def scores(results):
 def print_scores(title, rows, training):
     """Print a table of scores of some surfaces, the constants set on the others of the training maps."""
     print(f"\n{len(rows)} {title}")
+    ratios = np.log([row.scatter for each in rows.values() for row in each])
+    mean, *ends = np.exp([ratios.mean(), *np.quantile(ratios, [0.1, 0.9])])
+    print(f"scatter over places, image / truth: {mean:.2f} (80 %: {ends[0]:.2f} … {ends[1]:.2f})")
     print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
     each = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
     for way in ("a constant", "one scan", "second scan"):
@@ -301,6 +310,8 @@ def main():
         logs = "  ".join(f"{row.log:6.2f}" for row in each)
         print(f"{name:22s} {logs}  | " + "  ".join(f"{row.second:6.2f}" for row in each if row.pixels in SCORED))
     training = {name: each for name, each in rows.items() if table[name]["kind"] == "AFM"}
+    if not training:
+        return
     scored = {name: [row for row in each if row.pixels in SCORED] for name, each in rows.items()}
     for kind in ("AFM", "optical", "self-affine"):
         chosen = {name: each for name, each in scored.items() if table[name]["kind"] == kind}
