@@ -31,13 +31,14 @@ from .adhesive_options import (
     window_half_width,
 )
 from .adhesive_record import cycle_layout, cycle_record
-from .cycle import LEAST_RADIUS, MOST_CELLS, Adhesion
+from .cycle import LEAST_RADIUS, MOST_CELLS, Adhesion, resolving_cell
 from .mesh import Mesh, read_mesh
 from .problem import Problem, read_problem
 from .solving import solve
 
-#: Words of a warning that a run reports on its page instead.
-SMALL_CONTACTS = "contacts with a radius below"
+
+class UnresolvedContact(UserWarning):
+    """A pull-off of one mesh that does not resolve the contacts, or states no error."""
 
 
 def adhesive(
@@ -71,8 +72,8 @@ def adhesive(
         "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant tension
         up to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀. "auto"
         takes "griffith" if the median of Tabor's parameter over the asperities is at least 5 and the body does not
-        yield, else "exponential". The solids of a humid pair attract by "exponential"; condensed liquid adds its
-        tension up to its height.
+        yield, else "exponential"; on a layer, by the modulus at the size of the contact. The solids of a humid pair
+        attract by "exponential"; condensed liquid adds its tension up to its height.
     mesh : "auto", int or Mesh
         "auto": at each place cells and steps are halved until the pull-off changes by less than 0.05. Or the cells
         along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
@@ -126,8 +127,9 @@ def adhesive(
     Warns
     -----
     UserWarning
-        If contacts at pull-off are poorly resolved, places did not reach the accuracy, or contact or liquid reaches the
-        scan's edge (for input in memory only).
+        If places did not reach the accuracy, or contact or liquid reaches the scan's edge (for input in memory only).
+    UnresolvedContact
+        If one mesh does not resolve the contacts at pull-off, or gives no error (for input in memory only).
 
     Notes
     -----
@@ -202,7 +204,7 @@ def adhesive(
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
-        _warn(out, adhesion)
+        _warn(out, adhesion, problem)
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 
@@ -248,7 +250,32 @@ def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
         )
 
 
-def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
+def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
+    """Warn of contacts that one mesh does not resolve, and of pull-offs without an error."""
+    radius = out["pull_off_resolution"].values
+    if small := int((radius < LEAST_RADIUS).sum()):
+        warn(
+            f"{small} of {radius.size} subregions have contacts with a radius below {LEAST_RADIUS:g} cells at pull-off "
+            f"(smallest {np.nanmin(radius):.2g}): compare with a finer mesh, or take mesh='auto'",
+            UnresolvedContact,
+        )
+    unknown = int((np.isnan(out["pull_off_error"].values) & (out["pull_off_force"].values > 0)).sum())
+    if unknown == 0 or np.isnan(adhesion.accuracy):
+        return
+    largest = resolving_cell(adhesion, problem)
+    coarse = (
+        f", and cells of {problem.dx:.3g} nm do not resolve its traction (at most {largest:.3g} nm do): rounding may "
+        "change the pull-off by 10 % or more"
+    )
+    warn(
+        f"{unknown} of {radius.size} subregions have no error estimate (pull_off_error is NaN): one mesh gives none "
+        f"for law={adhesion.law!r}{coarse if problem.dx > largest else ''}; take mesh='auto', or compare with a finer "
+        "mesh",
+        UnresolvedContact,
+    )
+
+
+def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
     if adhesion.law == "lennard_jones":
         warn(
@@ -256,15 +283,9 @@ def _warn(out: xr.Dataset, adhesion: Adhesion) -> None:
             "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
             "this error; compare with `rigid`, which has no cut-off"
         )
-    resolution, size = out["pull_off_resolution"].values, out["pull_off_resolution"].size
-    if adhesion.refine and (resolution < LEAST_RADIUS).any():
-        few = int((resolution < LEAST_RADIUS).sum())
-        warn(
-            f"{few} of {size} subregions have {SMALL_CONTACTS} {LEAST_RADIUS:g} "
-            f"pixels at pull-off (smallest {np.nanmin(resolution):.2g}): compare with a finer mesh, or "
-            "take mesh='auto'"
-        )
-    if not adhesion.refine and np.isfinite(adhesion.accuracy):
+    if adhesion.refine:
+        _warn_of_one_mesh(out, adhesion, problem)
+    elif np.isfinite(adhesion.accuracy):
         _warn_of_errors(out, adhesion)
     rough = out["residual"].notnull() & ~out["converged"].astype(bool)
     if rough.any():

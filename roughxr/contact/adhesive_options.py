@@ -15,6 +15,7 @@ import xarray as xr
 from ..bodies.layer import film_of
 from ..bodies.liquid import Menisci, pair_menisci, total_work
 from ..bodies.pair import attraction_range
+from ..kernels.halfspace.layered import contact_at_pull_off
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
@@ -80,10 +81,11 @@ def usual_step(specimen: Specimen) -> float:
 
 def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
-    (modulus,), radius = schema.pair(specimen.bodies, "contact_modulus", coated=True), _contact_radius(specimen)
+    (modulus,) = schema.pair(specimen.bodies, "contact_modulus", coated=True)
+    radius = _contact_radius(specimen)
     work = total_work(specimen.bodies)
+    contact_radius, modulus = contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))
     displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
-    contact_radius = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
     length = attraction_range(specimen.bodies)
     step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
     return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
@@ -133,7 +135,9 @@ def _tabor_parameter(specimen: Specimen, length: float) -> float:
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
     modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True, coated=True)
-    return float((_indenter_radius(specimen) * work**2 / (modulus**2 * length**3)) ** (1 / 3))
+    radius = _indenter_radius(specimen)
+    _, modulus = contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))
+    return float((radius * work**2 / (modulus**2 * length**3)) ** (1 / 3))
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
@@ -189,7 +193,7 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     """
     ds = specimen.bodies
     (modulus,), film = schema.pair(ds, "contact_modulus", coated=True), film_of(ds)
-    modulus, radius = modulus / (film.softening if film else 1.0), _indenter_radius(specimen)
+    modulus, radius = modulus / (max(1.0, film.softening(np.inf)) if film else 1.0), _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully plastic sphere has the area load/hardness
@@ -223,7 +227,7 @@ def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "le
     """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
     if adhesion.law not in laws or adhesion.work == 0:
         return
-    cell = largest_cell(adhesion.law, adhesion.length, problem.softest, adhesion.work)
+    cell = largest_cell(adhesion, problem)
     cell *= _LARGEST_EXCESS if adhesion.law == "exponential" else 1.0
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:

@@ -7,10 +7,12 @@ import xarray as xr
 
 from ..asperity.asperity_sum import ADHESIVE
 from ..asperity.catalogue import asperities
+from ..bodies.layer import film_of
 from ..bodies.liquid import pair_menisci
 from ..bodies.pair import attraction_range
 from ..jobs.records import converged
 from ..kernels.asperity import maugis
+from ..kernels.halfspace.layered import contact_at_pull_off
 from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive
@@ -143,7 +145,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         With ``tabor_parameter`` along asperity, (R w²/(E*² z₀³))^{1/3} with the composite radius R of asperity and
-        sphere; NaN for a saddle.
+        sphere; NaN for a saddle. On a layer, E* is that at the size of the contact.
 
     References
     ----------
@@ -161,7 +163,11 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus", coated=True)
     A, B = (0.5 * (ds[name].values + 1 / radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
-        each = [maugis.tabor(A, B, modulus, work, length) for work, length in pair_attractions(ds)]
+        composite = 0.5 / np.sqrt(A * B)
+        each = [
+            maugis.tabor(A, B, contact_at_pull_off(composite, work, modulus, film_of(ds))[1], work, length)
+            for work, length in pair_attractions(ds)
+        ]
     parameter = np.where(A > 0, np.max(each, axis=0), np.nan)
     out = ds.assign(tabor_parameter=("asperity", parameter))
     return schema.record(schema.label(out), "tabor", ds)

@@ -47,7 +47,7 @@ class Problem(NamedTuple):
     @property
     def softest(self) -> float:
         """Contact modulus of the indenter with the layer or its base, the smaller of both, GPa."""
-        return self.contact_modulus / (self.layer.softening if self.layer else 1.0)
+        return self.contact_modulus / (max(1.0, self.layer.softening(np.inf)) if self.layer else 1.0)
 
     @property
     def depth_factor(self) -> float:

@@ -85,7 +85,7 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
 
     pixels = [first + window.pixel * np.arange(size) for first, size in zip(window.first, window.height.shape)]
     scanned = RectBivariateSpline(*pixels, window.height)
-    softest = resolving_cell(adhesion, problem.softest)
+    softest = resolving_cell(adhesion, problem)
     least = min(_LEAST_CELL * adhesion.length, 2 * added.shortest / CELLS_PER_WAVELENGTH)
     resolving = max(added.shortest / CELLS_PER_WAVELENGTH, least)
     last = min(resolving, softest, adhesion.first_cell)  # the sphere's contact may be small

@@ -32,7 +32,7 @@ from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
 from ..bodies.pair import elastic
-from ..contact.adhesion import SMALL_CONTACTS, adhesive
+from ..contact.adhesion import UnresolvedContact, adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
 from ..contact.cycle import coarser_mesh_error
 from ..contact.elastic import direct
@@ -392,8 +392,8 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     how = {"preload": plan.preload, "law": plan.law}
     mesh, finer = replace(plan.mesh, accuracy=None), None
     with warnings.catch_warnings():
-        # the choice of the mesh and the report's page deal with small contacts
-        warnings.filterwarnings("ignore", f"[^:]*{SMALL_CONTACTS}")
+        # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
+        warnings.simplefilter("ignore", UnresolvedContact)
         some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
             mesh, finer = _converged_mesh(specimen, plan, some, stages)

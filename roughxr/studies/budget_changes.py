@@ -155,7 +155,7 @@ def _changed_and_reference(
 def needed_cells(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:
     """Return the number of cells along a pixel that a law needs, if they may be larger by a factor ``slack``."""
     problem, adhesion = preload_problem(ds, preload=preload, law=law, mesh=Mesh(MOST_REFINED, None))
-    n, cell = 1, slack * resolving_cell(adhesion, problem.softest)
+    n, cell = 1, slack * resolving_cell(adhesion, problem)
     while problem.pixel / n > cell and n < MOST_REFINED:
         n *= 2
     return n

@@ -22,6 +22,9 @@ from .love import love_coefficients
 #: Number of images, their least depth, and the greatest at m ≤ 1; values of s at which they are fitted.
 _IMAGES, _SHALLOW, _DEEP, _FITTED_AT = 50, 1.2, 60.0, np.geomspace(1e-5, 30.0, 1500)
 
+#: Iterations of a contact's radius, each of which leaves at most two thirds of its error.
+_ITERATIONS = 30
+
 #: From so many cells on a square's mean is that of its second derivatives (5e-8 of Love's), between so many distances;
 #: displacements that are negative by more than the last part of Love's count as upward.
 _NEAR, _DISTANCES, _UPWARD = 24, 400, 1e-6
@@ -44,10 +47,12 @@ class Film(NamedTuple):
         """Return F at s = q h."""
         return compliance(s, *self[2:])
 
-    @property
-    def softening(self):
-        """Compliance of the pair without the film over that with the film's half space, at least 1."""
-        return max(1.0, 1.0 + self.share * (self.compliance(0.0) - 1.0))
+    def softening(self, length):
+        """Compliance of the pair at wavenumber 1/length (in units of the thickness) over that on the film's half space.
+
+        Without the film at infinite length.
+        """
+        return 1.0 + self.share * (self.compliance(self.thickness / length) - 1.0)
 
     @property
     @lru_cache(maxsize=64)  # noqa: B019
@@ -71,6 +76,23 @@ def compliance(s, m, ratio, base_ratio):
     p = 1.0 - 4.0 * (1.0 - ratio) / (1.0 + m * (3.0 - 4.0 * base_ratio))
     e = np.exp(-2.0 * s)
     return (1.0 + 4.0 * k * s * e - p * k * e**2) / (1.0 - (p + k + 4.0 * k * s**2) * e + p * k * e**2)
+
+
+def contact_at_pull_off(radius, work, modulus, film):
+    """Return the radius (nm) of JKR's contact of spheres at pull-off, and the contact modulus (GPa) at that size.
+
+    ``modulus`` is the contact modulus with the film's half space, or without a film (None).
+    """
+
+    def contact_radius(size_modulus):
+        return (9 * np.pi * work * radius**2 / (8 * size_modulus)) ** (1 / 3)
+
+    contact = contact_radius(modulus)
+    if film is None:
+        return contact, modulus + 0.0 * contact
+    for _ in range(_ITERATIONS):
+        contact = np.sqrt(contact * contact_radius(modulus / film.softening(contact)))
+    return contact, modulus / film.softening(contact)
 
 
 @lru_cache(maxsize=64)
