@@ -80,9 +80,12 @@ def save(
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import xarray as xr
+    >>> import roughxr
     >>> import tempfile
     >>> folder = tempfile.mkdtemp()
-    >>> path = save({"scan": xr.Dataset({"height": ("x", [1.0, 2.0])})}, Path(folder) / "run.nc")
+    >>> path = roughxr.archive.save({"scan": xr.Dataset({"height": ("x", [1.0, 2.0])})}, Path(folder) / "run.nc")
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
     [1.0, 2.0]
     """
@@ -161,10 +164,13 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import xarray as xr
+    >>> import roughxr
     >>> import tempfile
     >>> ds = xr.Dataset({"force": ("subregion", [1.0, 2.0])})
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     groups = load(save({"solutions/direct": ds}, Path(folder) / "run.nc"))
+    ...     groups = roughxr.archive.load(roughxr.archive.save({"solutions/direct": ds}, Path(folder) / "run.nc"))
     >>> float(groups["solutions/direct"].force.sum())
     3.0
     """
@@ -257,8 +263,12 @@ class _StoredField:
     """A field of an archive, whose file is opened for each read and closed again."""
 
     def __init__(self, path: Path, group: str, array: xr.DataArray):
-        self.path, self.group, self.name = path, group, array.name
-        self.shape, self.dtype, self.ndim = array.shape, array.dtype, array.ndim
+        self.path = path
+        self.group = group
+        self.name = array.name
+        self.shape = array.shape
+        self.dtype = array.dtype
+        self.ndim = array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
         with _damage_explained(self.path), open_locked(self.path, group=self.group, cache=False) as ds:
@@ -266,7 +276,8 @@ class _StoredField:
 
     def lazy(self) -> da.Array:
         """Return the variable as a dask array in chunks of whole subregions."""
-        plane, meta = self.dtype.itemsize * int(np.prod(self.shape[1:])), np.empty((0,) * self.ndim, self.dtype)
+        plane = self.dtype.itemsize * int(np.prod(self.shape[1:]))
+        meta = np.empty((0,) * self.ndim, self.dtype)
         chunks = (max(_CHUNK // max(plane, 1), 1), *self.shape[1:])
         return da.from_array(self, chunks, name=False, fancy=False, meta=meta)
 

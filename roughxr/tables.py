@@ -46,15 +46,19 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import pandas as pd
+    >>> import xarray as xr
     >>> import tempfile
     >>> ds = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 1.0]])}, coords={"delta": [1.0, 2.0]})
-    >>> pd.read_csv(to_table(schema.label(ds), Path(tempfile.mkdtemp()) / "force.csv")).columns.tolist()
+    >>> pd.read_csv(roughxr.to_table(roughxr.schema.label(ds), Path(tempfile.mkdtemp()) / "force.csv")).columns.tolist()
     ['subregion', 'delta [nm]', 'force [nN]']
     >>> import roughxr
-    >>> to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
+    >>> roughxr.to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """
-    ds, write = schema.entered(ds), None if path is None else _writer(Path(path).suffix)
+    ds = schema.entered(ds)
+    write = None if path is None else _writer(Path(path).suffix)
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
         raise ValueError(

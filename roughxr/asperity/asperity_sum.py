@@ -139,15 +139,18 @@ class Asperities(NamedTuple):
 
 def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     """Return the peaks of a catalogue as plain numbers, with composite curvatures if the law uses them."""
-    sphere, law = 0.5 / options.radius if options.composite else 0.0, options.kernel_law()
+    sphere = 0.5 / options.radius if options.composite else 0.0
+    law = options.kernel_law()
     A, B = (0.5 * catalogue[name].values + sphere for name in ("curvature_min", "curvature_max"))
     scales = asperities_scales(A, B, options.contact_modulus, options.work_of_adhesion, law)
-    x, y = catalogue["x"].values, catalogue["y"].values
+    x = catalogue["x"].values
+    y = catalogue["y"].values
     depth = float(catalogue["datum_height"]) - catalogue["height"].values
     at_edge = catalogue["edge"].values.astype(float) if "edge" in catalogue else np.zeros(x.size)
     peaks = np.isfinite(scales.P)
     x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
-    orientation, scales = catalogue["orientation"].values[peaks], type(scales)(*(array[peaks] for array in scales))
+    orientation = catalogue["orientation"].values[peaks]
+    scales = type(scales)(*(array[peaks] for array in scales))
     field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), scales)
     grid = None
     if options.law != "hertz":
@@ -159,7 +162,8 @@ def _nearest_neighbours(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the indices of the nearest points of each point, −1 if there are fewer."""
     from scipy.spatial import cKDTree
 
-    points, count = np.c_[x, y], min(sums.NEIGHBOURS, max(x.size - 1, 0))
+    points = np.c_[x, y]
+    count = min(sums.NEIGHBOURS, max(x.size - 1, 0))
     out = np.full((x.size, sums.NEIGHBOURS), -1, np.intp)
     if count:
         unbalanced = {"balanced_tree": False, "compact_nodes": False}
@@ -175,7 +179,8 @@ def exact_pull_offs(
 ) -> np.ndarray:
     """Return the exact pull-off at each centre, records of ``PULL_OFF``; NaN without adhesion."""
     results = pull_off_search.pull_offs(x, y, grid, options.kernel_law().spline, options.radius, options.profile)
-    force, delta = -results[:, pull_off_search.FORCE], results[:, pull_off_search.DELTA]
+    force = -results[:, pull_off_search.FORCE]
+    delta = results[:, pull_off_search.DELTA]
     records = np.zeros(x.size, PULL_OFF)
     records["pull_off_force"] = np.where(force > 0, force, np.nan)
     records["pull_off_delta"] = delta

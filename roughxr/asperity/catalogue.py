@@ -117,13 +117,14 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> catalogue = asperities(roughxr.open_sample("glass"))
+    >>> catalogue = roughxr.asperities(roughxr.open_sample("glass"))
     >>> bool((catalogue.curvature_min <= catalogue.curvature_max).all())
     True
     """
     ds = schema.validate(ds, "scan")
     is_paper = isinstance(patch, str) and patch == "paper"
-    height, pixel = ds["height"].values, schema.pixel(ds)
+    height = ds["height"].values
+    pixel = schema.pixel(ds)
     patch_size = _patch(height.shape, pixel, patch)
     measures = wavelength.spectral_measures(height, pixel) if patch_size == "auto" else None
     setup = _setup(height.shape, pixel, patch_size, "pixel" if is_paper else "fitted", measures)

@@ -41,15 +41,14 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
     """Warn of pull-off forces (nN) above that of the same sphere on a smooth flat, with the probable cause."""
-    (radius,), work = schema.pair(catalogue, "sphere_radius"), total_work(catalogue)
+    (radius,) = schema.pair(catalogue, "sphere_radius")
+    work = total_work(catalogue)
     factor = 2.0 if law in RANGED else 1.5
     smooth = factor * np.pi * work * radius
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
-        width, shortest = (
-            2 * float(catalogue["patch_radius"]),
-            float(catalogue.coords.get("shortest_wavelength", np.nan)),
-        )
+        width = 2 * float(catalogue["patch_radius"])
+        shortest = float(catalogue.coords.get("shortest_wavelength", np.nan))
         cause = "contacts overlap, and each is counted in full; use `adhesive`"
         if not width <= WIDEST * shortest:
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"

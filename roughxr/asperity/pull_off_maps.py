@@ -52,13 +52,15 @@ def pull_off_map(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> pulls = pull_off_map(scan, subregions=(8, 8))
+    >>> pulls = scan.contact.pull_off_map(subregions=(8, 8))
     >>> bool((pulls.pull_off_force > 0).all()), pulls.pull_off_force.units
     (True, 'nN')
     """
     schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
     summands = read_summands(ds, law, DEFAULT)
-    ds, law, options = summands.ds, summands.law, summands.options
+    ds = summands.ds
+    law = summands.law
+    options = summands.options
     if isinstance(subregions, str):
         schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
         if "x" not in ds.dims:
@@ -68,10 +70,12 @@ def pull_off_map(
     else:
         places = regions.centres(ds, subregions)
         x, y = (places[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
-    tiles, each = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)], min(_TILE, x.size)
+    tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
+    each = min(_TILE, x.size)
     solve = partial(spread.task_results, name="pull_off_map", each=each, lazy=summands.lazy)
     records = solve(_tile, tiles, np.dtype((PULL_OFF, (each,))), summands.prepared.grid, options, each)
-    records, shape = records.reshape(-1)[: x.size], tuple(places.sizes.values())
+    records = records.reshape(-1)[: x.size]
+    shape = tuple(places.sizes.values())
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
     out = out.assign_coords({**places.coords, **schema.travelling(ds)})
     named = law_attributes(law, DEFAULT, options)

@@ -36,7 +36,7 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> envelope = reconstruct(scan)
+    >>> envelope = scan.contact.reconstruct()
     >>> envelope.height.shape == scan.height.shape
     True
     """

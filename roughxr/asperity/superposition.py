@@ -110,14 +110,18 @@ def superpose(
 
     Examples
     --------
+    >>> import numpy as np
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> sweep = superpose(scan, delta=np.arange(-5, 15, 0.5), subregions=(2, 2))
+    >>> sweep = scan.contact.superpose(delta=np.arange(-5, 15, 0.5), subregions=(2, 2))
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
     summands = read_summands(ds, law, formulation, coated=not spread.is_lazy(ds))
-    ds, law, options, lazy = summands.ds, summands.law, summands.options, summands.lazy
+    ds = summands.ds
+    law = summands.law
+    options = summands.options
+    lazy = summands.lazy
     positions = regions.centres(ds, subregions)
     if "hardness" in ds.coords:
         warn(
@@ -147,12 +151,14 @@ def superpose(
 
 def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np.ndarray:
     """Return displacements from before the first adhesion to well beyond the last first touch."""
-    field, options = summands.prepared.field, summands.options
+    field = summands.prepared.field
+    options = summands.options
     if field.x.size == 0:
         return np.linspace(-1, 1, _STEPS)
     touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
     reach = float(np.abs(field.scales.end * field.scales.delta).max())
-    first, last = touches.min() - 1.2 * reach, touches.max() + np.median(touches)
+    first = touches.min() - 1.2 * reach
+    last = touches.max() + np.median(touches)
     return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
 
 

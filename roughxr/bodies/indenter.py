@@ -47,11 +47,14 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> x = np.linspace(-200.0, 200.0, 41)
     >>> nm = {"units": "nm"}
     >>> cap = np.sqrt(3000.0**2 - (x[:, None] - 30) ** 2 - x**2)
     >>> face = xr.Dataset({"height": (("x", "y"), cap, nm)}, {"x": ("x", x, nm), "y": ("y", x, nm)})
-    >>> fitted = fit_sphere(face)
+    >>> fitted = face.contact.fit_sphere()
     >>> round(float(fitted.fitted_radius)), round(float(fitted.apex_x)), bool(abs(fitted.height).max() < 1e-6)
     (3000, 30, True)
     """
@@ -66,8 +69,10 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
     residual = height - (top - _sphere_depth(r2, radius))
     out = scan.assign(height=(("x", "y"), residual - residual[known].mean(), scan["height"].attrs))
-    out["fitted_radius"], out["fit_rms"] = radius, float(residual[known].std())
-    out["apex_x"], out["apex_y"] = middle[0] + top_x, middle[1] + top_y
+    out["fitted_radius"] = radius
+    out["fit_rms"] = float(residual[known].std())
+    out["apex_x"] = middle[0] + top_x
+    out["apex_y"] = middle[1] + top_y
     out["apex_tilt"] = float(np.arcsin(min(np.hypot(top_x, top_y) / radius, 1.0)))
     return schema.record(schema.label(out), "fit_sphere", ds)
 
@@ -110,7 +115,8 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
             "height: expected part of a sphere, lower away from its apex, found heights that do not fall off"
         )
     radius = float(-(scale**2) / (2 * bend))
-    x0, y0 = along_x / scale * radius, along_y / scale * radius
+    x0 = along_x / scale * radius
+    y0 = along_y / scale * radius
     return float(x0), float(y0), float(base + (x0**2 + y0**2) / (2 * radius)), radius
 
 
@@ -148,14 +154,16 @@ def placements(
 
     Examples
     --------
+    >>> import roughxr
     >>> from roughxr.scans.synthetic import self_affine
     >>> rough = self_affine((64, 64), 10, rms=1, hurst=0.8, rolloff=200, seed=1)
-    >>> placed = placements(rough, sphere_radius=3000, count=3)
+    >>> placed = rough.contact.placements(sphere_radius=3000, count=3)
     >>> dict(placed.indenter_height.sizes), round(float(placed.indenter_x[0]))
     ({'placement': 3, 'indenter_x': 31, 'indenter_y': 31}, -150)
     """
     scan = schema.validate(roughness, "scan")
-    pixel, radius = schema.square_pixel(scan), positive(sphere_radius, "nm", "sphere_radius")
+    pixel = schema.square_pixel(scan)
+    radius = positive(sphere_radius, "nm", "sphere_radius")
     whole_number(count, "count", least=1)
     height = schema.finite(scan["height"].values).astype(float)
     height = height[:, ::-1]  # rotated by 180° about the x axis to face the surface

@@ -38,7 +38,10 @@ class Layer:
 
     Examples
     --------
-    >>> Layer("50 nm", "silica").material, Layer(200, young_modulus="2 MPa", poisson_ratio=0.5).thickness
+    >>> import roughxr
+    >>> oxide = roughxr.Layer("50 nm", "silica")
+    >>> gel = roughxr.Layer(200, young_modulus="2 MPa", poisson_ratio=0.5)
+    >>> oxide.material, gel.thickness
     ('silica', 200)
     """
 
@@ -84,7 +87,8 @@ def need_small_contacts(ds: xr.Dataset, contact_area: xr.DataArray) -> None:
     """Raise unless contacts (nm² at a place) are far smaller than the layer, which then counts as a half space."""
     if not schema.is_coated(ds):
         return
-    radius, thickness = float(np.sqrt(contact_area.max() / np.pi)), float(ds["layer_thickness"])
+    radius = float(np.sqrt(contact_area.max() / np.pi))
+    thickness = float(ds["layer_thickness"])
     if not radius <= _SMALL_CONTACT * thickness:
         raise ValueError(
             "layer: sums over asperities take the surface as a half space, for contacts up to "

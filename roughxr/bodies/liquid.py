@@ -119,7 +119,8 @@ def pair_menisci(ds: xr.Dataset) -> Menisci | None:
 
 def total_work(ds: xr.Dataset) -> float:
     """Return the work of adhesion, J/m²: of a humid pair that of the liquid and of the solids under it."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    menisci = pair_menisci(ds)
     return work if menisci is None else menisci.work + menisci.share * work
 
 
@@ -163,7 +164,8 @@ class HumidAir:
 
     Examples
     --------
-    >>> HumidAir("60 %", contact_angle=30).liquid
+    >>> import roughxr
+    >>> roughxr.HumidAir("60 %", contact_angle=30).liquid
     'water'
     """
 
@@ -178,7 +180,8 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
 
     ``pair`` contains the other coordinates, ``bodies`` the named materials if their Hamaker constants set the adhesion.
     """
-    liquid, pressure = air.liquid, _pressure(air.humidity)
+    liquid = air.liquid
+    pressure = _pressure(air.humidity)
     tension, volume = _liquid(liquid)
     radius = kelvin_radius(pressure, liquid=liquid)
     wetting = angles(air.contact_angle)
@@ -202,7 +205,8 @@ def humidity_coordinates(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     """Return the humidity and Kelvin radius of a humid pair at another humidity of the same liquid."""
     if "humidity" not in ds.coords:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
-    known, pressure = float(ds["humidity"]), _pressure(humidity)
+    known = float(ds["humidity"])
+    pressure = _pressure(humidity)
     changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
     _refuse_thick(dict(ds.coords), changed["kelvin_radius"], pressure)
     return changed
@@ -256,7 +260,8 @@ def _no_liquid_words(ds: Mapping[Any, Any]) -> str:
 
 def _pressure(given: Any) -> float:
     """Return a relative vapour pressure; raise unless it is between 0 and saturation."""
-    name, text = "humidity", str(given).strip().removesuffix("%") if _is_percent(given) else given
+    name = "humidity"
+    text = str(given).strip().removesuffix("%") if _is_percent(given) else given
     number = magnitude(text, "1", name) * (0.01 if _is_percent(given) else 1.0)
     if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
         meant = f": {number:g} % is {0.01 * number:g}" if isinstance(number, float) and 1 < number < 100 else ""

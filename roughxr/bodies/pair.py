@@ -83,7 +83,8 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
 
     Examples
     --------
-    >>> round(contact_modulus(75, 0.22), 3)
+    >>> import roughxr
+    >>> round(roughxr.reference.contact_modulus(75, 0.22), 3)
     39.407
     """
     both = _values_of_both(young_modulus, "GPa", "young_modulus")
@@ -180,17 +181,19 @@ def assign_pair(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> pair = assign_pair(scan, sphere_radius="3 um", young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> glass = {"young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
+    >>> pair = scan.contact.assign_pair(sphere_radius="3 um", **glass)
     >>> float(pair.sphere_radius), round(float(pair.contact_modulus), 3), float(pair.work_of_adhesion)
     (3000.0, 39.407, 1.35)
-    >>> round(float(assign_pair(scan, sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
+    >>> round(float(scan.contact.assign_pair(sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
     0.0633
     """
     ds = schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.named_pair(materials)
-    moduli, coating = (young_modulus, poisson_ratio), {}
+    moduli = (young_modulus, poisson_ratio)
+    coating = {}
     if layer is not None:
         moduli, coating = _coated(layer, bodies, contact_modulus, young_modulus, poisson_ratio)
         named = () if layer.material is None else substances.named_pair(layer.material)[:1]
@@ -252,8 +255,11 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
 
     Examples
     --------
-    >>> round(hamaker_constant("silica", "alumina"), 4), round(hamaker_constant("silica", medium="water"), 5)
-    (0.0994, 0.00392)
+    >>> import roughxr
+    >>> round(roughxr.reference.hamaker_constant("silica", "alumina"), 4)
+    0.0994
+    >>> round(roughxr.reference.hamaker_constant("silica", medium="water"), 5)
+    0.00392
     """
     first_constant, second_constant = (
         _own_constant(body, substances.MATERIALS) for body in (first, first if second is None else second)
@@ -339,9 +345,13 @@ def _coated(layer: Layer, bodies: tuple | None, given: Any, young_modulus: Any, 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
         raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
-    name, given, times = "surface_energy", surface_energy, 2.0
+    name = "surface_energy"
+    given = surface_energy
+    times = 2.0
     if surface_energy is None:
-        name, given, times = "work_of_adhesion", work_of_adhesion, 1.0
+        name = "work_of_adhesion"
+        given = work_of_adhesion
+        times = 1.0
     if given is None:
         return None
     value = single(given, "J/m^2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
@@ -396,7 +406,8 @@ def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[
     """Return the hardness (GPa), else named materials' estimate; raise or warn if adhesion alone exceeds it."""
     if given is None:
         return {} if bodies is None else {"hardness_estimate": min(body.hardness for body in bodies)}
-    value, length = _plausibly(given, "hardness"), pair.get("adhesion_range")
+    value = _plausibly(given, "hardness")
+    length = pair.get("adhesion_range")
     strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
     words = (
         f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
@@ -465,7 +476,8 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
         schema.spacing(heights[axis])
-        first, last = float(heights[axis][0]), float(heights[axis][-1])
+        first = float(heights[axis][0])
+        last = float(heights[axis][-1])
         if abs(first + last) / 2 > (last - first) / 4:
             raise ValueError(
                 f"indenter: expected x and y counted from the contact centre, found {axis} from {first:g} to {last:g} "

@@ -65,12 +65,15 @@ def _print_curves(ds: xr.Dataset, accepted: str) -> None:
 def _describe_fits(options: Namespace) -> None:
     """Print the moduli and works of adhesion fitted to a file's curves: of one, or the medians of many."""
     constant = options.spring_constant and words.number(options.spring_constant)
-    radius, fits = words.number(options.sphere_radius), []
+    radius = words.number(options.sphere_radius)
+    fits = []
     for file in options.file:
         try:  # a table of forces does not need the spring constant, the fit does
-            curves, needed = open_curves(file, sensitivity=options.sensitivity), constant
+            curves = open_curves(file, sensitivity=options.sensitivity)
+            needed = constant
         except UnreadableScan:
-            curves, needed = open_curves(file, sensitivity=options.sensitivity, spring_constant=constant), None
+            curves = open_curves(file, sensitivity=options.sensitivity, spring_constant=constant)
+            needed = None
         fits.append(fit_curve(curves, sphere_radius=radius, spring_constant=needed))
     fit = xr.concat(fits, "subregion", combine_attrs="override") if len(fits) > 1 else fits[0]
     print_attributes(fit)
@@ -107,14 +110,17 @@ def compare_with_run(options: Namespace) -> None:
     print(_with_intervals(compared, columns))
     if options.method == "adhesive":
         print("\n" + _beyond_scan(groups, compared.sel(statistic="mean")))
-    distance, p_value = float(compared.distribution_distance), float(compared.distribution_p_value)
+    distance = float(compared.distribution_distance)
+    p_value = float(compared.distribution_p_value)
     print(
         f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; samples of one "
         f"distribution differ at least as much with probability p = {number(p_value, digits=2)}, which "
         "includes the scatter between places, but no error common to all places"
     )
-    predicted_places, measured_places = float(compared.predicted_places), float(compared.measured_places)
-    count, known = own["pull_off_force"].size, int(own["pull_off_force"].count())
+    predicted_places = float(compared.predicted_places)
+    measured_places = float(compared.measured_places)
+    count = own["pull_off_force"].size
+    known = int(own["pull_off_force"].count())
     print(
         f"neighbouring places are alike: the {int(predicted['pull_off_force'].count())} predicted count as "
         f"{predicted_places:.0f} independent ones, the {known} measured as {measured_places:.0f}"

@@ -98,7 +98,8 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
             "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
             f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
         )
-    pair, air = _stated(options, ["sphere_radius", *BODIES]), _stated(options, AIR)
+    pair = _stated(options, ["sphere_radius", *BODIES])
+    air = _stated(options, AIR)
     if options.indenter:
         pair["indenter"] = scans.open_scan(options.indenter)
     if "humidity" in air:

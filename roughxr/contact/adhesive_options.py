@@ -192,8 +192,10 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     ``_ROUGH_DEPTH`` standard deviations of the heights: nearly all of the surface lies higher.
     """
     ds = specimen.bodies
-    (modulus,), film = schema.pair(ds, "contact_modulus", coated=True), film_of(ds)
-    modulus, radius = modulus / (max(1.0, film.softening(np.inf)) if film else 1.0), _indenter_radius(specimen)
+    (modulus,) = schema.pair(ds, "contact_modulus", coated=True)
+    film = film_of(ds)
+    modulus = modulus / (max(1.0, film.softening(np.inf)) if film else 1.0)
+    radius = _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if "hardness" in ds.coords:  # a fully plastic sphere has the area load/hardness
@@ -218,7 +220,8 @@ def _contact_radius(specimen: Specimen) -> float:
     Over the half-width L of a scan with heights within z, an indenter of a larger radius acts as a plane.
     """
     heights = specimen.heights
-    half, rise = 0.5 * specimen.pixel * min(heights.shape), float(np.ptp(heights))
+    half = 0.5 * specimen.pixel * min(heights.shape)
+    rise = float(np.ptp(heights))
     radius = _indenter_radius(specimen)
     return min(radius, half**2 / (2 * rise)) if rise > 0 else radius
 

@@ -54,7 +54,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, young_modulus=75, poisson_ratio=0.2)
-    >>> certificate(scan.contact.direct(load=[1000.0])).verdict  # doctest: +ELLIPSIS
+    >>> roughxr.certificate(scan.contact.direct(load=[1000.0])).verdict  # doctest: +ELLIPSIS
     unconverged: 0 of at most 0, met
     residual: ... of at most 1e-06, met
     load: ... of at most 1e-06, met
@@ -77,7 +77,8 @@ def check_conditions(ds: xr.Dataset) -> xr.Dataset:
         raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")
     fields = set(FIELDS) <= set(ds) and method != "rigid"
     names, values, most = zip(*_solver_conditions(ds), *(_field_conditions(ds, method == "adhesive") if fields else ()))
-    violations, limits = np.array([value.max(skipna=False) for value in values], float), np.array(most, float)
+    violations = np.array([value.max(skipna=False) for value in values], float)
+    limits = np.array(most, float)
     met = violations <= limits
     words = [
         f"{name}: {value:.2g} of at most {limit:.2g}, {'met' if fine else 'NOT MET'}"
@@ -112,8 +113,10 @@ def _solver_conditions(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, floa
 def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
     """Yield name, values and limit of the conditions on pressure, displacement and gap of each state."""
     pressure, displacement, gap = (ds[name] for name in FIELDS)
-    cell, tolerance = float(ds["x"][1] - ds["x"][0]), ds.attrs.get("tolerance", np.nan)
-    modulus, film = float(ds["contact_modulus"]), film_of(ds, cell)
+    cell = float(ds["x"][1] - ds["x"][0])
+    tolerance = ds.attrs.get("tolerance", np.nan)
+    modulus = float(ds["contact_modulus"])
+    film = film_of(ds, cell)
     windows: dict[str, Any] = {"input_core_dims": [_PLANE, [], []], "output_core_dims": [_PLANE]}
     windows["kwargs"] = {"film": film}
     elastic = xr.apply_ufunc(surface_displacement, pressure.fillna(0.0), cell, modulus, **windows)
@@ -165,7 +168,8 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
 
     Lengths are in cells, the modulus is 1. Without range, cells that have never touched have no traction.
     """
-    p, traction = pressure * per_pressure, _traction(gap, law)
+    p = pressure * per_pressure
+    traction = _traction(gap, law)
     difference = abs(p + traction)
     violation = xr.where(p + traction > 0.5 * gap, abs(gap), difference).where(gap.notnull())
     if law.exponential.size + law.waals.size == 0 and law.step.near == 0:
@@ -175,7 +179,8 @@ def _traction_violation(pressure: xr.DataArray, gap: xr.DataArray, law: SmoothLa
 
 def _traction(gap: xr.DataArray, law: SmoothLaw) -> xr.DataArray:
     """Return the traction across gaps, by formulas independent of the solver's kernel."""
-    u, (e, v, s) = gap.clip(min=0), (law.exponential, law.waals, law.step)
+    u = gap.clip(min=0)
+    (e, v, s) = (law.exponential, law.waals, law.step)
     ratio = v.near / (v.near + u)
     decay: xr.DataArray = np.exp(-u / e.near)  # type: ignore[assignment]
     out = decay * (e.size / e.near) + 8 * v.size / (3 * v.near) * (ratio**3 - ratio**9)

@@ -109,7 +109,7 @@ def direct(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
     >>> scan = roughxr.assign_pair(scan, sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, hardness="6 GPa")
-    >>> pressed = direct(scan, delta=[5.08, 15.4], subregions=(2, 2))
+    >>> pressed = scan.contact.direct(delta=[5.08, 15.4], subregions=(2, 2))
     >>> dict(pressed.force.sizes), bool((pressed.plastic_work.sel(delta=15.4) > 0).all())
     ({'subregion': 4, 'branch': 2, 'delta': 2}, True)
     """
@@ -143,7 +143,8 @@ def _warn_if_untouched(out: xr.Dataset) -> None:
     """Warn if most places have no contact at any displacement: their zero forces are easily misread."""
     if "delta" not in out.dims:
         return
-    area, count = out["contact_area"], out.sizes["subregion"]
+    area = out["contact_area"]
+    count = out.sizes["subregion"]
     never = int((area.max([name for name in area.dims if name != "subregion"]) <= 0).sum())
     if 2 * never > count:
         warn(
@@ -173,7 +174,8 @@ class _Solved(NamedTuple):
 
 def _sweep(place: Place, problem: Problem, layout: Layout, limits: _Limits) -> np.ndarray:
     """Solve one place at every step, on both branches if it yields."""
-    surface, record = surface_at(place, problem), layout.blank()
+    surface = surface_at(place, problem)
+    record = layout.blank()
     keep = problem.steps.size if layout.window is not None else 0
     solved = (_cycle if problem.yielding else _elastic)(surface, problem, limits, keep)
     _put_states(record, solved, surface, problem)
@@ -211,7 +213,8 @@ def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _S
     separation = surface.separation
     deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
     left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)
-    elastic, last = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False), slice(-1, None)
+    elastic = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False)
+    last = slice(-1, None)
     unloaded = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
     joined = [
         np.concatenate((branch, loaded[last])) for branch, loaded in zip(unloaded, (deltas, columns, pressure[-keep:]))

@@ -50,11 +50,12 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
 
     Examples
     --------
+    >>> import numpy as np
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
     >>> pressed = roughxr.direct(scan, delta=np.linspace(1, 12, 12), datum="first_contact", subregions=(1, 2))
-    >>> bool((elastic_pull_off(pressed).pull_off_force > 0).all())
+    >>> bool((roughxr.reference.elastic_pull_off(pressed).pull_off_force > 0).all())
     True
     """
     ds = schema.entered(ds)
@@ -90,7 +91,9 @@ def _largest_adhesion(force, area, *, delta, w, half):
     touched = force > 0
     if touched.sum() < 8:
         return np.full(3, np.nan)
-    delta, force, area = delta[touched], force[touched], area[touched]
+    delta = delta[touched]
+    force = force[touched]
+    area = area[touched]
     root = _roots(delta, force)
     derivatives = np.array([_derivatives(root, force, area, k, half) for k in range(delta.size)])
     growth, first, second = derivatives.T
@@ -106,7 +109,8 @@ def _largest_adhesion(force, area, *, delta, w, half):
 
 def _derivatives(root, force, area, k, half):
     """Return A′, P′ and P″ at the k-th displacement, by fits in the root s of the depth (a sphere has P ~ s³)."""
-    depth, s = root**2, root[k]
+    depth = root**2
+    s = root[k]
     offset = np.abs(depth - depth[k])
     near = offset <= max(half, np.sort(offset)[min(6, root.size - 1)])
     cubic = np.polynomial.polynomial.polyfit(root[near] - s, force[near], 3)
@@ -123,7 +127,8 @@ def _roots(delta, force):
 
 def pair_attractions(ds: xr.Dataset) -> list[tuple[float, float]]:
     """Return work (J/m²) and range (nm) of a pair's attraction; for a humid pair, of the solids and of the liquid."""
-    (work,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
+    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    menisci = pair_menisci(ds)
     if menisci is None:
         return [(work, attraction_range(ds))]
     return [(work * menisci.share, attraction_range(ds)), (menisci.work, menisci.range)]
@@ -156,7 +161,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> tabor(scan.contact.asperities()).tabor_parameter.dims
+    >>> roughxr.reference.tabor(scan.contact.asperities()).tabor_parameter.dims
     ('asperity',)
     """
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)

@@ -35,7 +35,8 @@ class Mesh:
 
     Examples
     --------
-    >>> Mesh(4, step="0.1 nm")
+    >>> import roughxr
+    >>> roughxr.Mesh(4, step="0.1 nm")
     Mesh(refine=4, accuracy=0.05, step=0.1)
     """
 

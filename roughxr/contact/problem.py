@@ -74,7 +74,8 @@ def read_problem(
     if by_load and steps[0] <= 0:
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
-    (modulus,), layer = schema.pair(specimen.bodies, "contact_modulus", coated=True), film_of(specimen.bodies)
+    (modulus,) = schema.pair(specimen.bodies, "contact_modulus", coated=True)
+    layer = film_of(specimen.bodies)
     hardness, assigned = known_hardness(specimen.bodies)
     if layer is not None:
         need_computable(layer, specimen.pixel * max(specimen.heights.shape), yields=assigned)
@@ -100,7 +101,8 @@ def known_hardness(ds: xr.Dataset) -> tuple[float, bool]:
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
     """Return evenly spaced displacements (nm); the largest has contact at all centres and indentation at most."""
-    touches, spread = first_touches(specimen, positions), float(specimen.heights.std())
+    touches = first_touches(specimen, positions)
+    spread = float(specimen.heights.std())
     middle = float(np.median(touches))
     last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
     return np.round(np.linspace(last / _COUNT, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
@@ -125,7 +127,8 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
     if problem.by_load and problem.indenter.map:
         return np.inf
     if problem.by_load:
-        radius, load = problem.indenter.radius, last
+        radius = problem.indenter.radius
+        load = last
         last = (0.75 * load / (problem.softest * np.sqrt(radius))) ** (2 / 3)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
     return problem.depth_factor * (float(np.ptp(specimen.heights)) + last)
@@ -146,7 +149,8 @@ def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[lis
     widest = float(np.hypot(x_max - x_min, y_max - y_min))
     windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))
     height = specimen.heights
-    datum, (nx, ny) = float(height.max()), height.shape
+    datum = float(height.max())
+    (nx, ny) = height.shape
     return [
         Place(
             height[w.rows, w.columns],
@@ -169,9 +173,11 @@ class Surface(NamedTuple):
 
 def surface_at(place: Place, problem: Problem) -> Surface:
     """Return the surface at one place."""
-    height, datum = np.ascontiguousarray(place.height, dtype=float), place.datum
+    height = np.ascontiguousarray(place.height, dtype=float)
+    datum = place.datum
     between = splined if problem.splined else band_limited
-    n, fine = problem.refine, between(height, problem.refine)
+    n = problem.refine
+    fine = between(height, problem.refine)
     separation = problem.indenter.separation(fine, datum, *cell_axes(place, problem))
     zero = float(separation.min()) if problem.first_contact and separation.size else 0.0
     before_x, before_y = place.window.missing
@@ -183,7 +189,8 @@ def surface_at(place: Place, problem: Problem) -> Surface:
 
 def cell_axes(place: Place, problem: Problem) -> tuple[np.ndarray, np.ndarray]:
     """Return the centres of the cells along x and y, nm from the contact centre."""
-    n, parts = problem.refine, zip(place.window.origin, place.window.missing, place.height.shape)
+    n = problem.refine
+    parts = zip(place.window.origin, place.window.missing, place.height.shape)
     x, y = (first + problem.dx * (n * out + 0.5 * (1 - n) + np.arange(n * size)) for first, out, size in parts)
     return x, y
 

@@ -80,14 +80,16 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = regime(scan)
+    >>> found = scan.contact.regime()
     >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
     ('adhesive', True)
     """
     specimen = need_sphere(ds)
     bodies = specimen.bodies
     radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
-    w, attractions, humid = liquid.total_work(bodies), pair_attractions(bodies), schema.is_wet(bodies)
+    w = liquid.total_work(bodies)
+    attractions = pair_attractions(bodies)
+    humid = schema.is_wet(bodies)
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
@@ -130,7 +132,8 @@ def _recommended(tabor: float, beyond: float) -> str:
 
 def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
     """Return the recommendation in words."""
-    tabor, beyond = result["asperity_tabor"], result["share_beyond_contact"]
+    tabor = result["asperity_tabor"]
+    beyond = result["share_beyond_contact"]
     method = {
         "rigid": "`rigid`, the sum over rigid bodies: summits hardly deform",
         "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, humid=humid)}",
@@ -206,7 +209,7 @@ def formulas(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> table = formulas(scan, subregions=(4, 4))
+    >>> table = scan.contact.formulas(subregions=(4, 4))
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
@@ -243,11 +246,9 @@ def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tupl
 def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a humid pair by formulas (thin menisci over the solids), and their inputs."""
     bodies = specimen.bodies
-    (radius,), menisci, work = (
-        schema.pair(bodies, "sphere_radius"),
-        liquid.pair_menisci(bodies),
-        liquid.total_work(bodies),
-    )
+    (radius,) = schema.pair(bodies, "sphere_radius")
+    menisci = liquid.pair_menisci(bodies)
+    work = liquid.total_work(bodies)
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)

@@ -70,7 +70,8 @@ def state_fields(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, pro
 
 def put_fields(record: np.ndarray, surface: Surface, fields: Mapping[str, np.ndarray]) -> None:
     """Write the fields of the solved cells into a record's full windows; cells beyond the scan stay NaN."""
-    (i, j), (rows, columns) = surface.corner, surface.separation.shape
+    (i, j) = surface.corner
+    (rows, columns) = surface.separation.shape
     for name, values in fields.items():
         record[name][..., i : i + rows, j : j + columns] = values
 

@@ -105,11 +105,13 @@ def _packed_surface(window, seed, depth, estimate, problem, adhesion, added) -> 
     cell = max(min(_FIRST_CELL * adhesion.length, window.pixel), smallest)
     half = 0.5 * window.pixel
     boxes = [tuple(_cell_centres(axis[0] - half, axis[-1] + half, cell) for axis in pixels)]
-    wavelength, finest = added.longest, False
+    wavelength = added.longest
+    finest = False
     while not finest:
         rise = _RISE_DEVIATIONS * band_rms(added.spectrum.density, wavelength, added.shortest)
         near = _cells_within(separations(boxes, wavelength), within + rise)
-        finest, wavelength = wavelength <= _WAVELENGTH_FACTOR * added.shortest, wavelength / _WAVELENGTH_FACTOR
+        finest = wavelength <= _WAVELENGTH_FACTOR * added.shortest
+        wavelength = wavelength / _WAVELENGTH_FACTOR
         finer = last if finest else min(cell, wavelength / _COARSE_CELLS_PER_WAVELENGTH)
         boxes = [
             smaller for box, part in zip(boxes, near) for smaller in _finer_boxes(box, part, cell, finer, distance)
@@ -153,7 +155,8 @@ def _bounding_boxes(cells: np.ndarray) -> list[tuple[slice, slice]]:
 
 def _finer_points(points: np.ndarray, cell: float, finer: float) -> np.ndarray:
     """Return the finer points inside a range of cells."""
-    low, high = points[0] - 0.5 * cell, points[-1] + 0.5 * cell
+    low = points[0] - 0.5 * cell
+    high = points[-1] + 0.5 * cell
     points = _cell_centres(low, high, finer)
     return points[(points >= low) & (points < high)]
 
@@ -183,7 +186,8 @@ def pack_patches(patches: list[np.ndarray]) -> np.ndarray:
         if sum(other.shape[1] for other in rows[-1]) + patch.shape[1] > width and rows[-1]:
             rows.append([])
         rows[-1].append(patch)
-    out, low = np.full((sum(len(row[0]) for row in rows), width), np.inf), 0
+    out = np.full((sum(len(row[0]) for row in rows), width), np.inf)
+    low = 0
     for row in rows:
         left = 0
         for patch in row:

@@ -51,7 +51,7 @@ def plot(
     --------
     >>> import roughxr
     >>> from matplotlib.figure import Figure
-    >>> plot(roughxr.open_sample("glass"), ax=Figure().subplots()).get_xlabel()
+    >>> roughxr.figures.plot(roughxr.open_sample("glass"), ax=Figure().subplots()).get_xlabel()
     'x [µm]'
     """
     if isinstance(ds, xr.DataArray):

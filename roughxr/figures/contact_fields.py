@@ -40,7 +40,8 @@ def field_map(
     if scan is not None and name != "pressure":
         raise ValueError(f"scan: expected with name='pressure', to be drawn below it, found name={name!r}")
     contact = _contact(ds, subregion, delta)
-    ax, extent = axes(ax, aspect=0.85), regions.extent(contact)
+    ax = axes(ax, aspect=0.85)
+    extent = regions.extent(contact)
     if scan is not None:
         image(ax, _heights(contact, scan), extent, "height", "gray", bar=False)
     if name in ("pressure", "displacement") and not bool(contact["pressure"].notnull().any()):
@@ -51,7 +52,8 @@ def field_map(
     _outline(ax, contact, contact["pressure"].notnull().values, BLACK)
     if scan is not None and "residual_height" in contact:
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
-    inside, whole = contact["pressure"].notnull(), float(max(np.abs(extent)))
+    inside = contact["pressure"].notnull()
+    whole = float(max(np.abs(extent)))
     largest = max(float(abs(contact[axis]).where(inside).max()) for axis in ("x", "y"))
     view = min(1.5 * largest, whole) if largest > 0 else whole  # 1.5 times the contact, within the data
     ax.set(xlim=(-view, view), ylim=(-view, view))

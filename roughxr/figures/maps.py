@@ -52,7 +52,8 @@ def scan_map(
         _ellipses(ax, schema.validate(catalogue, "asperities"), regions.extent(ds))
     if subregions is not None:
         centres = regions.centres(ds, subregions)
-        x, y = centres["subregion_x"].values, centres["subregion_y"].values
+        x = centres["subregion_x"].values
+        y = centres["subregion_y"].values
         ax.plot(x, y, "+", color="white", markersize=4, markeredgewidth=0.8)
         chosen = np.zeros(x.size, bool) if highlight is None else np.asarray(highlight, dtype=bool)
         ax.plot(x[chosen], y[chosen], "o", mfc="none", mec=ORANGE, markersize=11, mew=1.2)
@@ -100,8 +101,10 @@ def _modes(ax, ds: xr.Dataset):
 
 def _centre_values(ax, ds: xr.Dataset, values: np.ndarray, **colours: Any):
     """Draw a number for each contact centre: tiles where the centres lie on a grid, else points."""
-    x, y = ds["subregion_x"].values, ds["subregion_y"].values
-    columns, rows = np.unique(x), np.unique(y)
+    x = ds["subregion_x"].values
+    y = ds["subregion_y"].values
+    columns = np.unique(x)
+    rows = np.unique(y)
     ax.set_aspect("equal")
     if columns.size * rows.size != x.size or np.unique(np.c_[x, y], axis=0).shape[0] != x.size:
         return ax.scatter(x, y, c=values, s=22, edgecolor=BLACK, linewidth=0.4, **colours)
@@ -118,13 +121,15 @@ def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, floa
     from matplotlib.collections import EllipseCollection
 
     x_low, x_high, y_low, y_high = extent
-    x, y = catalogue["x"], catalogue["y"]
+    x = catalogue["x"]
+    y = catalogue["y"]
     shown = (x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high) & (catalogue["curvature_min"] > 0)
     peaks = catalogue.isel(asperity=shown.values)
     patch = float(peaks["patch_radius"]) if "patch_radius" in peaks else np.inf
     semi_axes = (np.sqrt(2 * _OUTLINE_DEPTH / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
     longer, shorter = (2 * np.minimum(axis, patch) for axis in semi_axes)
-    centres, angles = np.c_[peaks["x"].values, peaks["y"].values], np.degrees(peaks["orientation"].values)
+    centres = np.c_[peaks["x"].values, peaks["y"].values]
+    angles = np.degrees(peaks["orientation"].values)
     style: dict[str, Any] = {"facecolor": "none", "edgecolor": "white", "linewidth": 0.7, "units": "xy"}
     outlines = EllipseCollection(longer, shorter, angles, offsets=centres, offset_transform=ax.transData, **style)
     ax.add_collection(outlines)

@@ -36,7 +36,8 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, is a dashed line.
     """
     ax = axes(ax)
-    predicted, measured = ds["predicted_quantile"].values, ds["measured_quantile"].values
+    predicted = ds["predicted_quantile"].values
+    measured = ds["measured_quantile"].values
     both = np.concatenate([predicted, measured])
     ends = np.array([both.min(), both.max()])
     ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")

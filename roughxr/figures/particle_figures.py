@@ -81,7 +81,8 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     valid = ds["in_range"].values if "in_range" in ds else np.ones(speed.size, bool)
     outside = ~valid | np.r_[~valid[1:], False] | np.r_[False, ~valid[:-1]]  # with neighbours: the lines meet
     for order in range(ds.sizes["time"]):
-        now, look = ds.isel(time=order), stroke(order)
+        now = ds.isel(time=order)
+        look = stroke(order)
         if "remaining_low" in ds:
             ends = now["remaining_low"], now["remaining_high"]
             ax.fill_between(speed, *ends, color=look["color"], alpha=0.2, linewidth=0)

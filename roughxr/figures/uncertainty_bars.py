@@ -40,7 +40,8 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
         False,
         BLACK,
     )
-    ax, longest = axes(ax, aspect=0.16 + 0.058 * len(bars)), 0.0
+    ax = axes(ax, aspect=0.16 + 0.058 * len(bars))
+    longest = 0.0
     for row, (value, error, change, is_bias, color) in enumerate(bars.values()):
         end = np.nan_to_num(value) + np.nan_to_num(error)
         longest = max(longest, end)
@@ -62,7 +63,8 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     if not np.isfinite(value):
         return "not computed"
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
-    value, error = round(value, 2), round(error, 2)
+    value = round(value, 2)
+    error = round(error, 2)
     words = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
     return f"{sign}{words}{bias}"
@@ -77,7 +79,8 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
     """
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
-    wavelengths, means = ds["shortest_kept"].values, mean_over_wavelengths(ds)
+    wavelengths = ds["shortest_kept"].values
+    means = mean_over_wavelengths(ds)
     for place, values in enumerate(force.mean("seed").values):
         ax.plot(wavelengths, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:

@@ -91,17 +91,20 @@ def checkpointed(
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import roughxr
     >>> import roughxr, tempfile
     >>> scan = roughxr.assign_pair(
     ...     roughxr.open_sample("glass"), sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
     >>> options = {"delta": [5.0, 10.0], "subregions": (2, 2)}
-    >>> groups = checkpointed(
+    >>> groups = roughxr.checkpointed(
     ...     lambda: {"solutions/direct": roughxr.direct(scan, **options)},
     ...     Path(tempfile.mkdtemp()) / "run.nc", scan=scan, arguments=options)
     >>> dict(groups["solutions/direct"].force.sizes)
     {'subregion': 4, 'delta': 2}
     """
-    output, identity = Path(output), _identity(schema.entered(scan), arguments or {})
+    output = Path(output)
+    identity = _identity(schema.entered(scan), arguments or {})
     with Checkpoint(output) as checkpoint:
         root = archive.root_attributes(output) if output.exists() else {archive.UNFINISHED: "all of it"}
         if output.exists():
@@ -145,7 +148,8 @@ class Checkpoint:
     """
 
     def __init__(self, output: Path):
-        self.output, self.path = output, output.with_name(output.name + ".checkpoint")
+        self.output = output
+        self.path = output.with_name(output.name + ".checkpoint")
         self.finished = False  # then the folder is removed
         self.stored: dict[str, tuple[str, int]] = {}  # file and row of each item's result
         self._lock = filelock.FileLock(self.path / "lock", timeout=0)
@@ -174,7 +178,8 @@ class Checkpoint:
 
     def begin(self, identity: Mapping[str, Any]) -> bool:
         """Log that the run begins or resumes, and return whether it resumes; raise if another run's is stored."""
-        file, known = self.path / "identity.json", None
+        file = self.path / "identity.json"
+        known = None
         try:
             known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
         except ValueError:
@@ -215,7 +220,8 @@ class Checkpoint:
         """Return items and results of a batch; remove a damaged or foreign file, and log it."""
         try:
             with np.load(self.path / name, allow_pickle=False) as file:
-                items, results = file["items"].tolist(), file["results"]
+                items = file["items"].tolist()
+                results = file["results"]
             if name != _file_name(items) or len(items) != len(results):
                 raise ValueError("another batch")
             return items, results
@@ -262,11 +268,14 @@ class Checkpoint:
         return spread.concatenate([(read(batch, work.dtype), len(batch)) for batch in work.batches(items)], work.dtype)
 
     def _compute(self, work: Work, items: list[str], missing: list[int]) -> None:
-        failed, total, begun = dict[str, int](), work.each * len(items), time.monotonic()
+        failed = dict[str, int]()
+        total = work.each * len(items)
+        begun = time.monotonic()
 
         def receive(batch: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
-                first, last = batch[0] * work.each, (batch[-1] + 1) * work.each - 1
+                first = batch[0] * work.each
+                last = (batch[-1] + 1) * work.each - 1
                 words = f"subregion {first}" if first == last else f"subregions {first} to {last}"
                 failed[f"{words}: {result.reason}"] = work.each * len(batch)
                 self.log(f"{work.name}: {words} failed: {result.reason}")
@@ -275,7 +284,8 @@ class Checkpoint:
 
         self.log(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
         spread.compute_each(work, missing, receive)
-        lost, took = sum(failed.values()), time.monotonic() - begun
+        lost = sum(failed.values())
+        took = time.monotonic() - begun
         self.log(f"{work.name}: {total - lost}/{total} subregions, {lost} failed, {took:.3g} s")
         if failed:
             raise RuntimeError(
@@ -332,7 +342,8 @@ def _settings(text: str) -> dict[str, Any]:
 @functools.cache
 def source_digest() -> str:
     """Return a digest of the package's source, so that two states of it never mix in one archive."""
-    root, digest = Path(__file__).parents[1], hashlib.blake2b(digest_size=6)
+    root = Path(__file__).parents[1]
+    digest = hashlib.blake2b(digest_size=6)
     for file in sorted(root.rglob("*.py")):
         digest.update(file.relative_to(root).as_posix().encode() + file.read_bytes())
     return digest.hexdigest()

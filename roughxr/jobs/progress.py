@@ -83,7 +83,8 @@ def print_line(words: str) -> None:
 
 def subregion_bar(total: int, *, done: int = 0, label: str = "") -> tqdm:
     """Return a bar of finished subregions, of which some were finished by an earlier call."""
-    stream, stage = _STREAM.get(), _STAGE.get()
+    stream = _STREAM.get()
+    stage = _STAGE.get()
     interval = _ON_TERMINAL if stream is not None and stream.isatty() else _IN_FILE
     return tqdm(
         desc=stage or label,
@@ -106,9 +107,13 @@ class Stages:
     """
 
     def __init__(self, expected: Mapping[str, float], words: Mapping[str, str]):
-        self._expected, self._words = dict(expected), words
-        self._name, self._answer, self._begun = "", "", time.monotonic()
-        self._time_left, self._why = TimeLeft(), ""
+        self._expected = dict(expected)
+        self._words = words
+        self._name = ""
+        self._answer = ""
+        self._begun = time.monotonic()
+        self._time_left = TimeLeft()
+        self._why = ""
         self._token: Token[str] | None = None
 
     def __enter__(self) -> Stages:
@@ -125,7 +130,8 @@ class Stages:
     def __call__(self, name: str, more: str = "") -> None:
         """Begin a stage; ``more`` is added to its name."""
         self._expected.setdefault(name, 0.0)
-        self._name, self._begun = name, time.monotonic()
+        self._name = name
+        self._begun = time.monotonic()
         names = list(self._expected)
         where = f"stage {names.index(name) + 1} of {len(names)}"
         left = self._time_left(sum(self._expected[later] for later in names[names.index(name) :]), self._why)

@@ -144,7 +144,8 @@ def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[i
 
 def _compute_locally(work: Work, batches: Sequence[Sequence[int]], finished: Callable) -> None:
     """Compute batches as plain tasks, which cost a local scheduler a sixth of the time of delayed ones."""
-    get, at_once = get_scheduler() or dask.threaded.get, max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
+    get = get_scheduler() or dask.threaded.get
+    at_once = max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
     with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(batches[key], result)):
         for first in range(0, len(batches), at_once):
             arguments = {k: [work.arguments[m] for m in batches[k]] for k in range(len(batches))[first:][:at_once]}

@@ -42,7 +42,8 @@ def _imports(file):
 @cache
 def digest(file):
     """Return a hash of the text of a kernel file and of all kernel files that it imports."""
-    files, added = {file}, {file}
+    files = {file}
+    added = {file}
     while added:
         added = set().union(*map(_imports, added)) - files
         files |= added

@@ -103,11 +103,13 @@ def fit_pair(
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, work_of_adhesion=0.1)
     >>> measured = scan.assign_coords(work_of_adhesion=0.5).contact.pull_off_map(subregions=(5, 5))
-    >>> fitted = fit_pair(scan, measured, method="superposed")
+    >>> fitted = scan.contact.fit_pair(measured, method="superposed")
     >>> bool(fitted.fitted_work_low < 0.5 < fitted.fitted_work_high)
     True
     """
-    ds, measured, extrapolation = schema.entered(ds), schema.entered(measured), schema.entered(extrapolation)
+    ds = schema.entered(ds)
+    measured = schema.entered(measured)
+    extrapolation = schema.entered(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
     fraction(confidence, "confidence")
     if not 0 <= force_error < 1:

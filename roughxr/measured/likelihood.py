@@ -77,8 +77,11 @@ class _Search:
     """The solved values of the quantity, as logarithms, and the comparison of their forces."""
 
     def __init__(self, ln_force: np.ndarray, predict, independent: float, confidence: float, error: float):
-        self.ln_force, self.predict, self.independent = ln_force, predict, independent
-        self.confidence, self.error = confidence, error
+        self.ln_force = ln_force
+        self.predict = predict
+        self.independent = independent
+        self.confidence = confidence
+        self.error = error
         self.known: dict[float, Predicted] = {}
         self.failed: list[float] = []
 
@@ -111,7 +114,8 @@ class _Search:
         from scipy.stats import t
 
         places = _independent(next(iter(self.known.values())).forces)
-        own, theirs = self.ln_force.var(ddof=1) / self.independent, self.predicted.var(axis=-1, ddof=1) / places
+        own = self.ln_force.var(ddof=1) / self.independent
+        theirs = self.predicted.var(axis=-1, ddof=1) / places
         shared = np.nan_to_num([known.error for known in self.known.values()])
         whole = own + theirs + self.error**2 + shared**2
         freedom = whole**2 / np.maximum(own**2 / (self.independent - 1) + theirs**2 / (places - 1), 1e-30)
@@ -134,7 +138,8 @@ class _Search:
 
     def _guess(self, y: np.ndarray) -> float:
         """Return the root of a function of the solved values, interpolated or extrapolated linearly."""
-        x, k = self.x, int(np.argmin(np.abs(y)))
+        x = self.x
+        k = int(np.argmin(np.abs(y)))
         crossings = np.flatnonzero(np.diff(np.sign(y)) != 0)
         if crossings.size:
             k = int(crossings[np.argmin(np.abs(y[crossings]))])

@@ -83,10 +83,12 @@ def open_pull_off(
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import roughxr
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "curves.csv"
     >>> _ = path.write_text("x [um],y [um],adhesion [nN]\\n0,0,12.5\\n1,0,\\n0,1,9.5\\n")
-    >>> pull = open_pull_off(path)
+    >>> pull = roughxr.measured.open_pull_off(path)
     >>> pull.pull_off_force.values, pull.subregion_x.values
     (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]))
     """
@@ -231,7 +233,8 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
         fitting = channels_named(channels, channel)
     fitting = channels_in_direction(fitting, direction)
     if len(fitting) != 1:
-        wanted, number = "an image of adhesion" if channel is None else f"channel {channel!r}", len(fitting) or "none"
+        wanted = "an image of adhesion" if channel is None else f"channel {channel!r}"
+        number = len(fitting) or "none"
         raise UnreadableScan(
             path,
             f"expected {wanted}, found {number} among {listing(channels)}; give its name or number, channel=",

@@ -42,7 +42,9 @@ def best_match(predicted: Samples, measured: Samples) -> Match | None:
 
     A prediction that is not on a grid must be at the measured places.
     """
-    grid, shift, tried = _grid(predicted), (0.0, 0.0), 1.0
+    grid = _grid(predicted)
+    shift = (0.0, 0.0)
+    tried = 1.0
     if grid is None:
         if predicted.places.shape != measured.places.shape or not np.allclose(predicted.places, measured.places):
             return None
@@ -79,7 +81,8 @@ def _independent_pairs(first: np.ndarray, second: np.ndarray, places: np.ndarray
 
     Bartlett, J. R. Stat. Soc. 98 (1935) 536; Clifford, Richardson & Hémon, Biometrics 45 (1989) 123.
     """
-    first_scales, other = correlogram(first, places), correlogram(second, places)
+    first_scales = correlogram(first, places)
+    other = correlogram(second, places)
     alike = np.cumprod((first_scales.correlation > 0) & (other.correlation > 0)).astype(bool)
     common = (first_scales.pairs * first_scales.correlation * other.correlation)[alike].sum()
     return float(np.clip(first.size**2 / (first.size + 2 * common), 1.0, first.size))
@@ -107,7 +110,8 @@ def _interpolated(grid: Grid, places: np.ndarray) -> np.ndarray:
 
 def _best_shift(grid: Grid, measured: Samples) -> tuple[tuple[float, float], float] | None:
     """Return the shift, nm, of the largest correlation, and the number of independent shifts that were tried."""
-    origin, (scores, present) = measured.places.min(axis=0), _binned(measured, grid.steps)
+    origin = measured.places.min(axis=0)
+    (scores, present) = _binned(measured, grid.steps)
     known = np.isfinite(grid.values)
     own = np.zeros(grid.values.shape)
     own[known] = normal_scores(grid.values[known])
@@ -145,7 +149,10 @@ def _correlations(first, first_known, second, second_known) -> tuple[np.ndarray,
     def cross_correlate(a, b):
         return correlate(np.asarray(a, float), np.asarray(b, float), method="fft")
 
-    a, b, m, n = first * first_known, second * second_known, first_known, second_known
+    a = first * first_known
+    b = second * second_known
+    m = first_known
+    n = second_known
     count = np.maximum(np.rint(cross_correlate(m, n)), 0)
     some = np.maximum(count, 1)
     sums = cross_correlate(a, n), cross_correlate(m, b)

@@ -51,7 +51,8 @@ def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, 
 
     Examples
     --------
-    >>> values, weights = biasi_adhesion("5 um")
+    >>> import roughxr
+    >>> values, weights = roughxr.particles.biasi_adhesion("5 um")
     >>> round(float(values[1000]), 7), round(float(weights.sum()), 6)
     (0.0104707, 1.0)
     """
@@ -95,13 +96,18 @@ def rock_n_roll(
 
     Examples
     --------
-    >>> values, weights = biasi_adhesion("5 um")
-    >>> left = rock_n_roll([1.0], radius="5 um", adhesion=values * 1.5 * np.pi * 0.56 * 5000, weights=weights)
+    >>> import numpy as np
+    >>> import roughxr
+    >>> values, weights = roughxr.particles.biasi_adhesion("5 um")
+    >>> adhesion = values * 1.5 * np.pi * 0.56 * 5000
+    >>> left = roughxr.particles.rock_n_roll([1.0], radius="5 um", adhesion=adhesion, weights=weights)
     >>> round(float(left[0, 0]), 5)
     0.34026
     """
-    speed, seconds = not_negative(friction_velocity, "m/s", "friction_velocity"), not_negative(time, "s", "time")
-    r, forces = positive(radius, "nm", "radius"), np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
+    speed = not_negative(friction_velocity, "m/s", "friction_velocity")
+    seconds = not_negative(time, "s", "time")
+    r = positive(radius, "nm", "radius")
+    forces = np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
     fluid = read_flow(flow)
     pressure = fluid.density * speed**2 * factor("Pa", "GPa")
     force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2

@@ -112,7 +112,8 @@ def torque(speed: Any, radius: Any, flow: Flow = FLOWS["air"]) -> Any:
 def lift(speed: Any, radius: Any, flow: Flow = FLOWS["air"]) -> Any:
     """Return the lift, nN, by the formula of the flow; see `Flow`."""
     plus = friction_reynolds(speed, radius, flow)
-    slow, fast = 9.22 * plus**4, 20.9 * plus**2.31
+    slow = 9.22 * plus**4
+    fast = 20.9 * plus**2.31
     formulas = {"by_range": np.where(plus < _EQUAL_LIFT, slow, fast), "leighton_acrivos": slow, "hall": fast}
     return formulas.get(flow.lift, 0.0 * plus) * flow.density * flow.viscosity**2 * factor("N", "nN")
 
@@ -131,12 +132,14 @@ def _in_range(plus: Any, formula: str) -> Any:
 
 def _wall_shear(strength: Any, body: Body) -> Push:
     given = strength, body.radius, body.flow
-    away, plus = lift(*given) - _weight_of(body), friction_reynolds(*given)
+    away = lift(*given) - _weight_of(body)
+    plus = friction_reynolds(*given)
     return Push(drag(*given), torque(*given), away, _in_range(plus, body.flow.lift))
 
 
 def _tilt(strength: Any, body: Body) -> Push:
-    down, angle = _weight_of(body), np.asarray(strength)
+    down = _weight_of(body)
+    angle = np.asarray(strength)
     return Push(down * np.sin(angle), 0.0 * angle, -down * np.cos(angle), np.ones(angle.shape, bool))
 
 

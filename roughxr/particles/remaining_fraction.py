@@ -71,7 +71,7 @@ def resuspension(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> moments = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> left = resuspension(moments, friction_velocity=[0.001, 100.0])
+    >>> left = moments.contact.resuspension(friction_velocity=[0.001, 100.0])
     >>> left.remaining.isel(time=0).values.tolist()
     [1.0, 0.0]
     """

@@ -86,7 +86,7 @@ def resting(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> places = resting(scan)
+    >>> places = scan.contact.resting()
     >>> bool((places.supports >= 3).mean() > 0.9), round(float(places.landing_share.sum()), 6)
     (True, 1.0)
     >>> roughxr.rolling(scan, directions=8, subregions=places.isel(subregion=[0, 1])).sizes["subregion"]
@@ -130,7 +130,8 @@ def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
 
 def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.Surface]:
     """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and the surface it may touch."""
-    height, cells = schema.finite(scan["height"].values), (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
+    height = schema.finite(scan["height"].values)
+    cells = (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
     height = band_limited(height, _REFINE)
     x, y = (
         (scan[axis].values.astype(float)[:, None] + pixel * cells).ravel()
@@ -198,13 +199,16 @@ def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     Over a summit at the scan's edge pixels on both sides are equally low: all of them are returned.
     """
     equal = _EQUAL_HEIGHTS * float(np.ptp(z))
-    (nx, ny), flat, parts = z.shape, np.arange(z.size).reshape(z.shape), []
+    (nx, ny) = z.shape
+    flat = np.arange(z.size).reshape(z.shape)
+    parts = []
     for i, j in ((1, 0), (0, 1), (1, 1), (1, -1)):
         cells = slice(0, nx - i), slice(max(-j, 0), ny - max(j, 0))
         others = slice(i, nx), slice(max(j, 0), ny - max(-j, 0))
         for first, second in ((cells, others), (others, cells)):
             higher = (labels[first] != labels[second]) & (z[first] >= z[second] - equal)  # both where they are equal
-            a, b = labels[first][higher], labels[second][higher]
+            a = labels[first][higher]
+            b = labels[second][higher]
             parts.append(np.stack([np.minimum(a, b), np.maximum(a, b), flat[first][higher]], axis=-1))
     pairs = np.concatenate(parts)
     pairs = _lowest_rows(pairs, z.ravel()[pairs[:, 2]], equal)
@@ -223,7 +227,8 @@ def _passes(
     if not len(pixels):
         return np.zeros((0, 3))
     rows = np.resize(np.arange(len(pixels)), (-(-len(pixels) // _BORDERS), _BORDERS))  # the last repeats the first
-    tasks, shape = [(pairs[row], pixels[row]) for row in rows], (_BORDERS, 3)
+    tasks = [(pairs[row], pixels[row]) for row in rows]
+    shape = (_BORDERS, 3)
     passes = task_results(_passes_of, tasks, shape, z, labels, heights, surface, each=_BORDERS, name="resting")
     return passes.reshape(-1, 3)[: len(pixels)]
 
@@ -280,7 +285,8 @@ def _merged_basins(pairs: np.ndarray, heights: np.ndarray, lowest: np.ndarray, s
             continue
         deep, other = (a, b) if lowest[a] <= lowest[b] else (b, a)
         if basins.OFF in (a, b):
-            deep, other = basins.OFF, max(a, b)
+            deep = basins.OFF
+            other = max(a, b)
         if heights[k] - lowest[other] < shallow:
             to[other] = deep
     return _chain_ends(to)
@@ -331,7 +337,8 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Su
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
-    points, largest = dilation.Ball(surface.ball.radius, 0.0, 0.0), max(surface.pixel)
+    points = dilation.Ball(surface.ball.radius, 0.0, 0.0)
+    largest = max(surface.pixel)
     farthest = _PAIRING_DISTANCE * largest
     moved = basins.settle_near(rows, places, points, largest, farthest)
     last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.height.shape) - 1)

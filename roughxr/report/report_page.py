@@ -192,7 +192,8 @@ def _pictures(run: Run, figures: Sequence[_Figure]) -> list[dict[str, str]]:
         if not set(needs) <= set(run):
             continue
         try:
-            drawn, buffer = np.ravel(draw(run))[0].figure, io.BytesIO()
+            drawn = np.ravel(draw(run))[0].figure
+            buffer = io.BytesIO()
             drawn.savefig(buffer, format="png", dpi=_DPI)
             pictures.append({"name": name, "caption": caption, "source": as_uri(buffer.getvalue())})
         except ValueError as reason:  # such as nothing touches, or only one place

@@ -66,7 +66,8 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
             left = sum(took.values()) / len(took) * (len(scans) - count)
             words = f", {time_left(left, f'{last} took {rough_duration(duration)}')} for all of them"
         print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{words}")
-        begun, resumed = time.monotonic(), folder.exists()
+        begun = time.monotonic()
+        resumed = folder.exists()
         try:
             finished[scan.name] = _scan_result(run_one(scan, folder))
         except (ValueError, OSError, ImportError) as error:

@@ -93,10 +93,11 @@ def open_scan(
 
     Examples
     --------
+    >>> import roughxr
     >>> import numpy as np, tempfile, os
     >>> path = os.path.join(tempfile.mkdtemp(), "ramp.npy")
     >>> np.save(path, [[1.0, 1.1, 2.5], [0.0, 0.2, 0.3]])  # rows from the top
-    >>> scan = open_scan(path, size=("150 nm", "100 nm"), height_units="nm")
+    >>> scan = roughxr.open_scan(path, size=("150 nm", "100 nm"), height_units="nm")
     >>> scan.height.sel(x=125, y=75).item(), scan.x.values
     (2.5, array([ 25.,  75., 125.]))
     """

@@ -33,7 +33,8 @@ class UnreadableScan(ValueError):
 
     def __init__(self, path: Any, reason: str):
         super().__init__(printable(f"{path}: {reason}"))
-        self.path, self.reason = path, reason
+        self.path = path
+        self.reason = reason
 
     def recognized(self, name: str) -> UnreadableScan:
         """Return the same error, with the name of the format that was recognized."""

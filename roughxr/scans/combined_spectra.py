@@ -56,9 +56,10 @@ def combined_spectrum(
 
     Examples
     --------
+    >>> import roughxr
     >>> from roughxr.scans.synthetic import self_affine
     >>> make = {"rms": 1.5, "hurst": 0.8, "rolloff": 400}
-    >>> spectrum = combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
+    >>> spectrum = roughxr.scans.combined_spectrum([self_affine((64, 64), step, seed=1, **make) for step in (5, 20)])
     >>> bool(spectrum.wavevector.min() < 0.02 and spectrum.wavevector.max() > 0.2), int(spectrum.psd_scans.max())
     (True, 2)
     """
@@ -119,7 +120,8 @@ def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray
     from scipy.interpolate import make_interp_spline
     from scipy.special import gamma
 
-    x, heights = validate(line, "line")["x"].values, line["height"].values
+    x = validate(line, "line")["x"].values
+    heights = line["height"].values
     if not (np.isfinite(heights).all() and x.size >= 4 and (np.diff(x) > 0).all()):
         raise ValueError("height: expected four heights of a line or more, none missing, along ascending x")
     even, step = np.linspace(x[0], x[-1], x.size, retstep=True)
@@ -128,7 +130,8 @@ def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray
     q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
     inside = _resolved(q, x.size * step, step, least)
     inside &= inside.sum() >= _FEWEST_FITTED
-    q, psd = q[inside], psd[inside]
+    q = q[inside]
+    psd = psd[inside]
     bounds = HURST[0] - 0.5, HURST[1] - 0.5
     (_, rolloff, half), _, _ = fit_k_correlation(q, psd, np.ones(q.size), bounds=bounds)
     hurst = half + 0.5

@@ -70,12 +70,17 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import json
+    >>> import tempfile
+    >>> import zipfile
+    >>> import roughxr
     >>> one = {"name": "ridge", "size": [30.0], "unit": "um", "datafile": {"original": "ridge.txt"}}
     >>> path = Path(tempfile.mkdtemp()) / "surface.zip"
     >>> with zipfile.ZipFile(path, "w") as archive:
     ...     archive.writestr("ridge.txt", "0 0\\n10 0.1\\n30 0\\n")
     ...     archive.writestr("meta.yml", json.dumps({"surfaces": [{"topographies": [one]}]}))
-    >>> open_container(path)[0].height.values.round(6)
+    >>> roughxr.scans.open_container(path)[0].height.values.round(6)
     array([-33.333333,  66.666667, -33.333333])
     """
     path = regular_file(path)
@@ -102,7 +107,8 @@ def _read_topographies(path: Path) -> list[xr.Dataset]:
                     raise UnreadableScan(
                         path, f"expected each file once, found more than {most / 2**20:.3g} MiB in all"
                     )
-                ds, stated = _topography(archive, entry, path), {"surface": surface.get("name", number)}
+                ds = _topography(archive, entry, path)
+                stated = {"surface": surface.get("name", number)}
                 stated |= {name: entry.get(key) for name, key in _STATED.items()}
                 ds.attrs |= origin | {
                     name: str(value) for name, value in stated.items() if isinstance(value, (str, int))
@@ -168,7 +174,8 @@ def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
                 return _line(ds["x"].values[known], ds["heights"].values[known], ds["x"].attrs["unit"], None)
         return read_scan(file).load().drop_encoding()
     order, method = _DETRENDED[entry.get("detrend_mode", "center")]
-    unit, scale = entry["unit"], float(entry.get("height_scale", 1))
+    unit = entry["unit"]
+    scale = float(entry.get("height_scale", 1))
     if len(entry["size"]) == 1:
         x, height = np.loadtxt(file, ndmin=2).T[:2]
         return _line(x, height * scale, unit, order)

@@ -33,7 +33,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").isel(x=slice(3), y=slice(3))
     >>> holed = scan.assign(height=scan.height.where(scan.x != scan.x[1]))
-    >>> bool(fill(holed).height.isnull().any())
+    >>> bool(holed.contact.fill().height.isnull().any())
     False
     """
     scan = validate(ds, "scan")
@@ -86,7 +86,7 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
     Examples
     --------
     >>> import roughxr
-    >>> dict(crop(roughxr.open_sample("glass"), x=("0.4 um", "1.6 um")).sizes)
+    >>> dict(roughxr.scans.crop(roughxr.open_sample("glass"), x=("0.4 um", "1.6 um")).sizes)
     {'x': 123, 'y': 512}
     """
     scan = validate(ds, "scan")
@@ -94,7 +94,8 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
     out = scan.sel({axis: slice(*limits) for axis, limits in ranges.items()})
     for axis in ranges:
         if out.sizes[axis] < 2:
-            low, high = float(scan[axis][0]), float(scan[axis][-1])
+            low = float(scan[axis][0])
+            high = float(scan[axis][-1])
             raise ValueError(
                 f"{axis}: expected a range of two pixels or more in {low:g} to {high:g} nm, found {ranges[axis]}"
             )
@@ -133,7 +134,7 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> dict(resample(roughxr.open_sample("glass"), size="20 nm").sizes)
+    >>> dict(roughxr.scans.resample(roughxr.open_sample("glass"), size="20 nm").sizes)
     {'x': 250, 'y': 250}
     """
     scan = validate(ds, "scan")

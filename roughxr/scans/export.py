@@ -36,10 +36,11 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
 
     Examples
     --------
+    >>> import roughxr
     >>> import tempfile, roughxr
     >>> scan = roughxr.open_sample("glass")
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     again = roughxr.open_scan(to_netcdf(scan, folder + "/scan.nc")).load()
+    ...     again = roughxr.open_scan(roughxr.scans.to_netcdf(scan, folder + "/scan.nc")).load()
     >>> bool((again.height == scan.height).all())
     True
     """
@@ -102,10 +103,11 @@ def to_file(ds: xr.Dataset, path: str | os.PathLike, *, name: str = "height") ->
 
     Examples
     --------
+    >>> import roughxr
     >>> import tempfile
     >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((8, 4), 10, rms=1, hurst=0.8, rolloff=40, seed=1)
-    >>> to_file(scan, tempfile.mkdtemp() + "/scan.gsf").name
+    >>> roughxr.scans.to_file(scan, tempfile.mkdtemp() + "/scan.gsf").name
     'scan.gsf'
     """
     schema.one_of(Path(path).suffix.lower(), (".gsf",), "path's ending")

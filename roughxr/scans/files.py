@@ -135,8 +135,10 @@ def _netcdf_channels(path: Path) -> list[Channel]:
     channels = []
     for name in names:
         with open_netcdf(path, channel=name) as ds:
-            shape, steps = (ds.sizes["y"], ds.sizes["x"]), pixel(ds)
-            size, direction = (steps[0] * shape[1], steps[1] * shape[0]), str(ds.attrs.get("direction", ""))
+            shape = (ds.sizes["y"], ds.sizes["x"])
+            steps = pixel(ds)
+            size = (steps[0] * shape[1], steps[1] * shape[0])
+            direction = str(ds.attrs.get("direction", ""))
         channels.append(Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction))
     return channels
 

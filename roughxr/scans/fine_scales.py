@@ -58,10 +58,8 @@ class Spectrum(NamedTuple):
 
     def density(self, q):
         """Return C(q), nm⁴."""
-        density, known = (
-            k_correlation(q, self.plateau, self.rolloff, self.hurst),
-            np.log(2 * np.pi / self.shortest_measured),
-        )
+        density = k_correlation(q, self.plateau, self.rolloff, self.hurst)
+        known = np.log(2 * np.pi / self.shortest_measured)
         if self.measured is not None:
             density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - known, 0.0)
@@ -105,13 +103,15 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
 
     Examples
     --------
+    >>> import roughxr
     >>> from roughxr.scans.synthetic import self_affine
-    >>> fitted = self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
+    >>> fitted = roughxr.scans.self_affine_fit(self_affine((256, 256), 10, rms=1.5, hurst=0.7, rolloff=300, seed=1))
     >>> abs(float(fitted.hurst_exponent) - 0.7) < 0.1
     True
     """
     scan = validate(ds, "scan")
-    hurst, shown = None if hurst is None else hurst_exponent(hurst), _given_wavelength(shown, scan)
+    hurst = None if hurst is None else hurst_exponent(hurst)
+    shown = _given_wavelength(shown, scan)
     model = _fitted_parts(wavelength.scan_parts(scan["height"].values), pixel(scan), hurst, shown)
     out = xr.Dataset(dict(zip(_NAMES, model[: len(_NAMES)])))
     across = np.degrees(np.angle(model.lay)) / 2 if model.lay else np.nan
@@ -136,7 +136,8 @@ def _lay(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> c
     per_nm = [np.fft.fftfreq(n, step) for n, step in zip(parts.squares.shape, steps)]
     wavevector = (per_nm[0][:, None] + 1j * per_nm[1]).ravel()
     in_fit = (np.abs(wavevector) * shown <= 1) & (np.abs(wavevector) * _FIT_BAND * shown >= 1)
-    wavevector, power = wavevector[in_fit], parts.squares.ravel()[in_fit]
+    wavevector = wavevector[in_fit]
+    power = parts.squares.ravel()[in_fit]
     ring = np.rint(np.log(np.abs(wavevector)) / np.log(1.1)).astype(int)
     ring -= ring.min()
     ring_power = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
@@ -214,13 +215,14 @@ def add_fine_roughness(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").isel(x=slice(64), y=slice(64))
-    >>> fine = add_fine_roughness(scan, shortest=10, seed=1)
+    >>> fine = roughxr.scans.add_fine_roughness(scan, shortest=10, seed=1)
     >>> dict(fine.sizes), fine.attrs["fine_longest"] > 20 > 1 > fine.attrs["fine_rms"] > 0.1
     ({'x': 256, 'y': 256}, True)
     """
     scan = validate(ds, "scan")
     side = square_pixel(scan)
-    shortest, seed = positive(shortest, "nm", "shortest"), whole_number(seed, "seed", least=0)
+    shortest = positive(shortest, "nm", "shortest")
+    seed = whole_number(seed, "seed", least=0)
     n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
@@ -288,7 +290,7 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> smoother = smooth(scan, shortest="100 nm")
+    >>> smoother = roughxr.scans.smooth(scan, shortest="100 nm")
     >>> float(smoother.height.std()) < float(scan.height.std())
     True
     """
@@ -323,7 +325,8 @@ def _given_wavelength(value: Any, scan: xr.Dataset) -> float | None:
     """Return the given shortest wavelength (nm), None to estimate it."""
     if value is None:
         return None
-    number, least = positive(value, "nm", "shown"), 2 * max(pixel(scan))
+    number = positive(value, "nm", "shown")
+    least = 2 * max(pixel(scan))
     if number < least * (1 - 1e-9):
         raise ValueError(f"shown: expected at least two pixels, {least:g} nm, found {number:g} nm")
     return number

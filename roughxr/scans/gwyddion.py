@@ -86,7 +86,8 @@ def _object(data: bytes, start: int, stop: int) -> tuple[dict[str, Any], int]:
     end = at + 4 + struct.unpack_from("<I", data, at)[0]
     if end > stop:
         raise ValueError(f"an object at byte {start} is longer than what contains it")
-    at, components = at + 4, {}
+    at = at + 4
+    components = {}
     while at < end:
         name, at = _text(data, at, end)
         components[name], at = _component(data, chr(data[at]), at + 1, end)
@@ -95,9 +96,11 @@ def _object(data: bytes, start: int, stop: int) -> tuple[dict[str, Any], int]:
 
 def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
     """Return the value of a component of a kind (capitals are arrays), and its end."""
-    count, start = 1, at
+    count = 1
+    start = at
     if kind.isupper():
-        count, start = struct.unpack_from("<I", data, at)[0], at + 4
+        count = struct.unpack_from("<I", data, at)[0]
+        start = at + 4
     if kind.lower() in _NUMBERS:
         dtype = np.dtype(_NUMBERS[kind.lower()])
         end = start + count * dtype.itemsize
@@ -106,7 +109,9 @@ def _component(data: bytes, kind: str, at: int, stop: int) -> tuple[Any, int]:
         array = np.frombuffer(data, dtype, count, start)
         value = array if kind.isupper() else array[0].item()
         return (value.decode("latin-1") if isinstance(value, bytes) else value), end  # text of one letter, by gwyfile
-    read, values, end = {"s": _text, "o": _object}[kind.lower()], [], start
+    read = {"s": _text, "o": _object}[kind.lower()]
+    values = []
+    end = start
     for _ in range(count):
         value, end = read(data, end, stop)
         values.append(value)

@@ -88,18 +88,25 @@ def _nanosurf_images(path: Path, name: str, item: Any, stated: dict[str, Any], k
         shape = int(stated["image_number_of_lines"]), int(stated["image_points_per_line"])
         size = float(stated["image_size_x"]), float(stated["image_size_y"])
     elif {"rect_axis_size", "rect_axis_range"} <= set(stated):
-        (rows, columns), (height, width) = stated["rect_axis_size"], stated["rect_axis_range"]
-        shape, size = (int(rows), int(columns)), (float(width), float(height))
+        (rows, columns) = stated["rect_axis_size"]
+        (height, width) = stated["rect_axis_range"]
+        shape = (int(rows), int(columns))
+        size = (float(width), float(height))
     else:
         return []
     if item.size != np.prod(shape):
         return []
-    low, high = float(stated[f"{kind}_min"]), float(stated[f"{kind}_max"])
-    least, most, missing = 0.0, 1.0, None
+    low = float(stated[f"{kind}_min"])
+    high = float(stated[f"{kind}_max"])
+    least = 0.0
+    most = 1.0
+    missing = None
     if item.dtype.kind in "iu":
-        least, most = float(np.iinfo(item.dtype).min), float(np.iinfo(item.dtype).max)
+        least = float(np.iinfo(item.dtype).min)
+        most = float(np.iinfo(item.dtype).max)
         if kind == "signal_calibration" and least < 0:  # version 2 of the format
-            missing, least = least, least + 1.0
+            missing = least
+            least = least + 1.0
     factor = (high - low) / (most - least)
     units = re.sub(r".*\[(.*)\].*", r"\1", str(stated.get(f"{kind}_unit", ""))) or None
     title = str(stated.get("signal_name", stated.get("name", name)))

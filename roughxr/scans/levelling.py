@@ -42,7 +42,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
     >>> tilted = scan.assign(height=(scan.height + 0.1 * scan.x).assign_attrs(units="nm"))
-    >>> bool(abs(level(tilted).height - level(scan).height).max() < 1e-9)
+    >>> bool(abs(tilted.contact.level().height - scan.contact.level().height).max() < 1e-9)
     True
     """
     exclude = entered(exclude)

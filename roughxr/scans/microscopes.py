@@ -86,7 +86,8 @@ def _jpk_channel(path: Path, number: int, tags: dict[int, Any]) -> Channel:
     read = partial(_jpk_rows, path, number, *scale, 1 if tags.get(_REFLECTED) else -1)
     direction = "retrace" if tags.get(_RETRACE) else "trace"
     header = {hex(tag): value for tag, value in tags.items() if tag >= 0x8000}
-    name, units = str(tags.get(_TITLE) or tags[_NAME]), tags.get(slot + _UNITS) or None
+    name = str(tags.get(_TITLE) or tags[_NAME])
+    units = tags.get(slot + _UNITS) or None
     return Channel(name, units, (tags[257], tags[256]), size, "m", read, direction, header)
 
 
@@ -124,7 +125,8 @@ def sxm_channels(path: Path) -> list[Channel]:
 
 def is_asd(head: bytes) -> bool:
     """Return whether bytes begin a high-speed movie: a version, and a kind of image where that version has it."""
-    version, place = head[:4], 4 if head[:4] == bytes(4) else 24
+    version = head[:4]
+    place = 4 if head[:4] == bytes(4) else 24
     return version in (bytes(4), b"\1\0\0\0", b"\2\0\0\0") and head[place : place + 2] in _KINDS
 
 

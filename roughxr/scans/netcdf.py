@@ -29,7 +29,9 @@ class _Image(BackendArray):
     """Heights (x, y) in nm, read on first use."""
 
     def __init__(self, read: Callable[[], np.ndarray], shape: tuple[int, ...]):
-        self.read, self.shape, self.dtype = read, shape, np.dtype(float)
+        self.read = read
+        self.shape = shape
+        self.dtype = np.dtype(float)
         self._heights: np.ndarray | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -105,7 +107,8 @@ def _units(variable: xr.DataArray) -> str | None:
 
 
 def _variable_name(ds: xr.Dataset, channel: str | int | None, path: Path) -> str:
-    maps, lengths = _maps(ds), _lengths(ds)
+    maps = _maps(ds)
+    lengths = _lengths(ds)
     if isinstance(channel, (int, np.integer)):
         names = lengths[channel : channel + 1] if channel >= 0 else []
     else:
@@ -183,7 +186,8 @@ def _scan(
 
     Drop the encoding: packing would quantise results.
     """
-    stored, own = turned[name].variable.transpose(*dims), name == "height" and dims == ("x", "y")
+    stored = turned[name].variable.transpose(*dims)
+    own = name == "height" and dims == ("x", "y")
     mask = turned["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
     width = max(float(np.ptp(values)) for values in centres.values())
     image = indexing.LazilyIndexedArray(_Image(partial(_heights, path, stored, mask, ratio, width), stored.shape))

@@ -70,12 +70,15 @@ def text_channels(path: Path) -> list[Channel]:
     numbers = _matrix(path, [line for line in lines[first:] if not line.lstrip().startswith("#")])
     if not text.endswith("\n"):
         warn(f"{path.name}: the last line has no line end; if the file was cut short, its last number is wrong")
-    units, (size, lateral_units) = header.get("value units"), _size(header)
+    units = header.get("value units")
+    (size, lateral_units) = _size(header)
     if numbers.shape[1] == 3 and numbers.shape[0] > 3:
         rows, extent = _on_grid(path, numbers)
         stated = re.findall(r"[\[(/_]\s*([^\])/\s,;]+)", heading)
         if len(stated) == 3 and stated[0] == stated[1]:
-            size, lateral_units, units = extent, stated[0], stated[2]
+            size = extent
+            lateral_units = stated[0]
+            units = stated[2]
     else:
         rows = _counted(path, numbers, header)
     name = header.get("channel", path.stem)
@@ -189,7 +192,8 @@ def _has_axes(rows: np.ndarray) -> bool:
 
 def _on_grid(path: Path, points: np.ndarray) -> tuple[np.ndarray, tuple[float, float]]:
     """Return points x, y, z of a grid as rows from the top, and the size of their pixels together."""
-    places, number = points[:, :2] - points[:, :2].min(axis=0), np.zeros(0, dtype=int)
+    places = points[:, :2] - points[:, :2].min(axis=0)
+    number = np.zeros(0, dtype=int)
     extent = places.max(axis=0)
     if (extent > 0).all() and np.isfinite(extent).all():
         shares = places / extent

@@ -41,7 +41,7 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> measures = roughness(roughxr.open_sample("glass"))
+    >>> measures = roughxr.roughness(roughxr.open_sample("glass"))
     >>> round(float(measures.s_q), 1)
     1.9
     """
@@ -58,7 +58,8 @@ def _height_parameters(height: xr.DataArray) -> dict[str, xr.DataArray]:
     """Return the height parameters of ISO 25178-2 of heights above their reference."""
     square = (height**2).mean()
     rms = square**0.5
-    peak, valley = height.max(), -height.min()
+    peak = height.max()
+    valley = -height.min()
     return {
         "s_a": abs(height).mean(),
         "s_q": rms,
@@ -74,7 +75,8 @@ def _slope_parameters(flat: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return rms slope and developed area ratio over the right triangles at the corners of every cell."""
     height = flat["height"].drop_vars(list(flat["height"].coords))
     dx, dy = pixel(flat)
-    along_x, along_y = height.diff("x") / dx, height.diff("y") / dy
+    along_x = height.diff("x") / dx
+    along_y = height.diff("y") / dy
     square = area = xr.DataArray(0.0)
     for row in (slice(None, -1), slice(1, None)):
         for column in (slice(None, -1), slice(1, None)):

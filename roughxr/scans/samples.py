@@ -30,7 +30,8 @@ def open_sample(name: str = "glass") -> xr.Dataset:
 
     Examples
     --------
-    >>> scan = open_sample("glass")
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass")
     >>> dict(scan.sizes), scan.attrs["synthetic"]
     ({'x': 512, 'y': 512}, 'yes')
     """

@@ -43,12 +43,13 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> spectrum = power_spectrum(scan)  # Parseval: the mean square height
+    >>> spectrum = roughxr.scans.power_spectrum(scan)  # Parseval: the mean square height
     >>> bool(abs((spectrum.psd * spectrum.psd_modes).sum() / 5000**2 / (scan.height**2).mean() - 1) < 1e-9)
     True
     """
     scan = validate(ds, "scan")
-    shape, steps = (scan.sizes["x"], scan.sizes["y"]), pixel(scan)
+    shape = (scan.sizes["x"], scan.sizes["y"])
+    steps = pixel(scan)
     frequencies = [2 * np.pi * np.fft.fftfreq(n, step) for n, step in zip(shape, steps)]
     radius = np.hypot(frequencies[0][:, None], frequencies[1])
     width = 2 * np.pi / min(n * step for n, step in zip(shape, steps))

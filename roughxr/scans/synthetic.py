@@ -62,7 +62,8 @@ def self_affine(
     >>> dict(scan.sizes), round(float(scan.height.std()), 6)
     ({'x': 64, 'y': 32}, 1.5)
     """
-    shape, seed = _shape(shape), whole_number(seed, "seed", least=0)
+    shape = _shape(shape)
+    seed = whole_number(seed, "seed", least=0)
     pixel, rms, rolloff = (
         positive(value, "nm", name) for value, name in ((pixel, "pixel"), (rms, "rms"), (rolloff, "rolloff"))
     )

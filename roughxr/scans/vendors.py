@@ -44,7 +44,8 @@ def channels(path: Path) -> list[Channel]:
         unknown = formats.not_read(path)
         why = f"a file that is not read, {unknown}; {advice}" if unknown else f"none: {_reason(answer['errors'], head)}"
         raise UnreadableScan(path, f"expected an AFM image, found {why}")
-    kind, images = answer["format"], [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
+    kind = answer["format"]
+    images = [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
         raise UnreadableScan(path, "expected an image of heights, found other quantities alone, such as currents")
     return [_channel(path, k, image, kind) for k, image in images]

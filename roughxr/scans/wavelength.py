@@ -71,7 +71,8 @@ def _squares(height: np.ndarray) -> np.ndarray:
     largest = np.abs(height).max()
     x, y = (np.arange(n) - 0.5 * (n - 1) for n in height.shape)
     height = height - height.mean()
-    tilt_x, tilt_y = (x @ height).sum() / (x @ x * y.size), (height @ y).sum() / (y @ y * x.size)
+    tilt_x = (x @ height).sum() / (x @ x * y.size)
+    tilt_y = (height @ y).sum() / (y @ y * x.size)
     height -= tilt_x * x[:, None] + tilt_y * y[None, :]
     if np.abs(height).max() <= _ROUNDING * largest:
         height[:] = 0.0

@@ -40,19 +40,25 @@ def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.Da
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> places = {name: ("subregion", [0.0, 1, 2, 3]) for name in ("subregion_x", "subregion_y")}
     >>> at = {name: ("asperity", [0.0, 1, 2, 3]) for name in ("x", "y")}
     >>> catalogue = xr.Dataset({"height": ("asperity", [14.0, 15.0, 16.0, 27.0], {"units": "nm"})}, coords=at)
-    >>> flags = debris(catalogue, xr.Dataset(coords=places))
+    >>> flags = roughxr.statistics.debris(catalogue, xr.Dataset(coords=places))
     >>> flags.values.tolist(), flags.threshold_value
     ([False, False, False, True], 21.5)
     """
     from scipy.spatial import cKDTree
 
-    catalogue, subregions = schema.entered(catalogue), schema.entered(subregions)
-    values, source, dim = catalogue["height"].values.astype(float), catalogue, "asperity"
+    catalogue = schema.entered(catalogue)
+    subregions = schema.entered(subregions)
+    values = catalogue["height"].values.astype(float)
+    source = catalogue
+    dim = "asperity"
     if subregions is not None:
-        source, dim = subregions, "subregion"
+        source = subregions
+        dim = "subregion"
         tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
         highest = np.full(tree.n, -np.inf)
         np.maximum.at(highest, tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1], values)

@@ -32,16 +32,19 @@ def force_ratio(superposed: xr.Dataset, direct: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> delta = [1.0, 2.0, 3.0]
     >>> solutions = [
     ...     xr.Dataset({"force": (("subregion", "delta"), [force])}, coords={"delta": delta})
     ...     for force in ([1.0, 2.1, 6.0], [1.0, 2.0, 3.0])
     ... ]
-    >>> compared = force_ratio(*solutions)
+    >>> compared = roughxr.statistics.force_ratio(*solutions)
     >>> float(compared.divergence_delta[0]), compared.force_difference.values.round(3).tolist()
     (3.0, [[0.0, 0.05, 1.0]])
     """
-    superposed, direct = schema.entered(superposed), schema.entered(direct)
+    superposed = schema.entered(superposed)
+    direct = schema.entered(direct)
     superposed, direct = (loading(schema.validate(ds, "solution")) for ds in (superposed, direct))
     _check_comparable(superposed, direct)
     superposed = superposed.drop_vars(set(superposed.coords) - set(superposed.dims))  # as direct's, but for rounding

@@ -78,9 +78,12 @@ def fit(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> values = np.random.default_rng(0).lognormal(1.0, 0.5, 500)
     >>> ds = xr.Dataset({"pull_off_force": ("subregion", values, {"units": "nN"})})
-    >>> fits = fit(ds, "pull_off_force", simulations=0)
+    >>> fits = ds.contact.fit("pull_off_force", simulations=0)
     >>> str(fits.law[int(fits.aic.argmin('law'))].values), fits.scale.units
     ('log_normal', 'nN')
     """
@@ -125,8 +128,10 @@ def _fit_law(law: Law, values: np.ndarray, tested: np.ndarray, simulations: int)
         return [np.nan] * len(_RESULTS)
     parameters = tuple(map(float, law.scipy.fit(values, **({"floc": 0.0} if law.positive else {}))))
     frozen = law.scipy(*parameters)
-    likelihood, distance = float(frozen.logpdf(values).sum()), stats.ks_1samp(values, frozen.cdf).statistic
-    shape, chance = parameters[0] if law.positive else np.nan, np.nan
+    likelihood = float(frozen.logpdf(values).sum())
+    distance = stats.ks_1samp(values, frozen.cdf).statistic
+    shape = parameters[0] if law.positive else np.nan
+    chance = np.nan
     if simulations:
         how: dict[str, Any] = {"known_params": {"loc": 0.0}} if law.positive else {}
         how |= {"statistic": "ks", "n_mc_samples": simulations, "random_state": np.random.default_rng(0)}

@@ -85,10 +85,12 @@ def _averaged_independent_places(values: np.ndarray, places: np.ndarray) -> floa
 
     The likelihood is integrated over mean and variance of the samples' normal scores.
     """
-    n, scores = values.size, normal_scores(values)
+    n = values.size
+    scores = normal_scores(values)
     distance = np.hypot(*(places[:, None] - places).T) / mean_spacing(places)
     lengths = 2.0 ** np.arange(-2.5, np.log2(0.5 * np.sqrt(n)) + 0.01, 0.5)
-    likelihood, share = [], []
+    likelihood = []
+    share = []
     for length in lengths:
         for shape in (np.exp(-distance / length), np.exp(-((distance / length) ** 2) / 2)):
             correlation = (1 - _NUGGET) * shape + _NUGGET * np.eye(n)

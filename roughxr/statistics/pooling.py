@@ -73,9 +73,12 @@ def pooled(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> values = np.random.default_rng(0).normal([[10.0], [12.0], [14.0]], 1.0, (3, 200))
     >>> ds = xr.Dataset({"pull_off_force": (("scan", "subregion"), values)})
-    >>> pool = pooled(ds, "pull_off_force", statistics=["mean"]).squeeze()
+    >>> pool = roughxr.statistics.pooled(ds, "pull_off_force", statistics=["mean"]).squeeze()
     >>> bool(pool.pooled_low < 12 < pool.pooled_high), round(float(pool.between_std)), float(pool.between_p_value)
     (True, 2, 0.0)
     """
@@ -91,7 +94,9 @@ def pooled(
     if ds.sizes[over] < 2:
         raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
     if ds[name].ndim == 1:
-        estimate, error, labels = ds[name].values[:, None].astype(float), np.zeros((ds.sizes[over], 1)), ["mean"]
+        estimate = ds[name].values[:, None].astype(float)
+        error = np.zeros((ds.sizes[over], 1))
+        labels = ["mean"]
     else:
         options = {"statistics": statistics, "confidence": _CONFIDENCE, "resamples": resamples}
         estimate, error, labels = _scan_statistics(ds, name, over, options)

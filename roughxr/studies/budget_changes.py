@@ -116,7 +116,9 @@ def _own_rests(ds: xr.Dataset, places: xr.Dataset, unchanged: xr.Dataset) -> xr.
 def mean_change(force: np.ndarray, base: np.ndarray, weight: np.ndarray) -> Change:
     """Return the change of the mean over the places known in both, with its error by the scatter of their changes."""
     both = np.isfinite(force) & np.isfinite(base)
-    n, force, base = int(both.sum()), force[both], base[both]
+    n = int(both.sum())
+    force = force[both]
+    base = base[both]
     part = weight[both] / max(weight[both].sum(), 1e-300)
     mean = float(part @ base)
     if not n or not mean > 0:
@@ -155,7 +157,8 @@ def _changed_and_reference(
 def needed_cells(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:
     """Return the number of cells along a pixel that a law needs, if they may be larger by a factor ``slack``."""
     problem, adhesion = preload_problem(ds, preload=preload, law=law, mesh=Mesh(MOST_REFINED, None))
-    n, cell = 1, slack * resolving_cell(adhesion, problem)
+    n = 1
+    cell = slack * resolving_cell(adhesion, problem)
     while problem.pixel / n > cell and n < MOST_REFINED:
         n *= 2
     return n

@@ -162,9 +162,10 @@ def extrapolated(
 
     Examples
     --------
+    >>> import numpy as np
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> real = extrapolated(scan, subregions=(3, 3), mesh=2, places=1)
+    >>> real = scan.contact.extrapolated(subregions=(3, 3), mesh=2, places=1)
     >>> bool(real.pull_off_lower < real.pull_off_mean < real.pull_off_upper)
     True
     >>> bool(np.isclose(real.pull_off_mean, real.scanned_mean * real.roughness_factor))
@@ -208,7 +209,8 @@ def real_pull_off(
     scanned = mean_pull_off(pull_off)
     mean, low, high = (float(scanned[name]) for name in ("pull_off_force", "low", "high"))
     if np.isnan(low):
-        places, independent = int(scanned["places"]), float(scanned["independent_places"])
+        places = int(scanned["places"])
+        independent = float(scanned["independent_places"])
         raise ValueError(
             f"subregions: expected enough independent places for an interval, found {places} that adhere, "
             f"{number(independent, digits=2)} of them independent; take a larger grid or a larger scan"
@@ -417,12 +419,14 @@ def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.
 
 def _as_shown(finer: xr.Dataset, ds: xr.Dataset, phase: float) -> xr.Dataset:
     """Return a finer scan sampled on pixels as large as those of a coarser one, from a part of a pixel on."""
-    step, fine = schema.square_pixel(ds), schema.square_pixel(finer)
+    step = schema.square_pixel(ds)
+    fine = schema.square_pixel(finer)
     if not fine < step:
         raise ValueError(f"finer: expected pixels smaller than {step:.3g} nm, found {fine:.3g} nm")
     axes = {}
     for axis in "xy":
-        low, high = float(finer[axis][0]), float(finer[axis][-1])
+        low = float(finer[axis][0])
+        high = float(finer[axis][-1])
         count = int((high - low) / step)
         if count < _FEWEST_PIXELS:
             raise ValueError(
@@ -443,7 +447,8 @@ def _refuse_other_surface(ds: xr.Dataset, shown: xr.Dataset) -> None:
     ]
     parts = np.array([_heights_and_slopes(tile) for tile in tiles])
     for name, units, value, known in zip(("heights", "slopes"), ("nm", ""), _heights_and_slopes(shown), parts.T):
-        low, high = known.min() / _LARGEST_RATIO, known.max() * _LARGEST_RATIO
+        low = known.min() / _LARGEST_RATIO
+        high = known.max() * _LARGEST_RATIO
         if not low <= value <= high:
             raise ValueError(
                 f"finer: expected a scan of the same surface, whose parts as large as this have {name} of rms "

@@ -62,11 +62,12 @@ def vary(
     >>> import roughxr
     >>> scan = roughxr.assign_pair(roughxr.open_sample("glass"),
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> found = vary(scan, roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.5, 1], delta=[5.0])
+    >>> found = scan.contact.vary(roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.5, 1], delta=[5.0])
     >>> dict(found.force.sizes)
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
-    ds, indenter = schema.entered(ds), schema.entered(indenter)
+    ds = schema.entered(ds)
+    indenter = schema.entered(indenter)
     given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
     given |= {"humidity": humidity}
     axes = {name: _values(values, name, ds) for name, values in given.items() if values is not None}

@@ -66,13 +66,14 @@ def scale_dependence(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> found = scale_dependence(scan, shortest=[10, 100], seeds=1, subregions=(1, 1))
+    >>> found = scan.contact.scale_dependence(shortest=[10, 100], seeds=1, subregions=(1, 1))
     >>> dict(found.pull_off_force.sizes)
     {'subregion': 1, 'shortest_kept': 2, 'seed': 1}
     """
     ds = schema.entered(ds)
     ds = need_sphere(ds).scan
-    count, spectrum = whole_number(seeds, "seeds", least=1), self_affine_fit(ds, hurst=hurst)
+    count = whole_number(seeds, "seeds", least=1)
+    spectrum = self_affine_fit(ds, hurst=hurst)
     wavelengths = schema.ascending(_usual_wavelengths(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
     forces = _simulated(_yielding(ds), centres, wavelengths, count, preload, known_spectrum(spectrum))
@@ -86,7 +87,8 @@ def scale_dependence(
 
 def _usual_wavelengths(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
     """Return wavelengths (nm) below, at and above the shortest that a scan shows."""
-    shown, pixel = float(spectrum["shortest_wavelength"]), schema.square_pixel(ds)
+    shown = float(spectrum["shortest_wavelength"])
+    pixel = schema.square_pixel(ds)
     if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
         raise ValueError("shortest: expected wavelengths in nm, since this scan has no spectrum to extrapolate")
     return [0.5 * shown, 0.5**0.5 * shown, shown, *(n * pixel for n in (2, 4) if n * pixel > 1.02 * shown)]
@@ -122,7 +124,8 @@ def _patches(ds: xr.Dataset, problem: Problem, centres: xr.Dataset) -> list[tupl
     """Return the heights around each place, their first pixel's position, the pixel and the place (nm)."""
     reach = problem.indenter.half_width(float(problem.steps[-1])) + 8 * problem.pixel
     windows, _ = regions.windows(ds, centres, reach)
-    x, y = ds["x"].values, ds["y"].values
+    x = ds["x"].values
+    y = ds["y"].values
     heights = ds["height"].values
     positions = zip(windows, centres["subregion_x"].values, centres["subregion_y"].values)
     return [

@@ -125,11 +125,12 @@ def error_budget(
     >>> import roughxr
     >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
-    >>> budget = error_budget(scan, settings={"work of adhesion": [0.9, 1.1]}, places=1, law="griffith")
+    >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="griffith")
     >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
     (True, 'not computed: left out of the settings')
     """
-    ds, count = schema.validate(ds, "scan"), whole_number(places, "places", least=1)
+    ds = schema.validate(ds, "scan")
+    count = whole_number(places, "places", least=1)
     _need_factors(ds, settings)
     mesh = read_mesh(mesh, Mesh())
     solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), preload=0.0, law=law, mesh=mesh)
@@ -161,7 +162,8 @@ def budget_of(
         del settings["mesh"]
         entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
     some = regions.sample(solved, places)
-    bare, law = ds.assign_coords(adhesion_range=attraction_range(ds)), solved.attrs["law"]
+    bare = ds.assign_coords(adhesion_range=attraction_range(ds))
+    law = solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
     if law not in EDGED:
         cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
@@ -256,7 +258,8 @@ def _slope(factor: str, cases: Sequence[Case]) -> float:
     """Return d ln F / d ln parameter through the cases, or from the base to a single case."""
     if not FACTORS[factor].is_ratio or all(case.setting == 1 for case in cases):
         return np.nan
-    ratio, change = np.log([case.setting for case in cases]), np.log1p([case.change.value for case in cases])
+    ratio = np.log([case.setting for case in cases])
+    change = np.log1p([case.change.value for case in cases])
     return float(change[0] / ratio[0]) if len(cases) == 1 else float(np.polyfit(ratio, change, 1)[0])
 
 

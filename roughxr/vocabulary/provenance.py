@@ -27,7 +27,9 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
 
     Examples
     --------
-    >>> history(record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
+    >>> import xarray as xr
+    >>> import roughxr
+    >>> roughxr.schema.history(roughxr.schema.record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
     {'size': 3}
     """
     known = (ds if source is None else source).attrs
@@ -61,7 +63,10 @@ def history(ds: xr.Dataset) -> list[dict[str, Any]]:
 
     Examples
     --------
-    >>> [step["operation"] for step in history(record(record(xr.Dataset(), "level"), "crop"))]
+    >>> import xarray as xr
+    >>> import roughxr
+    >>> recorded = roughxr.schema.record(roughxr.schema.record(xr.Dataset(), "level"), "crop")
+    >>> [step["operation"] for step in roughxr.schema.history(recorded)]
     ['level', 'crop']
     """
     return [_step(line) for line in str(ds.attrs.get("history", "")).split("\n") if line.strip()]

@@ -46,9 +46,11 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
-    >>> label(xr.Dataset({"force": ("delta", [1.0])})).force.units
+    >>> import xarray as xr
+    >>> import roughxr
+    >>> roughxr.schema.label(xr.Dataset({"force": ("delta", [1.0])})).force.units
     'nN'
-    >>> label(xr.Dataset({"force": ("delta", [1.0], {"units": "uN"})})).force.values
+    >>> roughxr.schema.label(xr.Dataset({"force": ("delta", [1.0], {"units": "uN"})})).force.values
     array([1000.])
     """
     out = ds.copy()
@@ -67,7 +69,9 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
     Examples
     --------
-    >>> kind_of(xr.Dataset({"height": (("x", "y"), [[0.0]])})), kind_of(xr.Dataset())
+    >>> import xarray as xr
+    >>> import roughxr
+    >>> roughxr.schema.kind_of(xr.Dataset({"height": (("x", "y"), [[0.0]])})), roughxr.schema.kind_of(xr.Dataset())
     ('scan', None)
     """
     for kind in ("asperities", "scan", "pull_off", "solution"):
@@ -119,9 +123,11 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> axes = {axis: (axis, [0.0, 1.0], {"units": "um"}) for axis in "xy"}
     >>> scan = xr.Dataset({"height": (("y", "x"), [[0.0, 5.0], [0.0, 0.0]], {"units": "nm"})}, axes)
-    >>> valid = validate(scan, "scan")
+    >>> valid = roughxr.schema.validate(scan, "scan")
     >>> valid.height.dims, valid.x.values.tolist()
     (('x', 'y'), [0.0, 1000.0])
     """
@@ -267,7 +273,8 @@ def _assigned(value: xr.DataArray, name: str) -> float:
             f"{name}: expected one value, found {value.size} along {value.dims}; select or solve one at a time"
         )
     adhesion = name == "work_of_adhesion"  # which may be none
-    units, least = VARIABLES[name].units, 0.0 if adhesion else np.nextafter(0.0, 1.0)
+    units = VARIABLES[name].units
+    least = 0.0 if adhesion else np.nextafter(0.0, 1.0)
     words = f"a number in {units} that is {'not negative' if adhesion else 'positive'}; assign the pair anew"
     return single(value.item(), units, name, words, lambda number: number >= least)
 

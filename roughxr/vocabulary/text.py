@@ -38,9 +38,12 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
 
 def warn(words: str, category: type[Warning] = UserWarning) -> None:
     """Warn at the line of the user's code that called the package."""
-    frame, depth, above = sys._getframe().f_back, 2, 2
+    frame = sys._getframe().f_back
+    depth = 2
+    above = 2
     while frame:  # xarray calls the package, too, to open a file
         if str(frame.f_globals.get("__name__")).partition(".")[0] in (__package__.partition(".")[0], "xarray"):
             above = depth + 1
-        frame, depth = frame.f_back, depth + 1
+        frame = frame.f_back
+        depth = depth + 1
     warnings.warn(words, category, stacklevel=above)

@@ -39,7 +39,8 @@ def read_options(specimen: Specimen, law: str) -> Options:
     """Return the options of `rigid`; raise if nothing attracts."""
     ds = specimen.bodies
     schema.one_of(law, RIGID_LAWS, "law")
-    (w,), menisci = schema.pair(ds, "work_of_adhesion", humid=True), pair_menisci(ds)
+    (w,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    menisci = pair_menisci(ds)
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
     wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf

@@ -91,7 +91,7 @@ def rigid(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = rigid(scan, subregions=(2, 2))
+    >>> found = scan.contact.rigid(subregions=(2, 2))
     >>> dict(found.force.sizes), bool((found.pull_off_force > 0).all())
     ({'subregion': 4, 'delta': 60}, True)
     """

@@ -65,7 +65,8 @@ class _Setting(NamedTuple):
 
     def attractions_beyond(self, deltas: np.ndarray) -> np.ndarray:
         """Return the adhesion force (nN) from beyond the window."""
-        indenter, o = self.problem.indenter, self.options
+        indenter = self.problem.indenter
+        o = self.options
         if indenter.map is not None:
             return np.zeros(deltas.size)
         return kernels.force_outside(
@@ -86,16 +87,19 @@ def _solve_place(height, datum, window, ends, mean, problem, layout, options) ->
     setting = _Setting(
         surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
     )
-    record, deltas = layout.blank(), problem.steps + surface.zero
+    record = layout.blank()
+    deltas = problem.steps + surface.zero
     closest, pull = _pull_off(setting)
     within = deltas <= closest + 1e-9
     record["force"][within] = -setting.attractions(deltas[within])
     if "meniscus_error" in layout.events:
-        cell, meniscus = problem.dx, options.menisci
+        cell = problem.dx
+        meniscus = options.menisci
         record["meniscus_error"] = menisci.relative_error(setting.cells, pull[1], options.law, meniscus, cell, pull[0])
         record["work_of_separation"] = menisci.work(surface.separation, pull[1], options.law, options.area)
     record["touch_delta"] = setting.first_touch() - surface.zero
-    record["pull_off_force"], record["pull_off_delta"] = pull[0], pull[1] - surface.zero
+    record["pull_off_force"] = pull[0]
+    record["pull_off_delta"] = pull[1] - surface.zero
     if options.law.closest is not None:
         exact = setting.attractions(np.array([pull[1] - minimum_below_cells(surface.separation)]))[0]
         record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan

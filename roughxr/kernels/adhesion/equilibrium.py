@@ -104,7 +104,9 @@ def settle(body, delta, state, near=False):
     """
     anchor = ContactState(*(values.copy() for values in state))
     out = _newton(body, delta, state, near)
-    products, rounds, steps = out.products, out.rounds, _FIRST_TANGENT_STEPS
+    products = out.products
+    rounds = out.rounds
+    steps = _FIRST_TANGENT_STEPS
     if out.converged or near:
         return out
     while rounds < _MOST_ROUNDS:
@@ -113,7 +115,9 @@ def settle(body, delta, state, near=False):
         for old, new in zip(anchor, state):
             new[:] = old
         out = _newton(body, delta, state, near)
-        products, rounds, steps = products + out.products, rounds + out.rounds + steps, 2 * steps
+        products = products + out.products
+        rounds = rounds + out.rounds + steps
+        steps = 2 * steps
         if out.converged and energy(body.separation, body.law, delta, state) <= bound + 1e-3 * abs(bound):
             break
     return Convergence(rounds, products, out.residual, out.converged)
@@ -121,7 +125,12 @@ def settle(body, delta, state, near=False):
 
 def _newton(body, delta, state, near):
     """Iterate until the residual is small or progress ends; a fall of the potential counts unless ``near``."""
-    products, best, lowest, since, exact, worst = 0, np.inf, np.inf, 0, False, np.inf
+    products = 0
+    best = np.inf
+    lowest = np.inf
+    since = 0
+    exact = False
+    worst = np.inf
     most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
     for turn in range(most):
         exact = exact or worst < _EXACT_RESIDUAL
@@ -134,7 +143,8 @@ def _newton(body, delta, state, near):
             return Convergence(turn, products, worst, True)
         falls = worst < _RESIDUAL_FALL * best or (not near and potential < lowest - _POTENTIAL_FALL * body.law.work)
         since = 0 if falls else since + 1
-        best, lowest = worst if worst < _RESIDUAL_FALL * best else best, min(potential, lowest)
+        best = worst if worst < _RESIDUAL_FALL * best else best
+        lowest = min(potential, lowest)
         if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
             return Convergence(turn, products, worst, False)
         products += 1 + _improve(body, state, worst)
@@ -171,7 +181,8 @@ def _fix_attraction(law, state, fixed):
             t = traction(max(state.gap[i, j], 0.0), law)[0]
             before = fixed[i, j] if fixed[i, j] > 0.0 else t
             presses = max(state.pressure[i, j] + before, 0.0) if state.touching[i, j] else 0.0
-            fixed[i, j], state.pressure[i, j] = t, presses - t
+            fixed[i, j] = t
+            state.pressure[i, j] = presses - t
 
 
 def _tangent_step(body, delta, state, fixed):
@@ -188,14 +199,17 @@ def _tangent_step(body, delta, state, fixed):
     goal = _OVERLAP_TOLERANCE * max(body.law.strength, -0.1 * gap.min())
     limits = goal, _OVERLAP_PRODUCTS, 0.0, np.inf, PATIENCE
     out = solve_contact(near, np.zeros(rows.size), pressure, gap, contact, *limits)
-    state.pressure[at], state.gap[at], state.touching[at] = pressure[:-1] - fixed[at], gap[:-1], contact[:-1]
+    state.pressure[at] = pressure[:-1] - fixed[at]
+    state.gap[at] = gap[:-1]
+    state.touching[at] = contact[:-1]
     return 1 + out[1]
 
 
 @kernel
 def _quick_gaps(convolution, separation, delta, state):
     """Compute the gaps from the pressures, in single precision."""
-    pressure, box = state.pressure, convolution.box
+    pressure = state.pressure
+    box = convolution.box
     for i in range(box.shape[0]):
         for j in range(box.shape[1]):
             box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
@@ -213,10 +227,13 @@ def _classify(separation, law, delta, state):
     potential (nm²) is the energy less Σ (p + t) g over touching cells, which removes the first-order effect of gaps
     that are not closed yet.
     """
-    worst, most, potential = 0.0, 0.0, 0.0
+    worst = 0.0
+    most = 0.0
+    potential = 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
-            gap, pressure = state.gap[i, j], state.pressure[i, j]
+            gap = state.gap[i, j]
+            pressure = state.pressure[i, j]
             most = max(most, pressure)
             t, tau, left = traction_and_work(max(gap, 0.0), law)
             touching = gap < law.range and pressure + t > _GAP_WEIGHT * gap
@@ -243,14 +260,18 @@ def _improve(body, state, worst):
 def _step(near, law, state, rows, columns, worst):
     """Solve for a step on some cells, and apply it; return the number of products."""
     touching, fall, right, work = _linear_system(law, state, rows, columns)
-    room, x, image = workspace(_MOST_PRODUCTS, rows.size), np.empty(rows.size), np.empty(rows.size)
-    part, tolerance = 1.0 if worst < _TANGENT_RESIDUAL else 0.0, _SYSTEM_TOLERANCE
+    room = workspace(_MOST_PRODUCTS, rows.size)
+    x = np.empty(rows.size)
+    image = np.empty(rows.size)
+    part = 1.0 if worst < _TANGENT_RESIDUAL else 0.0
+    tolerance = _SYSTEM_TOLERANCE
     size = np.int64(0)  # for a literal 0 Numba compiles all calls once more
     while True:
         size = solve(near, touching, part * fall, right, tolerance, size, room, x, image)
         if part == 0.0 or _is_downhill(law, state, rows, columns, touching, x, image, work):
             break
-        part, tolerance = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0, _DAMPED_TOLERANCE
+        part = _SLOPE_FACTOR * part if part > _LEAST_SLOPE else 0.0
+        tolerance = _DAMPED_TOLERANCE
     _apply_step(law, state, rows, columns, touching, x, image)
     return size
 
@@ -260,7 +281,8 @@ def _apply_step(law, state, rows, columns, touching, x, image):
     """Apply a step: solved pressures where cells touch, tractions at the new gaps where they attract."""
     most = traction(0.0, law)[0]
     for k in range(rows.size):
-        i, j = rows[k], columns[k]
+        i = rows[k]
+        j = columns[k]
         if touching[k]:
             state.pressure[i, j] = max(state.pressure[i, j] + x[k], -most)
         else:
@@ -270,12 +292,16 @@ def _apply_step(law, state, rows, columns, touching, x, image):
 @kernel
 def _coupled_cells(law, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
-    rows, columns, count = np.empty(state.gap.size, np.int64), np.empty(state.gap.size, np.int64), 0
+    rows = np.empty(state.gap.size, np.int64)
+    columns = np.empty(state.gap.size, np.int64)
+    count = 0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
             gap = state.gap[i, j]
             if state.touching[i, j] or gap < 0.0 or traction(gap, law)[1] >= _SMALLEST_SLOPE:
-                rows[count], columns[count], count = i, j, count + 1
+                rows[count] = i
+                columns[count] = j
+                count = count + 1
     return rows[:count], columns[:count]
 
 
@@ -283,9 +309,13 @@ def _coupled_cells(law, state):
 def _linear_system(law, state, rows, columns):
     """Return which cells touch, the slopes τ of the others' tractions, the right side, and their remaining work."""
     count = rows.size
-    touching, tau, right, work = np.empty(count, np.bool_), np.zeros(count), np.empty(count), np.zeros(count)
+    touching = np.empty(count, np.bool_)
+    tau = np.zeros(count)
+    right = np.empty(count)
+    work = np.zeros(count)
     for k in range(count):
-        i, j = rows[k], columns[k]
+        i = rows[k]
+        j = columns[k]
         touching[k] = state.touching[i, j]
         if touching[k]:
             right[k] = -state.gap[i, j]
@@ -299,14 +329,16 @@ def _linear_system(law, state, rows, columns):
 @kernel
 def _is_downhill(law, state, rows, columns, touching, x, image, work):
     """Return whether a step x of the pressures and A x of the gaps lowers the potential and is short enough."""
-    rise, longest = 0.0, _LARGEST_OPENING * law.length
+    rise = 0.0
+    longest = _LARGEST_OPENING * law.length
     for k in range(rows.size):
         rise += 0.5 * x[k] * image[k]
         if touching[k]:
             continue
         if abs(image[k]) > longest:
             return False
-        gap, pressure = state.gap[rows[k], columns[k]], state.pressure[rows[k], columns[k]]
+        gap = state.gap[rows[k], columns[k]]
+        pressure = state.pressure[rows[k], columns[k]]
         rise += pressure * image[k] - _work_from(gap + image[k], law) + work[k]
     return rise <= 0.0
 
@@ -323,7 +355,8 @@ def energy(separation, law, delta, state):
     total = 0.0
     for i in range(state.gap.shape[0]):
         for j in range(state.gap.shape[1]):
-            gap, pressure = state.gap[i, j], state.pressure[i, j]
+            gap = state.gap[i, j]
+            pressure = state.pressure[i, j]
             if gap < law.range:
                 total += 0.5 * pressure * (delta - separation[i, j] + gap) - remaining_work(max(gap, 0.0), law)
     return total

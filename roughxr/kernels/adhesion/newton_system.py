@@ -79,18 +79,22 @@ def solve(near, touching, tau, right, part, known, room, x, image):
     size
         Number of directions, limited by the size of ``room``.
     """
-    most, left = room.images.shape[0], right.copy()
-    h, e = np.zeros((most, most)), np.zeros(most)
+    most = room.images.shape[0]
+    left = right.copy()
+    h = np.zeros((most, most))
+    e = np.zeros(most)
     goal = part * np.sqrt(_dot(right, right))
     for m in range(known):
         _orthogonalise(touching, tau, room, m, h, e, left)
-    size, rest = known, np.sqrt(_dot(left, left))
+    size = known
+    rest = np.sqrt(_dot(left, left))
     while size < most and rest > goal:
         z = room.preconditioned[size]
         _precondition(near, touching, left, z)
         multiply(near, z, room.images[size])
         _orthogonalise(touching, tau, room, size, h, e, left)
-        size, rest = size + 1, np.sqrt(_dot(left, left))
+        size = size + 1
+        rest = np.sqrt(_dot(left, left))
     _combine(h, e, size, room, x, image)
     return size
 
@@ -98,7 +102,9 @@ def solve(near, touching, tau, right, part, known, room, x, image):
 @kernel
 def _orthogonalise(touching, tau, room, m, h, e, left):
     """Orthogonalise the image of the ``m``-th direction, and subtract its part of the residual."""
-    z, y, new = room.preconditioned[m], room.images[m], room.basis[m]
+    z = room.preconditioned[m]
+    y = room.images[m]
+    new = room.basis[m]
     for k in range(left.size):
         new[k] = y[k] if touching[k] else z[k] - tau[k] * y[k]
     for i in range(m):
@@ -115,7 +121,8 @@ def _orthogonalise(touching, tau, room, m, h, e, left):
 def _combine(h, e, size, room, x, image):
     """Solve the triangular system, and combine the directions to the solution."""
     for k in range(x.size):
-        x[k], image[k] = 0.0, 0.0
+        x[k] = 0.0
+        image[k] = 0.0
     for m in range(size - 1, -1, -1):
         total = e[m]
         for i in range(m + 1, size):

@@ -21,18 +21,21 @@ def contacts_and_resolution(state, closed, law):
     members = state.touching | (state.pressure < -_ATTRACTS * law.strength)
     if not members.any():
         return 0, np.nan
-    (contact, labels), (parts, count) = ndimage.label(state.touching), ndimage.label(members)
+    (contact, labels) = ndimage.label(state.touching)
+    (parts, count) = ndimage.label(members)
     surrounded = np.zeros(labels + 1, int)  # connected part of the members around each contact
     surrounded[contact[state.touching]] = parts[state.touching]
     edge = np.sqrt(np.bincount(contact[members], minlength=labels + 1))
     whole = np.bincount(surrounded[1:], edge[1:], count + 1)
-    unattached, attracting = np.flatnonzero(whole[1:] == 0) + 1, members & ~state.touching
+    unattached = np.flatnonzero(whole[1:] == 0) + 1
+    attracting = members & ~state.touching
 
     def per_contact(values):
         shared = np.bincount(parts[attracting], values[attracting], count + 1)
         own = np.bincount(contact[state.touching], values[state.touching], labels + 1)[1:]
         return np.concatenate([own + shared[surrounded[1:]] * edge[1:] / whole[surrounded[1:]], shared[unattached]])
 
-    tension, size = per_contact(np.maximum(-state.pressure, 0.0)), per_contact(closed)
+    tension = per_contact(np.maximum(-state.pressure, 0.0))
+    size = per_contact(closed)
     matters = tension >= min(_SHARE * tension.sum(), tension.max())
     return labels, float(np.sqrt(size[matters].min() / np.pi))

@@ -141,7 +141,8 @@ def follow_path(
         One for each turning point. A preload that was not reached turns back at the last of ``deltas``.
     """
     separation = np.ascontiguousarray(np.where(np.isfinite(separation), separation, np.inf))
-    deltas, preloads = np.asarray(deltas, dtype=float), np.sort(np.asarray(preloads, dtype=float))
+    deltas = np.asarray(deltas, dtype=float)
+    preloads = np.sort(np.asarray(preloads, dtype=float))
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
@@ -156,7 +157,8 @@ def _path(loading, loaded):
     """Return the `Path` that turns back at the present state of loading."""
     retraction = _Retraction(loading)
     whole = loaded and retraction.retract()
-    visited, shape = loading.visited + (retraction.visited if loaded else []), (0, *loading.solver.separation.shape)
+    visited = loading.visited + (retraction.visited if loaded else [])
+    shape = (0, *loading.solver.separation.shape)
     states = np.array([visit.row for visit in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [visit.pressure for visit in visited if visit.pressure is not None]
@@ -173,8 +175,11 @@ class _Visit:
     __slots__ = ("most", "pressure", "residual_height", "row", "solved", "stiffness")
 
     def __init__(self, row, solved, stiffness, pressure=None, residual_height=None):
-        self.row, self.solved, self.stiffness = row, solved, stiffness
-        self.pressure, self.residual_height = pressure, residual_height
+        self.row = row
+        self.solved = solved
+        self.stiffness = stiffness
+        self.pressure = pressure
+        self.residual_height = residual_height
         self.most = -np.inf  # the largest tension that may lie between this state and the next
 
 
@@ -182,8 +187,14 @@ class _Stepper:
     """The present state of a path, and the states visited so far."""
 
     def __init__(self, solver, step, deltas, fields):
-        self.solver, self.step, self.deltas, self.fields = solver, step, deltas, fields
-        self.visited, self.largest, self.stiffness, self.last = [], 0.0, np.inf, None
+        self.solver = solver
+        self.step = step
+        self.deltas = deltas
+        self.fields = fields
+        self.visited = []
+        self.largest = 0.0
+        self.stiffness = np.inf
+        self.last = None
 
     def accept(self, solved, prescribed):
         """Append a state, which becomes the present state."""
@@ -195,18 +206,26 @@ class _Stepper:
         self.largest = max(self.largest, -solved.force)
         pressure = residual_height = None
         if prescribed and self.fields:
-            pressure, residual_height = np.zeros(self.solver.separation.shape), solved.residual_height
+            pressure = np.zeros(self.solver.separation.shape)
+            residual_height = solved.residual_height
             pressure[solved.rows, solved.columns] = solved.state.pressure
         row = self._row(solved, prescribed, freed)
         self.visited.append(_Visit(row, solved, self.stiffness, pressure, residual_height))
 
     def _row(self, solved, prescribed, freed):
         """Return the values of a state, with the energy freed by the last step in place of the whole dissipation."""
-        row, state = np.zeros(1, STATE)[0], solved.state
-        row["delta"], row["force"], row["energy"], row["dissipated"] = solved.delta, solved.force, solved.energy, freed
+        row = np.zeros(1, STATE)[0]
+        state = solved.state
+        row["delta"] = solved.delta
+        row["force"] = solved.force
+        row["energy"] = solved.energy
+        row["dissipated"] = freed
         row["contact_patches"], row["resolution"] = self.solver.contacts(state)
-        row["contact_area"], row["residual"], row["iterations"] = state.touching.sum(), solved.residual, solved.rounds
-        row["converged"], row["prescribed"] = solved.converged, prescribed
+        row["contact_area"] = state.touching.sum()
+        row["residual"] = solved.residual
+        row["iterations"] = solved.rounds
+        row["converged"] = solved.converged
+        row["prescribed"] = prescribed
         for name, value in self.solver.yielded(solved).items():
             row[name] = value
         return row
@@ -230,13 +249,15 @@ class _Loading(_Stepper):
         self.solve = solver.solve_yielding if solver.cap < np.inf else solver.solve
         first = float(solver.separation.min()) - solver.law.onset
         steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole, so that retraction visits the same displacements
-        self.last, self.next = solver.without_traction(deltas[0] - step * steps, residual_height), 0
+        self.last = solver.without_traction(deltas[0] - step * steps, residual_height)
+        self.next = 0
 
     def load(self, goal):
         """Continue to the force ``goal`` or to the last displacement; return whether all states are finite."""
         over = None  # a state beyond the goal
         while self.next < self.deltas.size:
-            target, last = self.deltas[self.next], self.last
+            target = self.deltas[self.next]
+            last = self.last
             if over is not None and over.delta - last.delta <= _SHORTEST_STEP * self.step:
                 solved = over  # the force jumps past the goal
             else:
@@ -271,7 +292,8 @@ class _Retraction(_Stepper):
 
     def __init__(self, loading):
         super().__init__(loading.solver, loading.step, loading.deltas, loading.fields)
-        self.last, self.stiffness = loading.last, loading.stiffness
+        self.last = loading.last
+        self.stiffness = loading.stiffness
         self.first = float(self.solver.separation.min()) - self.solver.law.onset
         if loading.visited:  # it begins with the present state
             turn = loading.visited[-1]
@@ -327,9 +349,13 @@ class _Retraction(_Stepper):
 
     def _locate_ends(self, index):
         """Retract again from a state, and locate the ends of branches, until the path joins the known path."""
-        known, self.visited = self.visited[index + 1 :], self.visited[: index + 1]
-        start, least = self.visited[-1], _SHORTEST_STEP * self.step
-        self.last, self.stiffness, start.most = start.solved, start.stiffness, -np.inf
+        known = self.visited[index + 1 :]
+        self.visited = self.visited[: index + 1]
+        start = self.visited[-1]
+        least = _SHORTEST_STEP * self.step
+        self.last = start.solved
+        self.stiffness = start.stiffness
+        start.most = -np.inf
         whole = step = _RETRACTION_STEP * self.step
         beyond = None  # a displacement before which the branch has ended
         if known and known[0].solved is not None:
@@ -337,26 +363,33 @@ class _Retraction(_Stepper):
             step = max(0.5 * (self.last.delta - beyond), least)
         while known or not self.is_lost():
             if self.is_lost():  # nothing happens between the prescribed displacements
-                known, step, beyond = [visit for visit in known if visit.row["prescribed"]], np.inf, None
+                known = [visit for visit in known if visit.row["prescribed"]]
+                step = np.inf
+                beyond = None
                 if not known:
                     break
-            target, prescribed = -np.inf, False
+            target = -np.inf
+            prescribed = False
             if known:
-                target, prescribed = known[0].row["delta"], bool(known[0].row["prescribed"])
+                target = known[0].row["delta"]
+                prescribed = bool(known[0].row["prescribed"])
             at_end = beyond is not None and self.last.delta - beyond < _AT_END * least
             delta = self._delta_after(least if at_end else step, target)
-            moved, at_target = self.last.delta - delta, delta == target
+            moved = self.last.delta - delta
+            at_target = delta == target
             near = not at_end and moved > _SHORT * least and not self.is_lost() and self._may_reach_largest(moved)
             solved = self.solver.solve(delta, self.last, near=near, exact=at_target and prescribed)
             if near and (not solved.converged or self._may_miss_tension(solved)):
-                step, beyond = max(0.5 * moved, least), delta
+                step = max(0.5 * moved, least)
+                beyond = delta
                 continue
             if not np.isfinite(solved.force):
                 return False
             if near and beyond is not None and beyond < delta:
                 step = 0.5 * (delta - beyond)
             else:
-                step, beyond = min(whole, max(step, 2.0 * moved)), None
+                step = min(whole, max(step, 2.0 * moved))
+                beyond = None
             self.accept(solved, at_target and prescribed)
             self._forget()
             if at_target and self._is_same(known[0]) and (known[1:] or self.is_lost()):
@@ -375,7 +408,8 @@ class _Retraction(_Stepper):
 
     def _is_same(self, other):
         """Return whether the present state equals another state at its displacement."""
-        row, cells = self.visited[-1].row, other.row["contact_area"]
+        row = self.visited[-1].row
+        cells = other.row["contact_area"]
         same_force = abs(row["force"] - other.row["force"]) <= _TENSION_ERROR * self.largest
         return same_force and abs(row["contact_area"] - cells) <= max(0.01 * cells, 1.0)
 
@@ -424,7 +458,8 @@ class _Retraction(_Stepper):
         slopes = np.diff(rows["force"]) / np.diff(rows["delta"])
         slope_before = slopes[0] if index > 0 else np.inf
         slope_after = slopes[-1] if index + 2 < len(self.visited) else 0.0
-        start, end = self.visited[index].row, self.visited[index + 1].row
+        start = self.visited[index].row
+        end = self.visited[index + 1].row
         width = start["delta"] - end["delta"]
         part = (start["force"] - end["force"] - slope_after * width) / ((slope_before - slope_after) * width)
         inside = min(max(part, _LEAST_PART), 1.0 - _LEAST_PART)
@@ -432,7 +467,8 @@ class _Retraction(_Stepper):
 
     def _count_dissipation(self, index):
         """Set the energy dissipated by the step to a state."""
-        before, after = self.visited[index - 1].row, self.visited[index].row
+        before = self.visited[index - 1].row
+        after = self.visited[index].row
         work = 0.5 * (after["force"] + before["force"]) * (after["delta"] - before["delta"])
         after["dissipated"] = work - (after["energy"] - before["energy"])
 
@@ -450,7 +486,8 @@ class _Retraction(_Stepper):
 
         It may if by its energy it jumped or a stiff contact detached, or if the tension fell after it had increased.
         """
-        last, smooth = self.last, self._is_smooth(solved)
+        last = self.last
+        smooth = self._is_smooth(solved)
         if smooth and solved.force <= last.force:
             return False
         missed = _TENSION_ERROR_ON_CURVE if smooth else _TENSION_ERROR

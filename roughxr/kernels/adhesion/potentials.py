@@ -124,7 +124,9 @@ def energy(g, law):
     g = np.asarray(g, dtype=float)
     if law.filled == -np.inf:
         return _energy(g, law)
-    values, at_edge, under = np.array(_energy(g, law)), _energy(law.filled, law), g < law.filled
+    values = np.array(_energy(g, law))
+    at_edge = _energy(law.filled, law)
+    under = g < law.filled
     values[under] = law.share * (values[under] - at_edge) + law.tension * (law.filled - g[under]) + at_edge
     return values
 

@@ -51,12 +51,17 @@ def _planes(height, mean, x, y):
     n, m = height.shape
     most = 0.0
     for i in range(n):
-        before, after = height[max(i - 1, 0)], height[min(i + 1, n - 1)]
+        before = height[max(i - 1, 0)]
+        after = height[min(i + 1, n - 1)]
         for j in range(m):
-            centre, left, right = height[i, j], height[i, max(j - 1, 0)], height[i, min(j + 1, m - 1)]
-            a, b = 0.5 * (after[j] - before[j]), 0.5 * (right - left)
+            centre = height[i, j]
+            left = height[i, max(j - 1, 0)]
+            right = height[i, min(j + 1, m - 1)]
+            a = 0.5 * (after[j] - before[j])
+            b = 0.5 * (right - left)
             bend = (after[j] + before[j] + left + right - 4.0 * centre) / 24.0
-            x[i, j], y[i, j] = a if np.isfinite(a) else 0.0, b if np.isfinite(b) else 0.0
+            x[i, j] = a if np.isfinite(a) else 0.0
+            y[i, j] = b if np.isfinite(b) else 0.0
             bend = bend if np.isfinite(bend) else 0.0
             mean[i, j] = centre + bend
             most = max(most, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
@@ -66,7 +71,8 @@ def _planes(height, mean, x, y):
 @kernel
 def attractions(separation, cells, deltas, law, closest, area):
     """Return the attractive force (nN) over a window of separations at each displacement (nm)."""
-    forces, humid = np.zeros(deltas.size), cells.mean.size > 0
+    forces = np.zeros(deltas.size)
+    humid = cells.mean.size > 0
     for k in range(deltas.size):
         for i in range(separation.shape[0]):
             for j in range(separation.shape[1]):
@@ -82,7 +88,8 @@ def attractions(separation, cells, deltas, law, closest, area):
 @kernel
 def wetted(depth, x, y):
     """Return the part of a cell where a plane gap lies below a level ``depth`` over its mean; x, y are its changes."""
-    a, b = max(abs(x), abs(y)), min(abs(x), abs(y))
+    a = max(abs(x), abs(y))
+    b = min(abs(x), abs(y))
     u = depth + 0.5 * (a + b)
     if u <= 0.0:
         return 0.0
@@ -97,13 +104,17 @@ def wetted(depth, x, y):
 @kernel
 def wetted_area(cells, level):
     """Return the area wetted below a level (nm), and the length of its edge, in cells and their sides."""
-    area, edge = 0.0, 0.0
-    means, x, y = cells.mean.ravel(), cells.x.ravel(), cells.y.ravel()
+    area = 0.0
+    edge = 0.0
+    means = cells.mean.ravel()
+    x = cells.x.ravel()
+    y = cells.y.ravel()
     for n in range(means.size):
         depth = level - means[n]
         if depth <= -cells.most:
             continue
-        a, b = abs(x[n]), abs(y[n])
+        a = abs(x[n])
+        b = abs(y[n])
         area += wetted(depth, a, b)
         if abs(depth) < 0.5 * (a + b):
             width = 1e-3 * (a + b)

@@ -67,9 +67,12 @@ class Solver:
     """Solves the states of one body."""
 
     def __init__(self, separation, law, cap, limit, from_contact, capture=0.0, film=None):
-        self.separation, self.law, self.film = separation, law, film
+        self.separation = separation
+        self.law = law
+        self.film = film
         self.bulges = film is not None and film.bulges
-        self.cap, self.limit = cap, limit
+        self.cap = cap
+        self.limit = limit
         self.lowest = [separation.min(axis=axis) for axis in (1, 0)]  # of whole rows and columns: windows are wide
         self.edge_width = int(np.ceil(_EDGE_OPENING / law.steepest)) + 2 if from_contact and law.work > 0 else 0
         self.closes_at = capture if capture > 0.0 else -_CONTACT_OVERLAP * law.range
@@ -89,7 +92,8 @@ class Solver:
             if not solved.state.pressure.max() > (1.0 + _EXCESS) * self.cap:
                 break
             dented = solved._replace(residual_height=self._indented(solved))
-            rounds, solved = solved.rounds, self.solve(delta, dented, exact=exact)
+            rounds = solved.rounds
+            solved = self.solve(delta, dented, exact=exact)
             solved = solved._replace(rounds=solved.rounds + rounds)
         else:
             within_cap = not solved.state.pressure.max() > (1.0 + _EXCESS) * self.cap
@@ -98,10 +102,13 @@ class Solver:
 
     def _indented(self, solved):
         """Return the residual height of the surface, dented at fixed attraction where pressures exceed the hardness."""
-        at, state, most = (solved.rows, solved.columns), solved.state, traction(0.0, self.law)[0]
+        at = (solved.rows, solved.columns)
+        state = solved.state
+        most = traction(0.0, self.law)[0]
         attraction = np.where(state.touching, most, np.maximum(-state.pressure, 0.0))
         separation = self.separation[at] - solved.residual_height[at] - displaced(attraction, self.film)
-        hardness, deltas = displacement_control.Hardness(self.cap + most), np.array([solved.delta])
+        hardness = displacement_control.Hardness(self.cap + most)
+        deltas = np.array([solved.delta])
         limits = {"tolerance": _DENT_TOLERANCE, "hardness": hardness, "keep": 1}
         _, pressure, displacement = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, self.film, **limits)
         left = solved.residual_height.copy()
@@ -133,7 +140,8 @@ class Solver:
         touches = (marks < _TOUCHED) & (state.touching | ((gap < self.closes_at) & (marks == 0)))
         if not touches.any():
             return last.attracting, False
-        width, grown = self.edge_width, last.attracting.copy()
+        width = self.edge_width
+        grown = last.attracting.copy()
         grown[rows, columns][touches] = _TOUCHED
         wider = tuple(slice(max(part.start - width, 0), part.stop + width) for part in (rows, columns))
         at_edge = ndimage.binary_dilation(grown[wider] == _TOUCHED, _FOUR_NEIGHBOURS, width)
@@ -141,7 +149,8 @@ class Solver:
         return grown, bool(((grown[rows, columns] > 0) & (marks == 0) & (gap < self.law.range)).any())
 
     def _solve_in_box(self, rows, columns, delta, last, near, exact):
-        state, left = self._moved_state(last, rows, columns), last.residual_height
+        state = self._moved_state(last, rows, columns)
+        left = last.residual_height
         separation = np.ascontiguousarray(self.separation[rows, columns] - left[rows, columns])
         if self.edge_width:
             separation[last.attracting[rows, columns] == 0] = np.inf
@@ -164,8 +173,11 @@ class Solver:
 
     def yielded(self, solved):
         """Return the shares of force and area at the hardness, and area and volume of the dents."""
-        pressure, least = solved.state.pressure, self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
-        hard, pushes, touching = pressure >= least, max(pressure.clip(min=0.0).sum(), 1e-300), solved.state.touching
+        pressure = solved.state.pressure
+        least = self.limit * (1.0 - 2.0 * _EXCESS if self.cap < np.inf else 1.0)
+        hard = pressure >= least
+        pushes = max(pressure.clip(min=0.0).sum(), 1e-300)
+        touching = solved.state.touching
         left = solved.residual_height[: None if self.cap < np.inf else 0]  # of the whole window: costs time
         return {
             "yielded_fraction": pressure[hard].sum() / pushes,
@@ -196,7 +208,8 @@ class Solver:
         """Return a state on another box; cells outside the old box have no traction."""
         shape = rows.stop - rows.start, columns.stop - columns.start
         state = ContactState(np.zeros(shape), np.full(shape, np.inf), np.zeros(shape, bool))
-        (a, b), (c, d) = _overlap(known.rows, rows), _overlap(known.columns, columns)
+        (a, b) = _overlap(known.rows, rows)
+        (c, d) = _overlap(known.columns, columns)
         for old, new in zip(known.state, state):
             new[b, d] = old[a, c]
         return state
@@ -210,7 +223,8 @@ def _rounded_slice(places, size, margin):
     """Return a slice around some cells, its length a multiple of `BOX_MULTIPLE`."""
     if places.size == 0:
         return slice(0, min(BOX_MULTIPLE, size))
-    first, end = places[0] - margin, places[-1] + 1 + margin
+    first = places[0] - margin
+    end = places[-1] + 1 + margin
     length = min(BOX_MULTIPLE * -(-(end - first) // BOX_MULTIPLE), size)
     first = min(max(first, 0), size - length)
     return slice(first, first + length)
@@ -218,5 +232,6 @@ def _rounded_slice(places, size, margin):
 
 def _overlap(old, new):
     """Return the intersection of two slices, relative to each of them."""
-    first, end = max(old.start, new.start), max(min(old.stop, new.stop), max(old.start, new.start))
+    first = max(old.start, new.start)
+    end = max(min(old.stop, new.stop), max(old.start, new.start))
     return slice(first - old.start, end - old.start), slice(first - new.start, end - new.start)

@@ -64,7 +64,8 @@ def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     strengths = e.size / e.near, _STRENGTH * v.size / v.near, s.size
     slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
     is_given = [term.size > 0.0 for term in (e, v, s)]
-    lengths, onsets = (e.near, v.near, s.far - s.near), (_ONSET * e.near, _ONSET * v.near, s.far)
+    lengths = (e.near, v.near, s.far - s.near)
+    onsets = (_ONSET * e.near, _ONSET * v.near, s.far)
     ranges = CUT * e.near, TAIL * v.near, s.far
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(
@@ -113,18 +114,23 @@ def remaining_work(u, law):
 @kernel
 def traction_and_work(u, law):
     """Return t(u), −dt/du and the work left to separate the surfaces, nm²."""
-    t, fall, left = 0.0, 0.0, 0.0
+    t = 0.0
+    fall = 0.0
+    left = 0.0
     if u >= law.range:
         return t, fall, left
     left = -law.cut
     if law.exponential.size > 0.0:
         length = law.exponential.near
         part = law.exponential.size * np.exp(-u / length)
-        t, fall, left = part / length, part / (length * length), left + part
+        t = part / length
+        fall = part / (length * length)
+        left = left + part
     if law.waals.size > 0.0:
         length = law.waals.near
         x = length / (length + u)
-        x2, x3 = x * x, x * x * x
+        x2 = x * x
+        x3 = x * x * x
         x9 = x3 * x3 * x3
         scale = 8.0 * law.waals.size / (3.0 * length)
         t += scale * (x3 - x9)

@@ -118,8 +118,12 @@ def asperities_scales(A, B, E_star, w, law):
     out = np.empty((6, A.size))
     for i in range(A.size):
         scales = asperity_scales(A[i], B[i], E_star, w, law)
-        out[0, i], out[1, i], out[2, i] = scales.a, scales.P, scales.delta
-        out[3, i], out[4, i], out[5, i] = scales.axis_ratio, scales.end, scales.row
+        out[0, i] = scales.a
+        out[1, i] = scales.P
+        out[2, i] = scales.delta
+        out[3, i] = scales.axis_ratio
+        out[4, i] = scales.end
+        out[5, i] = scales.row
     return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
 
 

@@ -36,7 +36,10 @@ def line_force(line, above_end):
     j = min(int(along), CELLS_ALONG - 1)
     t = along - j
     u = 1.0 - t
-    c0, c1, c2, c3 = line[j], line[j + 1], line[j + 2], line[j + 3]
+    c0 = line[j]
+    c1 = line[j + 1]
+    c2 = line[j + 2]
+    c3 = line[j + 3]
     f = spline_value(spline_weights(t), c0, c1, c2, c3)
     df = 0.5 * (u * u * (c1 - c0) + t * t * (c3 - c2)) + (0.5 + t * u) * (c2 - c1)
     return f * size * size * size, (3.0 * f - 0.5 * along * df) * size * size / (2.0 * q)

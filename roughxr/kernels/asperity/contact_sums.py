@@ -52,7 +52,8 @@ def offsets(field, x, y, radius, profile):
     """Return the displacement (nm) at which the sphere at (x, y) reaches each vertex."""
     out = np.empty(field.x.size)
     for i in range(out.size):
-        u, v = field.x[i] - x, field.y[i] - y
+        u = field.x[i] - x
+        v = field.y[i] - y
         out[i] = field.depth[i] + profile_height(u * u + v * v, radius, profile)
     return out
 
@@ -60,7 +61,8 @@ def offsets(field, x, y, radius, profile):
 @kernel
 def superpose(deltas, field, offset, patch_radius, branch):
     """Return (6, delta): force nN, area nm², and the counts of ``CONTACTS`` … ``TRUNCATED``."""
-    out, lines = np.zeros((6, deltas.size)), np.empty((3, LENGTH))
+    out = np.zeros((6, deltas.size))
+    lines = np.empty((3, LENGTH))
     for i in range(offset.size):
         if deltas[-1] - offset[i] >= field.scales.end[i] * field.scales.delta[i]:
             _add(deltas, field, i, offset[i], patch_radius, branch, lines, out)
@@ -80,8 +82,13 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
     Flags are counted at their first displacement, since contacts grow. Laws of closed form take scalars: passing an
     array to a function costs as much as the law itself.
     """
-    scales, force, area, n, first = pick(field.scales, i), out[FORCE], out[AREA], deltas.size, 0
-    adheres, begins = scales.end < 0.0, offset + scales.end * scales.delta
+    scales = pick(field.scales, i)
+    force = out[FORCE]
+    area = out[AREA]
+    n = deltas.size
+    first = 0
+    adheres = scales.end < 0.0
+    begins = offset + scales.end * scales.delta
     while first < n and (deltas[first] < begins or (not adheres and deltas[first] == offset)):
         first += 1  # contacts without area do not count
     tabulated = adheres and branch.size > 0
@@ -89,7 +96,8 @@ def _add(deltas, field, i, offset, patch_radius, branch, lines, out):
         for column in (P, A, B):
             collapse(branch, scales.row, column, lines[column])
     beyond = n
-    per_nm, ellipse = 1.0 / scales.delta, pi * scales.axis_ratio * scales.a * scales.a
+    per_nm = 1.0 / scales.delta
+    ellipse = pi * scales.axis_ratio * scales.a * scales.a
     for k in range(first, n):
         delta = max((deltas[k] - offset) * per_nm, scales.end)
         p, a, b = line_contact(lines, delta - scales.end) if tabulated else closed_contact(delta, scales.end)
@@ -112,17 +120,21 @@ def _contact_radius(delta, field, i, x, y, branch):
     contact = asperity_contact(delta, pick(field.scales, i), branch)
     if not contact.b > 0.0:
         return 0.0
-    c, s = np.cos(field.orientation[i]), np.sin(field.orientation[i])
-    along, across = c * x + s * y, c * y - s * x
+    c = np.cos(field.orientation[i])
+    s = np.sin(field.orientation[i])
+    along = c * x + s * y
+    across = c * y - s * x
     return contact.a * contact.b / np.hypot(contact.b * along, contact.a * across)
 
 
 @kernel
 def _overlaps(delta, field, i, j, offset, branch):
     """Return whether the contacts of two asperities overlap with the sphere at ``delta``."""
-    x, y = field.x[j] - field.x[i], field.y[j] - field.y[i]
+    x = field.x[j] - field.x[i]
+    y = field.y[j] - field.y[i]
     distance = np.hypot(x, y)
-    x, y = x / distance, y / distance
+    x = x / distance
+    y = y / distance
     mine = _contact_radius(delta - offset[i], field, i, x, y, branch)
     other = _contact_radius(delta - offset[j], field, j, x, y, branch)
     return mine > 0.0 and other > 0.0 and mine + other > distance
@@ -135,7 +147,8 @@ def _first_overlap(deltas, field, i, offset, branch):
     for j in field.neighbour[i]:
         if j < 0 or not _overlaps(deltas[first - 1], field, i, j, offset, branch):
             continue
-        low, first = -1, first - 1
+        low = -1
+        first = first - 1
         while first - low > 1:
             middle = (low + first) // 2
             if _overlaps(deltas[middle], field, i, j, offset, branch):

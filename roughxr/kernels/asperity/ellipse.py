@@ -47,13 +47,18 @@ def associate_integrals(lam):
     Gauss: K = π/(2 agm(1, λ)) and K − E = K Σ 2ⁿ⁻¹cₙ², n ≥ 0, with c₀² = e² and cₙ₊₁ = cₙ²/(4 meanₙ₊₁). Divided
     by e², all terms of the sum are positive, and the first stays ½ as λ → 1.
     """
-    mean, geometric = 0.5 * (1.0 + lam), sqrt(lam)
-    c, term, power = 0.5 * (1.0 - lam), 0.25 * (1.0 - lam) / (1.0 + lam), 1.0
+    mean = 0.5 * (1.0 + lam)
+    geometric = sqrt(lam)
+    c = 0.5 * (1.0 - lam)
+    term = 0.25 * (1.0 - lam) / (1.0 + lam)
+    power = 1.0
     share = 0.5 + term
     while c > _ROUNDING * mean:
         mean, geometric = 0.5 * (mean + geometric), sqrt(mean * geometric)
         ratio = 0.25 * c / mean
-        c, term, power = c * ratio, term * ratio * ratio, 2.0 * power
+        c = c * ratio
+        term = term * ratio * ratio
+        power = 2.0 * power
         share += power * term
     K = 0.5 * pi / mean
     return K * (1.0 - share), K * share
@@ -82,7 +87,8 @@ def axis_ratio(ratio):
     if not 1.0 <= ratio < np.inf:
         return np.nan
     target = log(ratio)
-    x_old, f_old = 0.0, -target
+    x_old = 0.0
+    f_old = -target
     x = -2.0 / 3.0 * target
     for _ in range(_MOST_STEPS):
         f = log(curvature_ratio(exp(x))) - target

@@ -76,7 +76,9 @@ def potentials(k):
     """Return I_jl = ∫₀^∞ dt / ((1+t)^{j+½} (k²+t)^{l+½} √t) for jl = 00, 10, 01, 20, 11, 02, by t = k tan²ψ."""
     cos2, sin2, weight = _quarter_turn(k)
     k = np.asarray(k)[..., None]
-    in_a, in_b = cos2 / (cos2 + k * sin2), cos2 / (k * (k * cos2 + sin2))  # 1/(1+t), 1/(k²+t)
+    # 1/(1+t), 1/(k²+t)
+    in_a = cos2 / (cos2 + k * sin2)
+    in_b = cos2 / (k * (k * cos2 + sin2))
     base = 2 * weight * np.sqrt(k * in_a * in_b) / cos2
     orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
     return [np.sum(base * in_a**j * in_b**l, axis=-1) for j, l in orders]
@@ -96,7 +98,8 @@ def fit(k, ratio):
     u0_1, x_1, y_1 = displacement(0, 1, 0, k)
     u0_2, x_2, y_2 = displacement(0, 0, 1, k)
     det = x_1 * y_2 - x_2 * y_1
-    c1, c2 = (y_2 - x_2 * ratio) / det, (x_1 * ratio - y_1) / det
+    c1 = (y_2 - x_2 * ratio) / det
+    c2 = (x_1 * ratio - y_1) / det
     return EdgeFit((c1 - c2) / 2, (c1 + c2) / 2, displacement(1, 0, 0, k)[0], c1 * u0_1 + c2 * u0_2)
 
 

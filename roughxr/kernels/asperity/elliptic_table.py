@@ -98,11 +98,9 @@ def lookup(spline, row, above_end):
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
     w = spline_weights(along - j)
-    p, a, b = (
-        _branch_value(spline, row, j, P, w),
-        _branch_value(spline, row, j, A, w),
-        _branch_value(spline, row, j, B, w),
-    )
+    p = _branch_value(spline, row, j, P, w)
+    a = _branch_value(spline, row, j, A, w)
+    b = _branch_value(spline, row, j, B, w)
     return p * size * size * size, a * size, b * size
 
 

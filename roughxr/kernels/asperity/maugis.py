@@ -57,7 +57,8 @@ def table_row(parameter):
 
 def contact_at(parameter, m):
     """Return (P*, a*, δ*) in JKR's units at ratios m > 1 of the outer to the inner radius."""
-    lam, s = parameter, np.sqrt((m - 1) * (m + 1))
+    lam = parameter
+    s = np.sqrt((m - 1) * (m + 1))
     t = np.arctan(s)
     half = 4 / 3 * lam**2 * (s * t - m + 1)
     quadratic = lam * (s + (m * m - 2) * t)

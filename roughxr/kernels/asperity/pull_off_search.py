@@ -137,8 +137,10 @@ def _cells(field, adhesion, per_cell=4.0):
     """Return the cells, about ``per_cell`` asperities in each, and the asperities' order by cells."""
     if field.x.size == 0:
         return AsperityCells(0.0, 0.0, 1.0, np.zeros((1, 2), dtype=np.int64), np.zeros((2, 2))), np.arange(0)
-    x, y = field.x.min(), field.y.min()
-    width, depth = np.ptp(field.x), np.ptp(field.y)
+    x = field.x.min()
+    y = field.y.min()
+    width = np.ptp(field.x)
+    depth = np.ptp(field.y)
     side = max(np.sqrt(width * depth * per_cell / field.x.size), max(width, depth) / 4096, 1e-9)
     i, j = ((a - low) // side for a, low in ((field.x, x), (field.y, y)))
     shape = int(i.max()) + 1, int(j.max()) + 1
@@ -156,7 +158,9 @@ def pull_offs(x, y, grid, table, radius, profile):
     """Return (centre, 6), ``FORCE`` … ``EVALUATIONS``, for the axis of the sphere at each (x, y)."""
     out = np.zeros((x.size, 6))
     for c in range(x.size):
-        reach, least, row = grid.first_reach, Least(0.0, np.nan), out[c]
+        reach = grid.first_reach
+        least = Least(0.0, np.nan)
+        row = out[c]
         near = nearby(x[c], y[c], reach, grid, table, radius, profile)
         for _ in range(_MOST_DISCS):
             least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most searches
@@ -167,7 +171,8 @@ def pull_offs(x, y, grid, table, radius, profile):
                 break
             reach = grid.highest + _GROWTH * (reach - grid.highest)
             near = nearby(x[c], y[c], reach, grid, table, radius, profile)
-        row[FORCE], row[DELTA] = least.F, least.delta
+        row[FORCE] = least.F
+        row[DELTA] = least.delta
         row[FIRST_TOUCH] = near.touch if near.touch < np.inf else np.nan
         for k in range(near.onset.size):
             if near.onset[k] <= least.delta:
@@ -179,24 +184,38 @@ def pull_offs(x, y, grid, table, radius, profile):
 @kernel
 def nearby(x, y, reach, grid, table, radius, profile):
     """Return the asperities whose branch begins at or below the displacement ``reach``, in the order of onsets."""
-    field, cells = grid.field, grid.cells
+    field = grid.field
+    cells = grid.cells
     i0, i1, j0, j1 = _square(x, y, _profile_radius(reach - grid.highest, radius, profile), cells)
     most = 0
     for i in range(i0, i1):
         most += cells.first[i, j1] - cells.first[i, j0]
-    onset, offset, index, n = np.empty(most), np.empty(most), np.empty(most, np.int64), 0
+    onset = np.empty(most)
+    offset = np.empty(most)
+    index = np.empty(most, np.int64)
+    n = 0
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
-            u, v = field.x[k] - x, field.y[k] - y
+            u = field.x[k] - x
+            v = field.y[k] - y
             o = field.depth[k] + profile_height(u * u + v * v, radius, profile)
             t = o + field.scales.end[k] * field.scales.delta[k]
             if t <= reach:
-                onset[n], offset[n], index[n] = t, o, k
+                onset[n] = t
+                offset[n] = o
+                index[n] = k
                 n += 1
-    order, begins, offsets, which = _ascending(onset[:n]), np.empty(n), np.empty(n), np.empty(n, np.int64)
-    adhesion, lines, touch = np.zeros(n + 1), np.empty((n if table.size else 0, LENGTH)), np.inf
+    order = _ascending(onset[:n])
+    begins = np.empty(n)
+    offsets = np.empty(n)
+    which = np.empty(n, np.int64)
+    adhesion = np.zeros(n + 1)
+    lines = np.empty((n if table.size else 0, LENGTH))
+    touch = np.inf
     for k in range(n):
-        begins[k], offsets[k], which[k] = onset[order[k]], offset[order[k]], index[order[k]]
+        begins[k] = onset[order[k]]
+        offsets[k] = offset[order[k]]
+        which[k] = index[order[k]]
         touch = min(touch, offsets[k])
         adhesion[k + 1] = adhesion[k] + grid.adhesion[which[k]]
         if table.size:
@@ -207,18 +226,24 @@ def nearby(x, y, reach, grid, table, radius, profile):
 @kernel
 def _ascending(values):
     """Return the order that sorts a vector stably, by merge sort."""
-    order, merged, width = np.empty(values.size, np.int64), np.empty(values.size, np.int64), 1
+    order = np.empty(values.size, np.int64)
+    merged = np.empty(values.size, np.int64)
+    width = 1
     for k in range(values.size):
         order[k] = k
     while width < values.size:
         for low in range(0, values.size, 2 * width):
-            middle, high = min(low + width, values.size), min(low + 2 * width, values.size)
-            i, j = low, middle
+            middle = min(low + width, values.size)
+            high = min(low + 2 * width, values.size)
+            i = low
+            j = middle
             for k in range(low, high):
                 if i < middle and (j == high or values[order[i]] <= values[order[j]]):
-                    merged[k], i = order[i], i + 1
+                    merged[k] = order[i]
+                    i = i + 1
                 else:
-                    merged[k], j = order[j], j + 1
+                    merged[k] = order[j]
+                    j = j + 1
         order, merged, width = merged, order, 2 * width
     return order
 
@@ -236,9 +261,12 @@ def _profile_radius(height, radius, profile):
 @kernel
 def _square(x, y, r, cells):
     """Return the ranges of cells that contain the square of half-width r around (x, y)."""
-    nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
-    i0, i1 = np.floor((x - r - cells.x) / cells.side), np.floor((x + r - cells.x) / cells.side) + 1.0
-    j0, j1 = np.floor((y - r - cells.y) / cells.side), np.floor((y + r - cells.y) / cells.side) + 1.0
+    nx = cells.first.shape[0]
+    ny = cells.first.shape[1] - 1
+    i0 = np.floor((x - r - cells.x) / cells.side)
+    i1 = np.floor((x + r - cells.x) / cells.side) + 1.0
+    j0 = np.floor((y - r - cells.y) / cells.side)
+    j1 = np.floor((y + r - cells.y) / cells.side) + 1.0
     return (
         int(min(max(i0, 0.0), nx)),
         int(min(max(i1, 0.0), nx)),
@@ -250,7 +278,8 @@ def _square(x, y, r, cells):
 @kernel
 def least_up_to(near, reach, least, steps, grid):
     """Return the least of ``least`` and the force up to the displacement ``reach``, and the number of evaluations."""
-    work, n = 0, near.onset.size
+    work = 0
+    n = near.onset.size
     k = np.int64(0)  # not the literal
     while k < n:
         end = near.onset[k + 1] if k + 1 < n else reach
@@ -276,11 +305,14 @@ def search(k, width, end, least, steps, near, grid):
     In q = √(δ − t) the slope times q is regular at the onset, and nearly linear: regula falsi (Illinois) takes some
     five steps. A convex function lies above its tangents, which decide when the search ends.
     """
-    start, work = near.onset[k], 0
+    start = near.onset[k]
+    work = 0
     low, g_low = _slope_at_onset(k, near, grid)
-    high, g_high = np.sqrt(width), end.slope * np.sqrt(width)
+    high = np.sqrt(width)
+    g_high = end.slope * np.sqrt(width)
     if g_low == 0.0:  # F need not fall at first: the onset itself may be the minimum
-        total, g_low = total_force(start + low * low, k + 1, near, grid), -g_high
+        total = total_force(start + low * low, k + 1, near, grid)
+        g_low = -g_high
         work += k + 1
         if total.F < least.F:
             least = Least(total.F, start + low * low)
@@ -295,9 +327,13 @@ def search(k, width, end, least, steps, near, grid):
         if total.F - abs(total.slope) * rest >= least.F * (1.0 + _VALUE_TOLERANCE) or not low < q < high:
             break
         if g > 0.0:
-            high, g_high, g_low = q, g, 0.5 * g_low
+            high = q
+            g_high = g
+            g_low = 0.5 * g_low
         else:
-            low, g_low, g_high = q, g, 0.5 * g_high
+            low = q
+            g_low = g
+            g_high = 0.5 * g_high
     return least, work
 
 
@@ -305,7 +341,8 @@ def search(k, width, end, least, steps, near, grid):
 def _slope_at_onset(k, near, grid):
     """Return a small q after the k-th onset and the slope times q there: 0 if that branch begins as a point."""
     i = near.index[k]
-    delta, load = grid.field.scales.delta[i], grid.field.scales.P[i]
+    delta = grid.field.scales.delta[i]
+    load = grid.field.scales.P[i]
     _, slope = asperity_force(_SMALL_Q * _SMALL_Q, k, near, grid.field.scales.end[i])
     g = slope * _SMALL_Q if slope * _SMALL_Q < -_FOLD else 0.0
     return _SMALL_Q * np.sqrt(delta), g * load / np.sqrt(delta)
@@ -342,9 +379,12 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
     """Return whether F provably stays above ``least`` beyond ``reach``, with all distant asperities."""
     if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
-    cells, known = grid.cells, near.adhesion[-1]
-    nx, ny = cells.first.shape[0], cells.first.shape[1] - 1
-    delta, step = reach, 0.05 * (reach - grid.highest)
+    cells = grid.cells
+    known = near.adhesion[-1]
+    nx = cells.first.shape[0]
+    ny = cells.first.shape[1] - 1
+    delta = reach
+    step = 0.05 * (reach - grid.highest)
     while True:
         r = _profile_radius(delta + step - grid.highest, radius, profile)
         i0, i1, j0, j1 = _square(x, y, r, cells)
@@ -354,4 +394,5 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
             return False
         if (i0 == 0 and j0 == 0 and i1 == nx and j1 == ny) or (profile != PARABOLA and r >= radius):
             return True
-        delta, step = delta + step, 1.5 * step
+        delta = delta + step
+        step = 1.5 * step

@@ -49,7 +49,8 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
     """Return (direction, 4), ``MOMENT`` … ``TIPPING_HINGE``, for each direction φ (rad); NaN without contact."""
     out = np.empty((directions.size, 4))
     for k in range(directions.size):
-        c, s = np.cos(directions[k]), np.sin(directions[k])
+        c = np.cos(directions[k])
+        s = np.sin(directions[k])
         along = x * c + y * s
         turned = orientation - directions[k]
         _turn(along, turned, delta.copy(), scales, load, spline, out[k])
@@ -59,23 +60,31 @@ def resisting_moments(directions, x, y, orientation, delta, scales, load, spline
 @kernel
 def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     """Turn the sphere until all asperities have detached; store the largest moment and the largest M/h on the way."""
-    n, way = along.size, delta - scales.end * scales.delta
-    force, reach = np.zeros(n), np.zeros(n)
-    out[MOMENT], out[HINGE], out[TIPPING_FORCE], out[TIPPING_HINGE] = -np.inf, np.nan, -np.inf, np.nan
+    n = along.size
+    way = delta - scales.end * scales.delta
+    force = np.zeros(n)
+    reach = np.zeros(n)
+    out[MOMENT] = -np.inf
+    out[HINGE] = np.nan
+    out[TIPPING_FORCE] = -np.inf
+    out[TIPPING_HINGE] = np.nan
     for _ in range(_MOST_STEPS):
         h = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
             break
-        moment, step = load * h, np.inf
+        moment = load * h
+        step = np.inf
         for i in range(n):  # a function of its own would take a twentieth longer
             if reach[i] >= 0.0:
                 moment -= force[i] * (h - along[i])
                 if h > along[i]:
                     step = min(step, way[i] / (_STEPS * (h - along[i])))
         if moment > out[MOMENT]:
-            out[MOMENT], out[HINGE] = moment, h
+            out[MOMENT] = moment
+            out[HINGE] = h
         if h > 0.0 and moment / h > out[TIPPING_FORCE]:
-            out[TIPPING_FORCE], out[TIPPING_HINGE] = moment / h, h
+            out[TIPPING_FORCE] = moment / h
+            out[TIPPING_HINGE] = h
         if step == np.inf:
             break
         for i in range(n):
@@ -91,7 +100,9 @@ def _edge(along, turned, delta, scales, spline, force, reach):
     """Write each asperity's load and contact support r (−1 if detached); return the position of the edge."""
     h = -np.inf
     for i in range(along.size):
-        reach[i], end, rounding = -1.0, scales.end[i] * scales.delta[i], _ROUNDING * scales.delta[i]
+        reach[i] = -1.0
+        end = scales.end[i] * scales.delta[i]
+        rounding = _ROUNDING * scales.delta[i]
         if delta[i] < end - rounding or np.isnan(delta[i]):
             continue
         contact = asperity_contact(max(delta[i], end + rounding), pick(scales, i), spline)
@@ -116,7 +127,8 @@ def resting_displacement(offset, scales, load, start, spline):
     """Return the displacement (nm) at which the sphere rests under ``load`` on unloading; NaN without contact."""
     if offset.size == 0:
         return np.nan
-    unit, first = max(np.median(scales.delta), 1e-3), offset.min()
+    unit = max(np.median(scales.delta), 1e-3)
+    first = offset.min()
     high = max(start, first) + unit
     for _ in range(200):
         if total_force(high, offset, scales, spline)[0] > load:
@@ -126,7 +138,8 @@ def resting_displacement(offset, scales, load, start, spline):
     step = (high - start) / 400 if high > start else unit
     low = high - step
     while total_force(low, offset, scales, spline)[0] > load:
-        high, low = low, low - step
+        high = low
+        low = low - step
         if high < first - 1e6:
             return np.nan
     for _ in range(80):

@@ -73,7 +73,11 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     """
     z = np.zeros((5, pressure.size))
     work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
-    iterations, slope, shift, fewest, left = 0, 0.0, 0.0, np.inf, patience
+    iterations = 0
+    slope = 0.0
+    shift = 0.0
+    fewest = np.inf
+    left = patience
     changed = _count_as_change(depth, pressure, gap, work.change)
     while True:
         if load > 0.0 and slope == 0.0:
@@ -107,16 +111,20 @@ def _count_as_change(depth, pressure, gap, change):
     """If gaps are unknown, set them as without pressures and count all pressures as a change; return whether so."""
     unknown = np.isnan(gap[0])
     for k in range(depth.size if unknown else 0):
-        gap[k], change[k] = -depth[k], pressure[k]
+        gap[k] = -depth[k]
+        change[k] = pressure[k]
     return unknown
 
 
 @kernel
 def _neighbours(rows, columns):
     """Return for each cell the compact index of its four neighbours by side and four by corner."""
-    count, high, wide = rows.size, 0, 0
+    count = rows.size
+    high = 0
+    wide = 0
     for k in range(count):
-        high, wide = max(high, rows[k] + 3), max(wide, columns[k] + 3)
+        high = max(high, rows[k] + 3)
+        wide = max(wide, columns[k] + 3)
     number = np.empty((high, wide), np.int32)
     for i in range(high):
         for j in range(wide):
@@ -125,18 +133,24 @@ def _neighbours(rows, columns):
         number[rows[k] + 1, columns[k] + 1] = k
     neighbours = np.empty((count, 8), np.int32)
     for k in range(count):
-        i, j = rows[k] + 1, columns[k] + 1
-        neighbours[k, 0], neighbours[k, 1] = number[i - 1, j], number[i + 1, j]
-        neighbours[k, 2], neighbours[k, 3] = number[i, j - 1], number[i, j + 1]
-        neighbours[k, 4], neighbours[k, 5] = number[i - 1, j - 1], number[i - 1, j + 1]
-        neighbours[k, 6], neighbours[k, 7] = number[i + 1, j - 1], number[i + 1, j + 1]
+        i = rows[k] + 1
+        j = columns[k] + 1
+        neighbours[k, 0] = number[i - 1, j]
+        neighbours[k, 1] = number[i + 1, j]
+        neighbours[k, 2] = number[i, j - 1]
+        neighbours[k, 3] = number[i, j + 1]
+        neighbours[k, 4] = number[i - 1, j - 1]
+        neighbours[k, 5] = number[i - 1, j + 1]
+        neighbours[k, 6] = number[i + 1, j - 1]
+        neighbours[k, 7] = number[i + 1, j + 1]
     return neighbours
 
 
 @kernel
 def _close(operator, pressure, gap, contact, work, slope, shift, target, load, most):
     """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
-    products, closed = 0, False
+    products = 0
+    closed = False
     while not closed and products < most:
         for k in range(gap.size):  # without branches, as below: half of the time
             work.image[k] = -gap[k] if contact[k] else 0.0
@@ -166,7 +180,8 @@ def _precondition(operator, neighbours, r, preconditioned):
 @kernel
 def _project(gap, contact, work):
     """Remove the net load from the preconditioned residual, and the corresponding shift from the gaps."""
-    total, whole = 0.0, 0.0
+    total = 0.0
+    whole = 0.0
     for k in range(gap.size - 1):
         if contact[k]:
             total += work.preconditioned[k]
@@ -197,7 +212,8 @@ def _advance(pressure, gap, contact, direction, image, slope, target):
     curvature = 0.0
     for k in range(gap.size):
         curvature += direction[k] * image[k]
-    step, beyond = slope / curvature, False
+    step = slope / curvature
+    beyond = False
     for k in range(gap.size):
         pressure[k] += step * direction[k]
         gap[k] += step * image[k]
@@ -211,7 +227,9 @@ def _violations(pressure, gap, contact, cap, goal):
 
     Cells violate a condition in tension, above the cap, or with a gap of the wrong sign outside (`_gap_violation`).
     """
-    violating, inside, worst = 0, 0.0, 0.0
+    violating = 0
+    inside = 0.0
+    worst = 0.0
     for k in range(gap.size - 1):
         if contact[k]:
             violating += (pressure[k] < 0.0) | (pressure[k] > cap)
@@ -265,7 +283,10 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
 
     If nothing yields the pressures are scaled; else the missing load is added as under a flat punch.
     """
-    total, yields, carrying, flat = 0.0, False, 0, 0.0
+    total = 0.0
+    yields = False
+    carrying = 0
+    flat = 0.0
     for k in range(depth.size):
         total += pressure[k]
         yields |= pressure[k] >= cap
@@ -285,7 +306,9 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
         changed = True
     if changed:
         _displace(operator, gap, work)
-    part, mean, carrying = 1.0 if yields or total == 0.0 else load / total, 0.0, 0
+    part = 1.0 if yields or total == 0.0 else load / total
+    mean = 0.0
+    carrying = 0
     for k in range(depth.size):
         pressure[k] *= part
         gap[k] = (gap[k] + depth[k] + shift) * part - depth[k] - shift
@@ -299,9 +322,11 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
 @kernel
 def _next_in_contact(pressure, gap, cap, missing):
     """Return the open cell of the least gap if load is missing, else the yielding cell of the least depth."""
-    best, least = 0, np.inf
+    best = 0
+    least = np.inf
     for k in range(pressure.size - 1):
         yielding = pressure[k] >= cap
         if yielding == (missing < 0.0) and abs(gap[k]) < least:
-            best, least = k, abs(gap[k])
+            best = k
+            least = abs(gap[k])
     return best

@@ -65,7 +65,8 @@ def sweep_arrays(
     cap, limit = hardness.scaled(dx / contact_modulus)
     states, *fields = records(len(deltas), separation.shape, max(keep, 2))
     last = (-np.inf, *(field[0] for field in fields))
-    older, slack = last, slack_of(film)
+    older = last
+    slack = slack_of(film)
     for k, delta in enumerate(map(float, deltas), -len(deltas)):
         if not touch < delta:
             continue
@@ -75,8 +76,10 @@ def sweep_arrays(
         contact = solve_contact(depth, tolerance, max_iterations, cap, guess, film)
         describe(states[k], contact, depth, cap, limit)
         pressure, displacement = (field[k % len(field)] for field in fields)  # boxes grow: older ones are overwritten
-        pressure[box], displacement[box] = contact.pressure, contact.displacement
-        older, last = last, (delta, pressure, displacement)
+        pressure[box] = contact.pressure
+        displacement[box] = contact.displacement
+        older = last
+        last = (delta, pressure, displacement)
     return in_units(states, *(field[len(field) - keep :] for field in fields), dx, contact_modulus, hardness)
 
 
@@ -98,7 +101,8 @@ def in_units(states, pressures, displacements, dx, contact_modulus, hardness):
 
 def extrapolated(older, last, delta, box, depth, cap):
     """Return a guess in a box from two states (δ, pressure, displacement); an unknown state has δ = -inf."""
-    (rows, columns), step = box, delta - last[0]
+    (rows, columns) = box
+    step = delta - last[0]
     ahead = step / (last[0] - older[0])
     return Guess(*_extrapolated(depth, step, ahead, *last[1:], *older[1:], cap, rows.start, columns.start))
 
@@ -112,15 +116,20 @@ def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, ol
     touch penetrates, but a slight penetration seldom leads to contact. Where the older displacement is unknown, the
     last one is used to choose cells that may touch, and the last one plus half of the step to choose cells in contact.
     """
-    guess, touching = np.empty(depth.shape), np.empty(depth.shape, np.bool_)
+    guess = np.empty(depth.shape)
+    touching = np.empty(depth.shape, np.bool_)
     possible = np.empty(depth.shape, np.bool_)
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
-            k, m = row + i, column + j
-            p, u = pressure[k, m], displacement[k, m]
-            growth, doubt = ahead * (u - older_displacement[k, m]), 0.0
+            k = row + i
+            m = column + j
+            p = pressure[k, m]
+            u = displacement[k, m]
+            growth = ahead * (u - older_displacement[k, m])
+            doubt = 0.0
             if np.isnan(growth):
-                growth, doubt = 0.0, 0.5 * step
+                growth = 0.0
+                doubt = 0.5 * step
             gap = u + growth - depth[i, j]
             guess[i, j] = min(max(p + ahead * (p - older_pressure[k, m]), 0.0), cap)
             touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING_PART * step) and guess[i, j] < cap
@@ -131,12 +140,17 @@ def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, ol
 def describe(row, contact, depth, cap, limit):
     """Write the columns of a solve."""
     pressure, displacement, outcome = contact
-    row[FORCE], row[AREA] = pressure.sum(), np.count_nonzero(pressure)
+    row[FORCE] = pressure.sum()
+    row[AREA] = np.count_nonzero(pressure)
     if limit < np.inf:
         hard = pressure >= limit
-        row[HARD_FORCE], row[HARD_AREA] = pressure[hard].sum(), np.count_nonzero(hard)
+        row[HARD_FORCE] = pressure[hard].sum()
+        row[HARD_AREA] = np.count_nonzero(hard)
     if cap < np.inf:
         row[DENT] = np.maximum(depth - displacement, 0.0)[pressure >= cap].sum()
-    row[STATUS], row[ITERATIONS], row[RESIDUAL] = outcome.status, outcome.iterations, outcome.violation / depth.max()
+    row[STATUS] = outcome.status
+    row[ITERATIONS] = outcome.iterations
+    row[RESIDUAL] = outcome.violation / depth.max()
     if not np.isfinite(row[FORCE]):  # comparisons with NaN hide it from the conditions
-        row[STATUS], row[RESIDUAL] = ITERATION_LIMIT, np.nan
+        row[STATUS] = ITERATION_LIMIT
+        row[RESIDUAL] = np.nan

@@ -64,7 +64,8 @@ class Film(NamedTuple):
     @lru_cache(maxsize=64)  # noqa: B019
     def bulges(self):
         """Whether a load lifts the surface anywhere, so that cells beyond the overlap may touch."""
-        r, (depths, parts) = np.geomspace(0.01, 1e3, 200), images(*self[2:])
+        r = np.geomspace(0.01, 1e3, 200)
+        (depths, parts) = images(*self[2:])
         return bool((1.0 + self.share * (r * (parts @ _distant(r, depths[:, None], 0.0)))).min() < -_UPWARD)
 
 
@@ -119,7 +120,8 @@ def influence_coefficients(rows, columns, film=None):
     if film is None:
         return love_coefficients(rows, columns)
     depths, parts = images(*film[2:])
-    depths, table = film.thickness * depths[:, None], np.zeros((rows, columns))
+    depths = film.thickness * depths[:, None]
+    table = np.zeros((rows, columns))
     distance = np.hypot(np.arange(rows)[:, None], np.arange(columns))
     if distance[-1, -1] > _NEAR:
         r = np.geomspace(_NEAR, distance[-1, -1], _DISTANCES)
@@ -140,7 +142,8 @@ def _distant(r, depths, curvature):
 
 def _square(rows, columns, depths):
     """Return the integral of 1/√(r² + d²) over the cell at each offset, for depths (image, 1, 1)."""
-    s, t = np.arange(rows + 1)[:, None] - 0.5, np.arange(columns + 1) - 0.5
+    s = np.arange(rows + 1)[:, None] - 0.5
+    t = np.arange(columns + 1) - 0.5
     far = np.sqrt(s**2 + t**2 + depths**2)
     corners = s * np.arcsinh(t / np.hypot(s, depths)) + t * np.arcsinh(s / np.hypot(t, depths))
     corners -= depths * np.arctan(s * t / (depths * far))

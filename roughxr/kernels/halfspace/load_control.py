@@ -52,11 +52,13 @@ def loaded_arrays(
     """
     separation = np.where(np.isnan(separation), np.inf, separation)
     cap, limit = hardness.scaled(dx / contact_modulus)
-    deltas, arrays = np.full(len(loads), np.nan), records(len(loads), separation.shape, keep)
+    deltas = np.full(len(loads), np.nan)
+    arrays = records(len(loads), separation.shape, keep)
     states, pressures, displacements = arrays
     states[:, STATUS] = ITERATION_LIMIT  # stays so where there is nothing to press on
     touch = separation.min(initial=np.inf)
-    scaled, contact = np.asarray(loads) / (contact_modulus * dx), None
+    scaled = np.asarray(loads) / (contact_modulus * dx)
+    contact = None
     for k, load in enumerate(scaled if np.isfinite(touch) else ()):
         if contact is None:
             delta, start = _first_guess(separation, load, cap, film)
@@ -67,18 +69,21 @@ def loaded_arrays(
         describe(states[k], contact, deltas[k] - separation, cap, limit)
         field = k - len(loads) + keep
         if field >= 0:
-            pressures[field], displacements[field] = contact.pressure, contact.displacement
+            pressures[field] = contact.pressure
+            displacements[field] = contact.displacement
     return deltas, *in_units(*arrays, dx, contact_modulus, hardness)
 
 
 def _first_guess(separation, load, cap, film):
     """Return a displacement and a start: by an estimate for few cells, else from a solution on cells twice as large."""
     halves = min(separation.shape) >= _SMALLEST_HALVED
-    depth, touch = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size), separation.min()
+    depth = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size)
+    touch = separation.min()
     if np.isfinite(depth):
         return touch + depth, lambda delta, box, depth: half_deep(depth)
     coarser = halved(separation)  # E* dx doubles and E*/dx halves
-    limits, thinner = (COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap), film and film.on_cells(2)
+    limits = (COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap)
+    thinner = film and film.on_cells(2)
     start = _first_guess(coarser, 0.5 * load, 2.0 * cap, thinner)
     reached, coarse = _solve(coarser, 0.5 * load, *start, *limits, thinner)
     delta = max(reached, touch + 0.1 * (reached - coarser.min()))
@@ -95,23 +100,30 @@ def _start_from_state(before, contact, cap):
 
 def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film):
     """Solve at one load; return displacement and `Contact`. ``start(delta, box, depth)`` returns a `Guess` in a box."""
-    lowest, products, beyond = (separation.min(1), separation.min(0)), 0, slack_of(film)
+    lowest = (separation.min(1), separation.min(0))
+    products = 0
+    beyond = slack_of(film)
     touch = lowest[0].min()
     for _ in range(_MOST_CHOICES):
         reach = touch + _DEPTH_FACTOR * (delta - touch)
         box = box_below(lowest, reach + beyond)
-        depth, slack = delta - separation[box], reach - delta + beyond
-        guess, most = start(delta, box, depth), max_iterations - products
+        depth = delta - separation[box]
+        slack = reach - delta + beyond
+        guess = start(delta, box, depth)
+        most = max_iterations - products
         solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, film, load=load, slack=slack)
         products += solved.outcome.iterations
         reached = delta + solved.outcome.shift
         shallow = reached - touch < 0.5 * (delta - touch)  # then the tolerance, a part of the guessed depth, was loose
-        pressure, displacement = np.zeros(separation.shape), np.full(separation.shape, np.nan)
-        pressure[box], displacement[box] = solved.pressure, solved.displacement
+        pressure = np.zeros(separation.shape)
+        displacement = np.full(separation.shape, np.nan)
+        pressure[box] = solved.pressure
+        displacement[box] = solved.displacement
         contact = Contact(pressure, displacement, solved.outcome._replace(iterations=products))
         if solved.outcome.status != CONVERGED or (reached <= reach and not shallow):
             return reached, contact
-        start, delta = _start_from_state(delta, contact, cap), reached
+        start = _start_from_state(delta, contact, cap)
+        delta = reached
     return delta, contact._replace(outcome=contact.outcome._replace(status=ITERATION_LIMIT))
 
 

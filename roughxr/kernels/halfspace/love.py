@@ -27,7 +27,8 @@ def love_coefficients(rows, columns):
     1.1222
     """
     # neighbouring cells share their corners; none passes through a centre, so s, t ≠ 0
-    s, t = np.arange(rows + 1)[:, None] - 0.5, np.arange(columns + 1)[None, :] - 0.5
+    s = np.arange(rows + 1)[:, None] - 0.5
+    t = np.arange(columns + 1)[None, :] - 0.5
     corners = s * np.arcsinh(t / np.abs(s)) + t * np.arcsinh(s / np.abs(t))
     table = (corners[1:, 1:] - corners[1:, :-1] - corners[:-1, 1:] + corners[:-1, :-1]) / np.pi
     table.setflags(write=False)

@@ -77,7 +77,8 @@ def surface_convolution(rows, columns, film):
 
 def inverse_convolution(rows, columns, film):
     """Return the convolution with the inverse of A on a periodic box."""
-    high, wide = even_length(rows), even_length(columns)
+    high = even_length(rows)
+    wide = even_length(columns)
     transfer = _transfer(high, wide, film)
     if film is not None:  # cut off at the box it may be negative at long wavelengths
         transfer = np.maximum(transfer, 1e-4 * transfer.max())
@@ -103,7 +104,8 @@ def operator(rows, columns, film=None, *, dense, multiple=1, inverse_from=LONG_R
 
     The sides of its box are multiples of ``multiple`` cells; from ``inverse_from`` cells on it has an inverse.
     """
-    rows, columns = rows - rows[0], columns - columns.min()
+    rows = rows - rows[0]
+    columns = columns - columns.min()
     shape = tuple(multiple * (int(cells.max()) // multiple + 1) for cells in (rows, columns))
     if dense:
         matrix = matrix_between(rows, columns, coefficients_for(shape, film))

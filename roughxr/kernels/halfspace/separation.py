@@ -41,7 +41,8 @@ def map_separation(height, datum, x, y, map_x, map_y, map_height):
 
     depth = map_height.max() - map_height
     between = RegularGridInterpolator((map_x, map_y), depth, bounds_error=False, fill_value=np.inf)
-    x, y = _snap_to_rim(x, map_x), _snap_to_rim(y, map_y)
+    x = _snap_to_rim(x, map_x)
+    y = _snap_to_rim(y, map_y)
     return datum - height + between(np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1))
 
 

@@ -70,9 +70,12 @@ def kernel_transform(rows, columns, quadrant):
 
 def convolution(rows, transfer, kind=np.float32):
     """Return the `Convolution` of a box of ``rows`` rows, in single or double precision."""
-    high, wide, whole = 2 * (transfer.shape[0] - 1), transfer.shape[1], np.result_type(kind, np.complex64)
+    high = 2 * (transfer.shape[0] - 1)
+    wide = transfer.shape[1]
+    whole = np.result_type(kind, np.complex64)
     width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
-    box, spectrum = np.empty((rows, 2 * (wide - 1)), kind), np.empty((rows, wide), whole)
+    box = np.empty((rows, 2 * (wide - 1)), kind)
+    spectrum = np.empty((rows, wide), whole)
     return Convolution(transfer.astype(kind, copy=False), box, spectrum, np.empty((high, width), whole))
 
 
@@ -80,7 +83,8 @@ def convolution(rows, transfer, kind=np.float32):
 def convolve(c):
     """Replace the values in ``c.box`` by their convolution; columns beyond the box's own are padding."""
     lowlevel.r2c(c.box, c.spectrum, _ALONG_ROWS, True, 1.0, 1)
-    (rows, wide), high = c.spectrum.shape, c.strip.shape[0]
+    (rows, wide) = c.spectrum.shape
+    high = c.strip.shape[0]
     for first in range(0, wide, c.strip.shape[1]):
         width = min(c.strip.shape[1], wide - first)
         for i in range(high):  # faster to compile than slices
@@ -90,7 +94,8 @@ def convolve(c):
         for i in range(high):
             row = c.transfer[min(i, high - i)]
             for j in range(width):
-                z, factor = c.strip[i, j], row[first + j]
+                z = c.strip[i, j]
+                factor = row[first + j]
                 c.strip[i, j] = complex(z.real * factor, z.imag * factor)
         lowlevel.c2c(c.strip, c.strip, _ALONG_COLUMNS, False, 1.0, 1)
         for i in range(rows):
@@ -101,7 +106,9 @@ def convolve(c):
 
 def convolved(values, transfer):
     """Return the convolution of a box in double precision."""
-    columns, c = values.shape[1], convolution(len(values), transfer, np.float64)
-    c.box[:, :columns], c.box[:, columns:] = values, 0.0
+    columns = values.shape[1]
+    c = convolution(len(values), transfer, np.float64)
+    c.box[:, :columns] = values
+    c.box[:, columns:] = 0.0
     convolve(c)
     return c.box[:, :columns]

@@ -63,7 +63,8 @@ def solve_contact(depth, tolerance, max_iterations, cap, guess=None, film=None):
     guess = half_deep(levels[-1])
     for n in range(len(levels) - 1, 0, -1):
         coarse_cap = cap * 2**n  # with the cells' side E*/dx halves
-        limits, thinner = (0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap), film and film.on_cells(2**n)
+        limits = (0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap)
+        thinner = film and film.on_cells(2**n)
         coarse = solve_in_box(levels[n], guess, *limits, thinner, slack=slack)
         guess = refined(coarse, levels[n - 1], 0.5 * coarse_cap)
     return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack)
@@ -87,7 +88,8 @@ def refined(coarse, depth, cap):
     rows, columns = (np.arange(size) // 2 for size in depth.shape)
     pressure = np.minimum(0.5 * coarse.pressure[rows[:, None], columns], cap)  # E*/dx is twice as large
     displacement = _refine_rows(_refine_rows(coarse.displacement).T).T[: depth.shape[0], : depth.shape[1]]
-    gap, margin = displacement - depth, _MARGIN * depth.max()
+    gap = displacement - depth
+    margin = _MARGIN * depth.max()
     with np.errstate(invalid="ignore"):
         touching = ((gap < 0.0) | ((pressure > 0.0) & (pressure > gap))) & (pressure < cap)
         return Guess(pressure, touching, touching | ~(gap >= margin))
@@ -111,11 +113,15 @@ def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0
     """
     pressure, touching, chosen, deepest, few, many = _begin(depth, slack, *guess, cap, load)
     displacement = displaced(pressure, film) if many else np.full(depth.shape, np.nan)
-    products, shift, goal = int(many), 0.0, part * deepest
+    products = int(many)
+    shift = 0.0
+    goal = part * deepest
     while True:
         left = max_iterations - products
         outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap, film)
-        products, shift, depth = products + outcome.iterations, shift + outcome.shift, depth + outcome.shift
+        products = products + outcome.iterations
+        shift = shift + outcome.shift
+        depth = depth + outcome.shift
         if few:
             return Contact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
         displacement = displaced(pressure, film)
@@ -131,11 +137,18 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
 
     Few cells are all chosen. Also return whether they are few, and whether the chosen cells are many.
     """
-    start, contact, chosen = np.zeros(depth.shape), np.zeros(depth.shape, np.bool_), np.zeros(depth.shape, np.bool_)
-    inside, deepest, carrying, count, loaded = 0, -np.inf, 0, 0, False
+    start = np.zeros(depth.shape)
+    contact = np.zeros(depth.shape, np.bool_)
+    chosen = np.zeros(depth.shape, np.bool_)
+    inside = 0
+    deepest = -np.inf
+    carrying = 0
+    count = 0
+    loaded = False
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
-            inside, deepest = inside + (depth[i, j] > -slack), max(deepest, depth[i, j])
+            inside = inside + (depth[i, j] > -slack)
+            deepest = max(deepest, depth[i, j])
     few = inside <= DENSE_LIMIT
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
@@ -144,12 +157,15 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
                 yielding = pressure[i, j] >= cap and cap < np.inf
                 start[i, j] = pressure[i, j] if contact[i, j] or yielding else 0.0
                 chosen[i, j] = few or possible[i, j] or contact[i, j] or yielding
-                carrying, count, loaded = carrying + contact[i, j], count + chosen[i, j], loaded or start[i, j] != 0.0
+                carrying = carrying + contact[i, j]
+                count = count + chosen[i, j]
+                loaded = loaded or start[i, j] != 0.0
     if count == 0 or (load > 0.0 and not loaded):
         for i in range(depth.shape[0]):
             for j in range(depth.shape[1]):
                 if contact[i, j] or (carrying == 0 and depth[i, j] == deepest):
-                    contact[i, j], chosen[i, j] = load > 0.0, True
+                    contact[i, j] = load > 0.0
+                    chosen[i, j] = True
                     start[i, j] = load / max(carrying, 1)
     return start, contact, chosen, deepest, few, count > DENSE_LIMIT
 
@@ -167,11 +183,16 @@ def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iter
 def _gather(chosen, depth, pressure, displacement, touching):
     """Return rows, columns and compact values of the chosen cells; all but the depths end with a zero."""
     rows, columns = np.nonzero(chosen)
-    deep, compact, gap = np.empty(rows.size), np.zeros(rows.size + 1), np.zeros(rows.size + 1)
+    deep = np.empty(rows.size)
+    compact = np.zeros(rows.size + 1)
+    gap = np.zeros(rows.size + 1)
     contact = np.zeros(rows.size + 1, np.bool_)
     for k in range(rows.size):
-        i, j = rows[k], columns[k]
-        deep[k], compact[k], contact[k] = depth[i, j], pressure[i, j], touching[i, j]
+        i = rows[k]
+        j = columns[k]
+        deep[k] = depth[i, j]
+        compact[k] = pressure[i, j]
+        contact[k] = touching[i, j]
         gap[k] = displacement[i, j] - deep[k]
     return rows, columns, deep, compact, gap, contact
 
@@ -180,7 +201,8 @@ def _gather(chosen, depth, pressure, displacement, touching):
 def _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement):
     """Write the pressures and displacements of the chosen cells into the box."""
     for k in range(rows.size):
-        pressure[rows[k], columns[k]], displacement[rows[k], columns[k]] = compact[k], gap[k] + (deep[k] + shift)
+        pressure[rows[k], columns[k]] = compact[k]
+        displacement[rows[k], columns[k]] = gap[k] + (deep[k] + shift)
 
 
 @kernel
@@ -189,7 +211,8 @@ def _violation(pressure, displacement, depth, cap, goal, touching, chosen):
     worst = 0.0
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
-            gap, yielding = displacement[i, j] - depth[i, j], pressure[i, j] >= cap
+            gap = displacement[i, j] - depth[i, j]
+            yielding = pressure[i, j] >= cap
             loaded = pressure[i, j] > 0.0 and not yielding
             wrong = gap if yielding else abs(gap) if loaded else -gap
             touching[i, j] = loaded or wrong > goal

@@ -75,9 +75,11 @@ def is_on_border(shape, i, j):
 @kernel
 def _downhill_label(z, i, j, pixel, labels, lowest):
     """Return the label of the steepest lower neighbour; of equally steep ones, that of the lowest minimum."""
-    steepest, label = 0.0, _NO_DESCENT
+    steepest = 0.0
+    label = _NO_DESCENT
     for di, dj in _OFFSETS:
-        p, q = i + di, j + dj
+        p = i + di
+        q = j + dj
         if 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] < z[i, j]:
             slope = (z[i, j] - z[p, q]) / np.sqrt((di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2)
             equal = abs(slope - steepest) <= _EQUAL_SLOPES * steepest
@@ -90,14 +92,20 @@ def _downhill_label(z, i, j, pixel, labels, lowest):
 @kernel
 def _fill(z, start, pixel, labels, lowest, plateau):
     """List the pixels of a plateau; return their number and label, ``_NO_DESCENT`` if the plateau is a minimum."""
-    (nx, ny), count, done, label, off = z.shape, 1, 0, _NO_DESCENT, False
+    (nx, ny) = z.shape
+    count = 1
+    done = 0
+    label = _NO_DESCENT
+    off = False
     plateau[0] = start
     while done < count:
-        i, j = plateau[done] // ny, plateau[done] % ny
+        i = plateau[done] // ny
+        j = plateau[done] % ny
         done += 1
         off |= is_on_border(z.shape, i, j)
         for di, dj in _OFFSETS:
-            p, q = i + di, j + dj
+            p = i + di
+            q = j + dj
             if not (0 <= p < nx and 0 <= q < ny and z[p, q] == z[i, j]):
                 continue
             if labels[p, q] == _UNLABELLED:
@@ -113,13 +121,16 @@ def _fill(z, start, pixel, labels, lowest, plateau):
 @kernel
 def drainage_basins(z, pixel):
     """Return the label of each pixel's basin (``OFF``, 1, 2, …), and the minimum of each basin from 1 on, in pixels."""
-    ny, count = z.shape[1], 0
+    ny = z.shape[1]
+    count = 0
     labels = np.full(z.shape, _UNLABELLED, np.int32)
-    lowest, minima = np.full(z.size // 4 + 3, np.inf), np.zeros((z.size // 4 + 1, 2))
+    lowest = np.full(z.size // 4 + 3, np.inf)
+    minima = np.zeros((z.size // 4 + 1, 2))
     lowest[OFF] = -np.inf
     plateau = np.zeros(z.size, np.int32)
     for start in np.argsort(z.ravel()):
-        i, j = start // ny, start % ny
+        i = start // ny
+        j = start % ny
         if labels[i, j] != _UNLABELLED:
             continue
         labels[i, j] = _downhill_label(z, i, j, pixel, labels, lowest)
@@ -161,7 +172,8 @@ def _pixel_at(surface, x, y):
 def _is_off(surface, x, y):
     """Return whether a point lies on the scan's outermost pixels, their inner edge included, or beyond."""
     nx, ny = surface.height.shape
-    along_x, along_y = (x - surface.first[0]) / surface.pixel[0], (y - surface.first[1]) / surface.pixel[1]
+    along_x = (x - surface.first[0]) / surface.pixel[0]
+    along_y = (y - surface.first[1]) / surface.pixel[1]
     return min(along_x, along_y, nx - 1 - along_x, ny - 1 - along_y) <= _EDGE
 
 
@@ -172,9 +184,11 @@ def _patches_near(surface, i, j):
     start, stop = surface.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
     rows = np.zeros((stop - start, RISE + 1))
     for n in range(stop - start):
-        p, q = surface.lists[start + n] // ny, surface.lists[start + n] % ny
+        p = surface.lists[start + n] // ny
+        q = surface.lists[start + n] % ny
         put_patch(rows[n], surface.height, p, q, surface.pixel, surface.ball.radius)
-        rows[n, X], rows[n, Y] = surface.first[0] + p * surface.pixel[0], surface.first[1] + q * surface.pixel[1]
+        rows[n, X] = surface.first[0] + p * surface.pixel[0]
+        rows[n, Y] = surface.first[1] + q * surface.pixel[1]
     return rows
 
 
@@ -182,7 +196,9 @@ def _patches_near(surface, i, j):
 def _patches_near_pass(surface, i, j):
     """Return the patches that a sphere may touch with its axis within ``_PASS_DISTANCE`` of a pixel."""
     nx, ny = surface.height.shape
-    boxes, count, wide = np.zeros((9, 2), np.int64), 0, int(_PASS_DISTANCE) - 1
+    boxes = np.zeros((9, 2), np.int64)
+    count = 0
+    wide = int(_PASS_DISTANCE) - 1
     low = max(i - wide, 0) // SIDE, max(j - wide, 0) // SIDE
     high = min(i + wide, nx - 1) // SIDE, min(j + wide, ny - 1) // SIDE
     for a in range(low[0], high[0] + 1):
@@ -191,7 +207,8 @@ def _patches_near_pass(surface, i, j):
             count += 1
     rows = _patches_near(surface, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
     for n in range(1, count):
-        more, new = _patches_near(surface, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE), 0
+        more = _patches_near(surface, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE)
+        new = 0
         for k in range(len(more)):
             known = False
             for m in range(len(rows)):
@@ -214,13 +231,17 @@ def _plane(row, x, y, ball):
 @kernel
 def _planes(rows, x, y, ball, reach):
     """Return height, slopes, contact point and index of the patches that may be touched within a step."""
-    out, top = np.zeros((len(rows), 6)), 0
+    out = np.zeros((len(rows), 6))
+    top = 0
     for n in range(len(rows)):
         out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = _plane(rows[n], x, y, ball)
         out[n, 5] = n
         if out[n, 0] > out[top, 0]:
             top = n
-    number, highest, along_x, along_y = 0, out[top, 0], out[top, 1], out[top, 2]
+    number = 0
+    highest = out[top, 0]
+    along_x = out[top, 1]
+    along_y = out[top, 2]
     for n in range(len(rows)):
         rise = (abs(out[n, 1] - along_x) + abs(out[n, 2] - along_y)) * reach
         if out[n, 0] + 1.1 * rise >= highest:
@@ -255,11 +276,13 @@ def _plane_height(plane, dx, dy):
 @kernel
 def _highest_plane(planes, dx, dy):
     """Return the greatest height of planes at a step, and the index of that plane."""
-    highest, at = -np.inf, 0
+    highest = -np.inf
+    at = 0
     for n in range(len(planes)):
         height = _plane_height(planes[n], dx, dy)
         if height > highest:
-            highest, at = height, n
+            highest = height
+            at = n
     return highest, at
 
 
@@ -272,9 +295,11 @@ def _best_across(planes, dx, step):
     height, rise = _highest_plane(planes, dx, step)
     if planes[rise, 2] <= 0:
         return height, planes[rise, 1], step
-    slope, dy = 0.0, 0.0
+    slope = 0.0
+    dy = 0.0
     for _ in range(_MOST_CUTS):
-        a, b = planes[fall], planes[rise]
+        a = planes[fall]
+        b = planes[rise]
         dy = (a[0] - b[0] + (a[1] - b[1]) * dx) / (b[2] - a[2])
         slope = (b[2] * a[1] - a[2] * b[1]) / (b[2] - a[2])
         height, higher = _highest_plane(planes, dx, dy)
@@ -293,7 +318,8 @@ def _best_step(planes, step):
 
     The least height over dy is a convex function of dx: the next dx is where its tangents on both sides cross.
     """
-    low, high = -step, step
+    low = -step
+    high = step
     at_low, fall, dy = _best_across(planes, low, step)
     if fall >= 0:
         return low, dy
@@ -307,9 +333,13 @@ def _best_step(planes, step):
         if height <= at_low + fall * (dx - low) + _ROUNDING * step:
             break
         if slope < 0:
-            low, at_low, fall = dx, height, slope
+            low = dx
+            at_low = height
+            fall = slope
         else:
-            high, at_high, rise = dx, height, slope
+            high = dx
+            at_high = height
+            rise = slope
     return dx, dy
 
 
@@ -331,7 +361,8 @@ def _step_down(rows, x, y, ball, step, last):
 @kernel
 def _roll(surface, x, y):
     """Roll from x, y to a resting position; return its x, y and height, NaN where the sphere rolls off the scan."""
-    largest, height = max(surface.pixel[0], surface.pixel[1]), np.inf
+    largest = max(surface.pixel[0], surface.pixel[1])
+    height = np.inf
     step = _FIRST_STEP * largest
     for _ in range(_MOST_STEPS):
         if _is_off(surface, x, y):
@@ -357,11 +388,16 @@ def settle_near(rows, places, ball, largest, farthest):
     """Roll a sphere from each place down some patches, at most a distance; return x, y, height (nm)."""
     out = np.zeros((len(places), 3))
     for n in range(len(places)):
-        x, y, step = places[n, 0], places[n, 1], _FIRST_STEP * largest
-        near, height = _patches_of_planes(rows, _planes(rows, x, y, ball, farthest)), np.inf
+        x = places[n, 0]
+        y = places[n, 1]
+        step = _FIRST_STEP * largest
+        near = _patches_of_planes(rows, _planes(rows, x, y, ball, farthest))
+        height = np.inf
         while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
             x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
-        out[n, 0], out[n, 1], out[n, 2] = x, y, height
+        out[n, 0] = x
+        out[n, 1] = y
+        out[n, 2] = height
     return out
 
 
@@ -374,7 +410,8 @@ def _are_on_different_summits(a, b, pixel):
 @kernel
 def _crossing(a, b, x, y):
     """Return the point where the sphere touches two patches at once, by their planes; NaN if not between them."""
-    dx, dy = b[3] - a[3], b[4] - a[4]
+    dx = b[3] - a[3]
+    dy = b[4] - a[4]
     off = a[0] - b[0] + (a[1] - b[1]) * (a[3] - x) + (a[2] - b[2]) * (a[4] - y)
     t = off / ((b[1] - a[1]) * dx + (b[2] - a[2]) * dy)
     return (a[3] + t * dx, a[4] + t * dy) if 0 < t < 1 else (np.nan, np.nan)
@@ -383,7 +420,8 @@ def _crossing(a, b, x, y):
 @kernel
 def _drains_to(labels, x, y, surface):
     """Return the basin into which a sphere rolls from a point: that of its pixel after a few steps."""
-    largest, (nx, ny) = max(surface.pixel[0], surface.pixel[1]), labels.shape
+    largest = max(surface.pixel[0], surface.pixel[1])
+    (nx, ny) = labels.shape
     step = _FIRST_STEP * largest
     for _ in range(_DRAINING_STEPS):
         if _is_off(surface, x, y):
@@ -399,7 +437,8 @@ def _drains_to(labels, x, y, surface):
 @kernel
 def _divides(labels, a, b, x, y, surface, pair):
     """Return whether a sphere on two contacts rolls into the two basins of a pair on its two sides."""
-    along, across = b[3] - a[3], b[4] - a[4]
+    along = b[3] - a[3]
+    across = b[4] - a[4]
     off = _SADDLE_OFFSET * max(surface.pixel[0], surface.pixel[1]) / np.hypot(along, across)
     first = _drains_to(labels, x - off * across, y + off * along, surface)
     second = _drains_to(labels, x + off * across, y - off * along, surface)
@@ -412,15 +451,19 @@ def _saddle(a, b, start, ball, farthest):
 
     Contacts on level patches move along with the sphere, so that steps shrink slowly: every second one is extrapolated.
     """
-    (x, y), before = start, (0.0, 0.0)
+    (x, y) = start
+    before = (0.0, 0.0)
     for n in range(_CROSSING_ROUNDS):
         px, py = _crossing(_plane(a, x, y, ball), _plane(b, x, y, ball), x, y)
-        dx, dy = px - x, py - y
+        dx = px - x
+        dy = py - y
         if not max(abs(dx), abs(dy)) > 1e-7 * ball.radius:
             return px, py, max(touch(a, px, py, ball)[0], touch(b, px, py, ball)[0])
         ratio = (dx * before[0] + dy * before[1]) / (before[0] ** 2 + before[1] ** 2) if n % 2 else 0.0
         sum_of_steps = 1 / (1 - ratio) if ratio < _LARGEST_RATIO else 1.0
-        x, y, before = x + sum_of_steps * dx, y + sum_of_steps * dy, (dx, dy)
+        x = x + sum_of_steps * dx
+        y = y + sum_of_steps * dy
+        before = (dx, dy)
         if max(abs(x - start[0]), abs(y - start[1])) > farthest:
             break
     return x, y, np.nan
@@ -433,13 +476,16 @@ def _lowest_saddle(rows, start, least, labels, pair, surface):
     ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions. Planes
     hold near their point only, so that each quarter of the pixels around is searched with its own.
     """
-    lowest, wide, (x, y, _) = start, int(_PASS_DISTANCE), start
+    lowest = start
+    wide = int(_PASS_DISTANCE)
+    (x, y, _) = start
     reach = max(surface.pixel[0], surface.pixel[1])
     for i in range(-wide, wide + 1):
         for j in range(-wide, wide + 1):
             if i * i + j * j > (wide + 1) ** 2:
                 continue
-            px, py = x + i * surface.pixel[0], y + j * surface.pixel[1]
+            px = x + i * surface.pixel[0]
+            py = y + j * surface.pixel[1]
             planes = _planes(rows, px, py, surface.ball, reach)
             if not _may_hold_saddle(planes, reach, least, lowest[2], surface.ball):
                 continue
@@ -457,7 +503,8 @@ def _may_hold_saddle(planes, step, least, highest, ball):
     low = high = -np.inf
     for n in range(len(planes)):
         rise = (abs(planes[n, 1]) + abs(planes[n, 2])) * step
-        low, high = max(low, planes[n, 0] - rise), max(high, planes[n, 0] + rise)
+        low = max(low, planes[n, 0] - rise)
+        high = max(high, planes[n, 0] + rise)
     deviation = 2 * _LARGEST_DEVIATION * step * step / ball.radius
     return len(planes) > 1 and low - deviation <= highest and high + deviation >= least
 
@@ -465,7 +512,9 @@ def _may_hold_saddle(planes, step, least, highest, ball):
 @kernel
 def _lower_saddle(rows, at, start, lowest, least, labels, pair, surface):
     """Return the lowest saddle in the quarter of a pixel around a point, or ``lowest`` if there is none below that."""
-    (x, y), ball, largest = at, surface.ball, max(surface.pixel[0], surface.pixel[1])
+    (x, y) = at
+    ball = surface.ball
+    largest = max(surface.pixel[0], surface.pixel[1])
     reach = 0.35 * largest  # a quarter's half-width, with a margin since planes are not exact
     planes = _planes(rows, x, y, ball, reach)
     if not _may_hold_saddle(planes, reach, least, lowest[2], ball):
@@ -473,14 +522,16 @@ def _lower_saddle(rows, at, start, lowest, least, labels, pair, surface):
     for p in range(len(planes)):
         for q in range(p):
             px, py = _crossing(planes[p], planes[q], x, y)
-            dx, dy = px - x, py - y
+            dx = px - x
+            dy = py - y
             if not max(abs(dx), abs(dy)) < reach:
                 continue
             deviation = _LARGEST_DEVIATION * (dx * dx + dy * dy) / ball.radius  # of the heights from the planes
             highest = min(_plane_height(planes[p], dx, dy), lowest[2]) + deviation
             if _highest_plane(planes, dx, dy)[0] > highest:
                 continue
-            a, b = rows[int(planes[p, 5])], rows[int(planes[q, 5])]
+            a = rows[int(planes[p, 5])]
+            b = rows[int(planes[q, 5])]
             px, py, height = _saddle(a, b, (px, py), ball, reach)
             near = np.hypot(px - start[0], py - start[1]) < _PASS_DISTANCE * largest
             if not (near and least <= height < lowest[2]) or _is_off(surface, px, py):
@@ -505,9 +556,11 @@ def _touches(rows, x, y, height, surface):
 @kernel
 def passes(z, labels, pairs, pixels, rest_heights, surface):
     """Return x, y and height (nm) of the pass between each pair of basins, given their border's lowest pixel."""
-    out, reach = np.zeros((pixels.size, 3)), _PASS_DISTANCE * max(surface.pixel[0], surface.pixel[1])
+    out = np.zeros((pixels.size, 3))
+    reach = _PASS_DISTANCE * max(surface.pixel[0], surface.pixel[1])
     for n in range(pixels.size):
-        i, j = pixels[n] // z.shape[1], pixels[n] % z.shape[1]
+        i = pixels[n] // z.shape[1]
+        j = pixels[n] % z.shape[1]
         start = surface.first[0] + i * surface.pixel[0], surface.first[1] + j * surface.pixel[1], z[i, j]
         least = -np.inf
         for label in pairs[n]:
@@ -522,7 +575,8 @@ def passes(z, labels, pairs, pixels, rest_heights, surface):
 @kernel
 def _contact_planes(planes, reach):
     """Return the planes that are the highest somewhere within a step: at rest several are."""
-    out, number = np.zeros((len(planes), planes.shape[1])), 0
+    out = np.zeros((len(planes), planes.shape[1]))
+    number = 0
     for n in range(len(planes)):
         within = True
         for m in range(len(planes)):
@@ -544,7 +598,8 @@ def _summits(planes, pixel):
         for k in range(len(planes)):
             for m in range(len(planes)):
                 if top[m] < top[k] and not _are_on_different_summits(planes[order[k]], planes[order[m]], pixel):
-                    top[k], changed = top[m], True
+                    top[k] = top[m]
+                    changed = True
         if not changed:
             break
     return order, top
@@ -554,15 +609,18 @@ def _summits(planes, pixel):
 def supports(places, surface, slack):
     """Return for each place the number of summits that support a sphere, within ``slack`` pixels, and their x, y."""
     most = 8
-    number, at = np.zeros(len(places), np.int64), np.full((len(places), most, 2), np.nan)
+    number = np.zeros(len(places), np.int64)
+    at = np.full((len(places), most, 2), np.nan)
     reach = slack * max(surface.pixel[0], surface.pixel[1])
     for n in range(len(places)):
-        x, y = places[n, 0], places[n, 1]
+        x = places[n, 0]
+        y = places[n, 1]
         i, j = _pixel_at(surface, x, y)
         planes = _contact_planes(_planes(_patches_near(surface, i, j), x, y, surface.ball, reach), reach)
         order, top = _summits(planes, surface.pixel)
         for k in range(len(planes)):
             if top[k] == k and number[n] < most:
-                at[n, number[n], 0], at[n, number[n], 1] = planes[order[k], 3], planes[order[k], 4]
+                at[n, number[n], 0] = planes[order[k], 3]
+                at[n, number[n], 1] = planes[order[k], 4]
                 number[n] += 1
     return number, at

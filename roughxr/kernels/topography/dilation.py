@@ -66,7 +66,8 @@ def put_patch(out, z, i, j, pixel, radius):
     if i == 0 or j == 0 or i == nx - 1 or j == ny - 1:
         return
     dx, dy = pixel
-    out[GX], out[GY] = (z[i + 1, j] - z[i - 1, j]) / (2 * dx), (z[i, j + 1] - z[i, j - 1]) / (2 * dy)
+    out[GX] = (z[i + 1, j] - z[i - 1, j]) / (2 * dx)
+    out[GY] = (z[i, j + 1] - z[i, j - 1]) / (2 * dy)
     out[HXX] = (z[i + 1, j] + z[i - 1, j] - 2 * z[i, j]) / dx**2
     out[HYY] = (z[i, j + 1] + z[i, j - 1] - 2 * z[i, j]) / dy**2
     out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - (z[i + 1, j - 1] + z[i - 1, j + 1])) / (4 * dx * dy)
@@ -79,7 +80,9 @@ def patches(z, x, y, pixel, radius, reach):
     """Return the patches (rows) of the pixels that a sphere may touch, and each one's flat index in the tile."""
     nx, ny = z.shape
     bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
-    row, chosen, count = np.zeros(RISE + 1), np.zeros(z.size, np.int64), 0
+    row = np.zeros(RISE + 1)
+    chosen = np.zeros(z.size, np.int64)
+    count = 0
     for i in range(nx):
         for j in range(ny):
             if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
@@ -90,9 +93,11 @@ def patches(z, x, y, pixel, radius, reach):
                 count += 1
     out = np.zeros((count, RISE + 1))
     for k in range(count):
-        i, j = chosen[k] // ny, chosen[k] % ny
+        i = chosen[k] // ny
+        j = chosen[k] % ny
         put_patch(out[k], z, i, j, pixel, radius)
-        out[k, X], out[k, Y] = x[i], y[j]
+        out[k, X] = x[i]
+        out[k, Y] = y[j]
     return out, chosen[:count].copy()
 
 
@@ -110,19 +115,25 @@ def _clip(value, half):
 @kernel
 def touch(row, x, y, ball):
     """Return the height (nm) of the sphere's lowest point on one patch, its axis at x, y; and the contact point."""
-    rx, ry = x - row[X], y - row[Y]
+    rx = x - row[X]
+    ry = y - row[Y]
     r2 = rx * rx + ry * ry
     c2 = ball.radius**2 - r2
     if c2 <= 0.0:
         return -np.inf, row[X], row[Y]
     c = np.sqrt(c2)
-    most, bend = row[H] + row[RISE] - r2 / (ball.radius + c), 1 / c
-    sx, sy, bend3 = row[GX] + rx * bend, row[GY] + ry * bend, bend * bend * bend
-    a, b = row[HXX] - bend - rx * rx * bend3, row[HYY] - bend - ry * ry * bend3
+    most = row[H] + row[RISE] - r2 / (ball.radius + c)
+    bend = 1 / c
+    sx = row[GX] + rx * bend
+    sy = row[GY] + ry * bend
+    bend3 = bend * bend * bend
+    a = row[HXX] - bend - rx * rx * bend3
+    b = row[HYY] - bend - ry * ry * bend3
     e = row[HXY] - rx * ry * bend3
     det = a * b - e * e
     if det > 0 and a < 0:
-        u, v = (e * sy - b * sx) / det, (e * sx - a * sy) / det
+        u = (e * sy - b * sx) / det
+        v = (e * sx - a * sy) / det
         if abs(u) > ball.half_x:
             u = _clip(u, ball.half_x)
             v = -(sy + e * u) / b
@@ -133,21 +144,26 @@ def touch(row, x, y, ball):
         u = _clip(-sx / a, ball.half_x) if a < 0 else 0.0
         v = _clip(-sy / b, ball.half_y) if b < 0 else 0.0
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
-    rx, ry = rx - u, ry - v
+    rx = rx - u
+    ry = ry - v
     return min(height - _sphere_rise(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
 
 
 @kernel
 def _visible(rows, candidates, x0, x1, y0, y1, radius):
     """Return the candidates that the sphere may touch with its axis in a box."""
-    highest, floor = np.zeros(candidates.size), -np.inf
+    highest = np.zeros(candidates.size)
+    floor = -np.inf
     for n in range(candidates.size):
         row = rows[candidates[n]]
-        near_x, near_y = max(x0 - row[X], row[X] - x1, 0.0), max(y0 - row[Y], row[Y] - y1, 0.0)
-        far_x, far_y = max(row[X] - x0, x1 - row[X]), max(row[Y] - y0, y1 - row[Y])
+        near_x = max(x0 - row[X], row[X] - x1, 0.0)
+        near_y = max(y0 - row[Y], row[Y] - y1, 0.0)
+        far_x = max(row[X] - x0, x1 - row[X])
+        far_y = max(row[Y] - y0, y1 - row[Y])
         highest[n] = row[H] + row[RISE] - _sphere_rise(near_x * near_x + near_y * near_y, radius)
         floor = max(floor, row[H] - _sphere_rise(far_x * far_x + far_y * far_y, radius))
-    visible, count = np.zeros(candidates.size, np.int64), 0
+    visible = np.zeros(candidates.size, np.int64)
+    count = 0
     for n in range(candidates.size):
         if highest[n] >= floor and highest[n] > -np.inf:
             visible[count] = candidates[n]
@@ -175,11 +191,16 @@ def _raise_bounds(part, first, wide, margin, heights, best, over):
 @kernel
 def _fill_box(rows, visible, x, y, box, ball, z):
     """Fill a box with the sphere's heights; move patches touched within the margin to the front, return how many."""
-    heights, over, farthest = np.zeros(visible.size), np.full(visible.size, -np.inf), 0.0
+    heights = np.zeros(visible.size)
+    over = np.full(visible.size, -np.inf)
+    farthest = 0.0
     part = np.zeros((4, visible.size))
     for n in range(visible.size):
         row = rows[visible[n]]
-        part[0, n], part[1, n], part[2, n], part[3, n] = row[X], row[Y], row[H], row[RISE]
+        part[0, n] = row[X]
+        part[1, n] = row[Y]
+        part[2, n] = row[H]
+        part[3, n] = row[RISE]
         farthest = max(farthest, (x[box[0]] - row[X]) ** 2 + (y[box[2]] - row[Y]) ** 2)
     steeper = 1.1 / np.sqrt(max(1.0 - farthest / ball.radius**2, 0.01)) / ball.radius
     wide = 2.0 * np.hypot(ball.half_x, ball.half_y)
@@ -219,8 +240,10 @@ def dilation(rows, x, y, ball):
     """
     z = np.zeros((x.size, y.size))
     bounds = np.zeros((-(-x.size // SIDE), -(-y.size // SIDE), 2), np.int64)
-    lists, size = np.zeros(1024, np.int32), 0
-    wide_x, wide_y = 2 * _MARGIN * ball.half_x, 2 * _MARGIN * ball.half_y
+    lists = np.zeros(1024, np.int32)
+    size = 0
+    wide_x = 2 * _MARGIN * ball.half_x
+    wide_y = 2 * _MARGIN * ball.half_y
     todo = [(0, x.size, 0, y.size, np.arange(len(rows)))]
     while len(todo) > 0:
         i0, i1, j0, j1, candidates = todo.pop()
@@ -232,7 +255,8 @@ def dilation(rows, x, y, ball):
                 longer = np.zeros(2 * lists.size, np.int32)
                 longer[:size] = lists[:size]
                 lists = longer
-            bounds[i0 // SIDE, j0 // SIDE, 0], bounds[i0 // SIDE, j0 // SIDE, 1] = size, size + visible.size
+            bounds[i0 // SIDE, j0 // SIDE, 0] = size
+            bounds[i0 // SIDE, j0 // SIDE, 1] = size + visible.size
             for n in range(visible.size):
                 lists[size + n] = visible[n]
             size += visible.size

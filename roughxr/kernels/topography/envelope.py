@@ -50,9 +50,11 @@ def asperity_rows(x, y, height, curvature_min, curvature_max, orientation, *, re
     nm⁻¹, the ``orientation`` of the flattest direction in rad. Saddles (curvature_min <= 0) and failed fits (NaN) are
     left out: their paraboloids have no summit.
     """
-    along, across = np.cos(orientation), np.sin(orientation)
+    along = np.cos(orientation)
+    across = np.sin(orientation)
     with np.errstate(invalid="ignore"):
-        p, q = np.sqrt(0.5 * curvature_min), np.sqrt(0.5 * curvature_max)
+        p = np.sqrt(0.5 * curvature_min)
+        q = np.sqrt(0.5 * curvature_max)
     columns = [x, y, height, p * along, p * across, -q * across, q * along, np.square(reach)]
     rows = np.stack(np.broadcast_arrays(*columns), axis=-1)
     return rows[(curvature_min > 0) & ~np.isnan(rows).any(axis=-1)]
@@ -70,7 +72,8 @@ def _draw(rows, x, y, i0, i1, j0, j1, out):
         row = rows[n]
         for i in range(i0, i1):
             for j in range(j0, j1):
-                u, v = x[i] - row[0], y[j] - row[1]
+                u = x[i] - row[0]
+                v = y[j] - row[1]
                 height = row[2] - _depth(row, u, v) if u * u + v * v <= row[7] else -np.inf
                 out[i, j] = max(out[i, j], height)
 
@@ -83,16 +86,24 @@ def _are_visible(rows, x0, x1, y0, y1):
     one such side, that nearest in v the other; along each, the least point is known and clipped to the rectangle. The
     greatest depth is at a corner.
     """
-    highest, floor = np.empty(len(rows)), -np.inf
+    highest = np.empty(len(rows))
+    floor = -np.inf
     for n in range(len(rows)):
         row = rows[n]
-        u0, u1, v0, v1 = x0 - row[0], x1 - row[0], y0 - row[1], y1 - row[1]
-        u, v, coupling = min(max(0.0, u0), u1), min(max(0.0, v0), v1), row[3] * row[4] + row[5] * row[6]
+        u0 = x0 - row[0]
+        u1 = x1 - row[0]
+        v0 = y0 - row[1]
+        v1 = y1 - row[1]
+        u = min(max(0.0, u0), u1)
+        v = min(max(0.0, v0), v1)
+        coupling = row[3] * row[4] + row[5] * row[6]
         lowest_u = min(max(-v * coupling / (row[3] ** 2 + row[5] ** 2), u0), u1)
         lowest_v = min(max(-u * coupling / (row[4] ** 2 + row[6] ** 2), v0), v1)
         least = min(_depth(row, u, lowest_v), _depth(row, lowest_u, v))
         greatest = max(_depth(row, u0, v0), _depth(row, u0, v1), _depth(row, u1, v0), _depth(row, u1, v1))
         low = row[2] - greatest if max(-u0, u1) ** 2 + max(-v0, v1) ** 2 <= row[7] else -np.inf
         high = row[2] - least if u * u + v * v <= row[7] else -np.inf
-        highest[n], floor = max(low, high), max(floor, low)  # rounding may not drop the asperity that sets the floor
+        # rounding may not drop the asperity that sets the floor
+        highest[n] = max(low, high)
+        floor = max(floor, low)
     return (highest >= floor) & (highest > -np.inf)

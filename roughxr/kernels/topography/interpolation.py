@@ -26,7 +26,8 @@ def band_limited(height: np.ndarray, n: int) -> np.ndarray:
     margins = [min(_MARGIN, size - 1) for size in height.shape]
     height = np.pad(height, [(k, k) for k in margins], "reflect", reflect_type="odd")
     (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in height.shape] for k in (1, n))
-    along_x, along_y = _slope(height.mean(axis=1), x), _slope(height.mean(axis=0), y)
+    along_x = _slope(height.mean(axis=1), x)
+    along_y = _slope(height.mean(axis=0), y)
     modes = np.zeros((fine_x.size, fine_y.size))
     modes[: x.size, : y.size] = dctn(height - along_x * x[:, None] - along_y * y, norm="forward")
     fine = idctn(modes, norm="forward", overwrite_x=True) + along_x * fine_x[:, None] + along_y * fine_y

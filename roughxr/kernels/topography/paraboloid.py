@@ -64,7 +64,8 @@ def fit_paraboloids(z, ix, iy, dx, dy, *, size=5, vertex="fitted"):
     starts = range(0, max(ix.size, 1), block)
     parts = []
     for start in starts:
-        i, j = ix[start : start + block], iy[start : start + block]
+        i = ix[start : start + block]
+        j = iy[start : start + block]
         heights = patches[i, j].reshape(i.size, size**2) - z[i, j][:, None]
         parts.append(_fit_block(heights, z[i, j], float(dx), float(dy), vertex == "pixel"))
     return Fit(*map(np.concatenate, zip(*parts)))
@@ -90,7 +91,9 @@ def _fit_block(heights, level, dx, dy, fixed):
     residual = np.where(known, heights - c @ terms.T, 0.0)
     rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
     rms[~known.any(axis=1)] = np.nan
-    x, y, height = np.where(rejected, 0.0, x), np.where(rejected, 0.0, y), level + np.where(rejected, c[:, 0], height)
+    x = np.where(rejected, 0.0, x)
+    y = np.where(rejected, 0.0, y)
+    height = level + np.where(rejected, c[:, 0], height)
     return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~known.all(axis=1), rejected)
 
 
@@ -113,8 +116,11 @@ def _second_order(c, dx, dy):
 
 def _vertex(c, dx, dy):
     """Return the vertices of the paraboloids: x, y from the pixel and height (nm)."""
-    (A, B, C), gx, gy = _second_order(c, dx, dy), c[:, 1] / dx, c[:, 2] / dy
+    (A, B, C) = _second_order(c, dx, dy)
+    gx = c[:, 1] / dx
+    gy = c[:, 2] / dy
     with np.errstate(divide="ignore", invalid="ignore"):
         determinant = 4 * A * B - C**2
-        x, y = (2 * B * gx - C * gy) / determinant, (2 * A * gy - C * gx) / determinant
+        x = (2 * B * gx - C * gy) / determinant
+        y = (2 * A * gy - C * gx) / determinant
         return x, y, c[:, 0] + 0.5 * (gx * x + gy * y)

@@ -64,12 +64,19 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     known = (q > 0) & (psd > 0)
     if known.sum() < 4:
         return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
-    unit, level = 1.0 / q[known][-1], np.log(psd[known][0])  # so that the result does not depend on the unit of length
-    q, pixel, modes = q[known] * unit, pixel / unit, modes[known]
+    # so that the result does not depend on the unit of length
+    unit = 1.0 / q[known][-1]
+    level = np.log(psd[known][0])
+    q = q[known] * unit
+    pixel = pixel / unit
+    modes = modes[known]
     measured = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
     error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
-    longest, shortest = 2.0 * np.pi / q[0], 2.0 * np.pi / q[-1]
-    prior, prior_error = np.array([0.0, np.log(longest), np.mean(bounds)]), np.array([1.0, 2.0, 0.5])  # of u, ln ℓ₀, H
+    longest = 2.0 * np.pi / q[0]
+    shortest = 2.0 * np.pi / q[-1]
+    # of u, ln ℓ₀, H
+    prior = np.array([0.0, np.log(longest), np.mean(bounds)])
+    prior_error = np.array([1.0, 2.0, 0.5])
 
     def model(unknown, q):
         H = hurst if hurst is not None else unknown[3]
@@ -82,10 +89,13 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
 
     low = [-np.inf, 0.0, np.log(shortest), bounds[0] - 1e-9]
     high = [np.inf, 1.0, np.log(100.0 * longest), bounds[1]]
-    start, count = [measured[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)], 4 if hurst is None else 3
+    start = [measured[0], 0.1, np.log(np.sqrt(longest * shortest)), np.mean(bounds)]
+    count = 4 if hurst is None else 3
     tight = dict.fromkeys(("ftol", "xtol", "gtol"), 1e-13)  # so that rounding of the input is not amplified
     solved = least_squares(residuals, start[:count], "3-point", (low[:count], high[:count]), **tight)
-    fitted, beyond, small = solved.x, q[-1] * np.array([1.0, 8.0]), 1e-4
+    fitted = solved.x
+    beyond = q[-1] * np.array([1.0, 8.0])
+    small = 1e-4
     moved = (fitted + small * unit for unit in np.eye(count))
     gradient = np.array([model(shifted, beyond) - model(fitted, beyond) for shifted in moved]) / small
     spread = gradient.T @ np.linalg.inv(solved.jac.T @ solved.jac) @ gradient
@@ -129,7 +139,8 @@ def summed_modes(bands, x, y):
     """Return the heights (x, y), nm, of the Fourier modes of some bands at points x, y (nm)."""
     out = np.zeros((x.size, y.size))
     for amplitude, kx, ky in bands:
-        along_x, along_y = np.exp(1j * np.outer(x, kx)), np.exp(1j * np.outer(ky, y))
+        along_x = np.exp(1j * np.outer(x, kx))
+        along_y = np.exp(1j * np.outer(ky, y))
         inner = along_x @ amplitude
         out += inner.real @ along_y.real - inner.imag @ along_y.imag
     return out
@@ -137,8 +148,10 @@ def summed_modes(bands, x, y):
 
 def _band_modes(spectrum, longest, shortest, seed, band):
     """Return the amplitudes 2c (kx, ky), nm, of one band, and its wavevectors, nm⁻¹."""
-    most, unit = int(np.ceil(_PERIODS * _BAND)), 2.0 * np.pi / (_PERIODS * longest)
-    kx, ky = np.arange(most + 1), np.arange(-most, most + 1)
+    most = int(np.ceil(_PERIODS * _BAND))
+    unit = 2.0 * np.pi / (_PERIODS * longest)
+    kx = np.arange(most + 1)
+    ky = np.arange(-most, most + 1)
     periods = np.hypot(kx[:, None], ky)
     inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
     inside &= (kx[:, None] > 0) | (ky > 0)
