@@ -51,7 +51,7 @@ EVERY = [(verb, k) for verb, calls in CALLS.items() for k in range(len(calls))]
 SOLVED = {"adhesive": 1e-6, "direct": 1e-6, "rigid": 1e-6, "fit_curve": 1e-3, "fit_pair": 1e-6}
 #: Not compared: how a solve came to its end, directions of extremes, which opposite ones may share, and the difference
 #: of two pull-offs, each of which is compared. Text rounds.
-LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction", "settling_error")
+LEFT = ("iterations", "residual", "weakest_direction", "stiffest_direction")
 TEXT = 1e-5
 
 

@@ -31,7 +31,7 @@ from .adhesive_options import (
     window_half_width,
 )
 from .adhesive_record import cycle_layout, cycle_record
-from .cycle import LEAST_RADIUS, MOST_CELLS, Adhesion, resolving_cell
+from .cycle import LARGEST_SETTLING, LEAST_RADIUS, MOST_CELLS, Adhesion, resolving_cell, settling_changes
 from .mesh import Mesh, read_mesh
 from .problem import Problem, read_problem
 from .solving import solve
@@ -99,12 +99,15 @@ def adhesive(
 
         ``refinement`` and ``pull_off_error``, the relative error of the pull-off, meant to hold at 95 % of places. With
         mesh="auto" it combines ``mesh_error`` (the change from cells twice as large), ``step_error``,
-        ``interpolation_error`` (the change if splines interpolate the heights between pixels) and ``settling_error``
-        (without range: the change after a preload as large as the pull-off, which closes gaps that attraction does
-        not). Without range, three times the change by the mesh counts: pull-offs converge slowly at edges that cannot
-        move. On one mesh the error is known for "griffith" and "dugdale" only, from the contact's radius in cells, the
-        difference between both edges (see Notes) and the settling error. On soft rough surfaces the error of one mesh
-        is too small at one place of four.
+        ``interpolation_error`` (the change if splines interpolate the heights between pixels) and, without range, the
+        change to ``pressed_pull_off_force``. Without range, three times the change by the mesh counts: pull-offs
+        converge slowly at edges that cannot move. On one mesh the error is known for "griffith" and "dugdale" only,
+        from the contact's radius in cells, the difference between both edges (see Notes) and the change by pressing.
+        On soft rough surfaces the error of one mesh is too small at one place of four.
+
+        ``pressed_pull_off_force`` (nN, of "griffith" with a preload): the pull-off after the sphere was pressed as hard
+        as it then holds. Where it differs from ``pull_off_force`` by more than half, the pull-off is a range between
+        both, each with ``pull_off_error``: attraction ends before the next summits, and only pressing closes the gaps.
 
         With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
         patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in cells, of the smallest contact with a
@@ -127,7 +130,8 @@ def adhesive(
     Warns
     -----
     UserWarning
-        If places did not reach the accuracy, or contact or liquid reaches the scan's edge (for input in memory only).
+        If places did not reach the accuracy, a pull-off is a range, or contact or liquid reaches the scan's edge (for
+        input in memory only).
     UnresolvedContact
         If one mesh does not resolve the contacts at pull-off, or gives no error (for input in memory only).
 
@@ -275,6 +279,20 @@ def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> 
     )
 
 
+def _warn_of_ranges(out: xr.Dataset) -> None:
+    """Warn of places whose pull-off depends on how hard the sphere was pressed."""
+    pull, pressed = out["pull_off_force"].values.ravel(), out["pressed_pull_off_force"].values.ravel()
+    changes = np.nan_to_num(settling_changes(pull, pressed))
+    if ranges := int((changes > LARGEST_SETTLING).sum()):
+        widest = np.argmax(changes)
+        low, high = sorted([pull[widest], pressed[widest]])
+        warn(
+            f"{ranges} of {pull.size} subregions have a range and not one pull-off, at the widest {low:.3g} … "
+            f"{high:.3g} nN, from pull_off_force to pressed_pull_off_force. There attraction ends before the next "
+            "summits, which only pressing reaches: state a preload"
+        )
+
+
 def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
     if adhesion.law == "lennard_jones":
@@ -287,6 +305,7 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
         _warn_of_one_mesh(out, adhesion, problem)
     elif np.isfinite(adhesion.accuracy):
         _warn_of_errors(out, adhesion)
+    _warn_of_ranges(out)
     rough = out["residual"].notnull() & ~out["converged"].astype(bool)
     if rough.any():
         what = "cycles contain states that" if "preload_delta" in out else "states"

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..contact.certificate import SOLVED, check_conditions
+from ..contact.cycle import LARGEST_SETTLING, settling_changes
 from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off
@@ -101,6 +102,19 @@ def _solved(run: Run) -> Iterator[str]:
         yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."
 
 
+def _settling(run: Run) -> Iterator[str]:
+    """Yield a caution on places whose pull-off depends on how hard the sphere was pressed."""
+    if "statistics/adhesive" not in run or "pressed_pull_off_force" not in run["statistics/adhesive"]:
+        return
+    pull = run["statistics/adhesive"]
+    changes = settling_changes(pull["pull_off_force"].values, pull["pressed_pull_off_force"].values)
+    if ranges := int((changes > LARGEST_SETTLING).sum()):
+        yield (
+            f"At {ranges} of {changes.size} places the pull-off depends on how hard the sphere was pressed: it is a "
+            "range from pull_off_force to pressed_pull_off_force. State a preload."
+        )
+
+
 def _yielding(run: Run) -> Iterator[str]:
     """Yield cautions on pressures above the hardness, and on results that ignore yield."""
     solved = {
@@ -154,6 +168,7 @@ _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _scan_doubts,
     _elastic,
     _solved,
+    _settling,
     _yielding,
     _resolution,
     superposition_notes,

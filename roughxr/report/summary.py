@@ -40,6 +40,7 @@ _COLUMNS = (
     (RESTS, "barrier", "barrier", ""),
     ("statistics/adhesive", "pull_off_force", "pull_off_force", ""),
     ("statistics/adhesive", "pull_off_error", "pull_off_error", ""),
+    ("statistics/adhesive", "pressed_pull_off_force", "pressed_pull_off_force", ""),
     ("statistics/energy", "pull_off_force", "pull_off_force_superposed", ", superposed asperities"),
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid", ", rigid bodies"),
     ("solutions/rolling", "contacts", "contacts", ""),

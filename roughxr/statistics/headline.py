@@ -125,13 +125,17 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
 def mesh_error(pull: xr.Dataset) -> float:
     """Return the relative numerical error of the mean pull-off, if errors of places add; NaN if unknown.
 
-    Errors are weighted by the force of each place, as in the mean.
+    Errors are weighted by the force of each place, as in the mean. Ranges by how the sphere was pressed count whole.
     """
     own = next((name for name in _PLACE_ERRORS if name in pull), None)
     if own is None:
         return np.nan
     force = pull["pull_off_force"].where(pull[own].notnull())
-    return float(by_share(force * abs(pull[own])).mean() / by_share(force).mean())
+    error = force * abs(pull[own])
+    if "pressed_pull_off_force" in pull:
+        settling = abs(pull["pressed_pull_off_force"] - force)
+        error = error.where(~(settling > error), settling)
+    return float(by_share(error).mean() / by_share(force).mean())
 
 
 def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:

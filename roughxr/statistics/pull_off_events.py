@@ -12,7 +12,7 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 
 #: Variables by which solvers state the error of their pull-off.
-_ERRORS = ("pull_off_resolution", "pull_off_error", "refinement", "cell_error")
+_ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "refinement", "cell_error")
 
 
 def pull_off(ds: xr.Dataset) -> xr.Dataset:
@@ -31,7 +31,7 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm); NaN without adhesion. ``bracketed``
         is False if the largest adhesion force is at an end of the sweep, which was then too short. For a cycle it is
         False if the adhesion force is largest at the largest displacement, or the cycle is incomplete. A solver's own
-        errors, such as ``pull_off_error`` and ``cell_error``, are kept.
+        errors, such as ``pull_off_error`` and ``cell_error``, are kept, as is ``pressed_pull_off_force``.
 
     Raises
     ------
