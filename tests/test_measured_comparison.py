@@ -72,6 +72,7 @@ def test_quantiles_stand_beside_one_another():
     np.testing.assert_allclose(found.ratio, 3.0)
     assert found.attrs["places"] == "not compared, since those of predicted and measured forces are unknown"
     assert "shift_x" not in found
+    assert roughxr.schema.history(found)[-1]["arguments"]["resamples"] == 999
 
 
 @pytest.mark.parametrize("shift", [(20.0, -30.0), (14.0, 3.0), (0.0, 0.0)])

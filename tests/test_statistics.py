@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from roughxr.statistics import cdf, pdf, pull_off, summary
+from roughxr.statistics import bootstrap, cdf, pdf, pull_off, summary
+from roughxr.statistics.sampling import standard_deviation
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +136,43 @@ def test_weights_count_as_repetition():
     xr.testing.assert_allclose(cdf(weighted, "height"), cdf(repeated, "height"))
     table = summary(weighted).height
     assert float(table.sel(statistic="mean")) == pytest.approx(repeated.height.mean().item())
-    assert float(table.sel(statistic="std")) == pytest.approx(repeated.height.std().item())
+    effective = sum(counts) ** 2 / sum(count**2 for count in counts)
+    unbiased = repeated.height.std().item() * np.sqrt(effective / (effective - 1))
+    assert float(table.sel(statistic="std")) == pytest.approx(unbiased)
+
+
+def test_equal_shares_change_no_statistic():
+    values = np.random.default_rng(2).lognormal(3.0, 0.7, (9, 4))
+    plain = xr.Dataset({"pull_off_force": (("subregion", "preload"), values, {"units": "nN"})})
+    shared = plain.assign_coords(landing_share=("subregion", np.full(9, 1 / 9)))
+    xr.testing.assert_allclose(summary(shared).drop_vars("landing_share", errors="ignore"), summary(plain), rtol=1e-12)
+    for statistic in (bootstrap, pdf, cdf):
+        equal, none = (statistic(ds.isel(preload=0), "pull_off_force") for ds in (shared, plain))
+        xr.testing.assert_allclose(equal, none, rtol=1e-12)
+    four = xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 3.0, 4.0])})
+    four = four.assign_coords(landing_share=("subregion", np.full(4, 0.25)))
+    estimates = bootstrap(four, statistics=["std", "q5"]).estimate.values
+    table = summary(four).pull_off_force
+    np.testing.assert_allclose(estimates, [np.sqrt(5 / 3), 1.15])
+    np.testing.assert_allclose(table.sel(statistic=["std", "q5"]), estimates)
+
+
+def test_unequal_shares_give_the_same_statistics_in_every_table():
+    values = np.random.default_rng(4).lognormal(3.0, 0.7, 12)
+    share = np.random.default_rng(5).dirichlet(np.ones(12))
+    ds = xr.Dataset({"pull_off_force": ("subregion", values)}, {"landing_share": ("subregion", share)})
+    labels = ["mean", "std", "q5", "q50", "q95"]
+    table = summary(ds).pull_off_force.sel(statistic=labels)
+    np.testing.assert_allclose(table, bootstrap(ds, statistics=labels).estimate, rtol=1e-12)
+    assert float(standard_deviation(ds.pull_off_force)) == pytest.approx(float(table[1]), rel=1e-12)
+
+
+def test_the_weighted_variance_is_unbiased():
+    """Of 20,000 samples of ten weighted normal numbers the mean variance is known to 0.6 %."""
+    share = np.random.default_rng(6).dirichlet(np.ones(10))
+    draws = xr.DataArray(np.random.default_rng(7).normal(5.0, 2.0, (20_000, 10)), dims=("sample", "subregion"))
+    deviation = standard_deviation(draws.assign_coords(landing_share=("subregion", share)), "subregion")
+    assert float((deviation**2).mean()) == pytest.approx(4.0, rel=0.02)
 
 
 def test_empirical_cdf_steps_at_the_samples(sample):
@@ -157,6 +194,8 @@ def test_densities_are_the_same_on_dask(sample):
         (lambda ds: pdf(ds, "depth"), "expected one of height.*found 'depth'"),
         (lambda ds: pdf(ds.isel(asperity=[0]), "height"), "at least two"),
         (lambda ds: cdf(ds.expand_dims(delta=[1.0]), "height"), "select first"),
+        (lambda ds: pdf(ds, "height", bins="5 nm"), "bins: expected a number of bins.*edges in nm, found '5 nm'"),
+        (lambda ds: pdf(ds, "height", bins="fine"), "bins: expected a number of bins.*found 'fine'"),
         (lambda ds: summary(ds.rename(asperity="n")), "subregion or asperity"),
         (lambda ds: pull_off(ds), "along 'delta'"),
     ],

@@ -9,6 +9,7 @@ from roughxr.statistics import bootstrap, pull_off, reduction
 from roughxr.statistics.places import correlogram, independent_places
 from roughxr.statistics.sampling import Samples
 from roughxr.statistics.uncertainty import _small_sample_ends, density_intervals
+from roughxr.vocabulary import schema
 
 from .fields import field, grid_samples
 
@@ -219,6 +220,13 @@ def test_reduction_is_a_part_of_the_smooth_spheres_pull():
     assert ratio.units == "1"
     with pytest.raises(ValueError, match="work_of_adhesion > 0"):
         reduction(pull_off(sweep).assign_coords(work_of_adhesion=0.0))
+
+
+def test_history_has_every_option_that_changes_an_interval():
+    ds = grid_samples(field(4, 0.2, np.random.default_rng(0)) + 10)
+    options = {"statistics": ["mean", "q50"], "confidence": 0.9, "resamples": 99, "seed": 3, "fewest": 2.0}
+    (step,) = schema.history(bootstrap(ds, "pull_off_force", within=ds, **options))
+    assert step["arguments"] == {"name": "pull_off_force", **options, "within": "all places"}
 
 
 def test_histogram_bins_have_intervals_about_their_densities():

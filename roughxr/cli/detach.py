@@ -18,7 +18,7 @@ from ..particles.force_balance import NO_REST, places_in_words
 from ..report.detachment import best_method
 from ..report.run_tables import METHOD_WORDS
 from ..report.summary import critical_median, place_table, scan_label
-from ..statistics.sampling import one_of_each_place, shares
+from ..statistics.sampling import by_share, one_of_each_place
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, with_interval
@@ -104,7 +104,7 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
     values = critical[name].where(np.isfinite(critical[name]))
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
-        quantiles = values.weighted(shares(values)).quantile([0.05, 0.95]).values
+        quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, most = (number(float(f"{value:.3g}"), units) for value in quantiles)
         median = with_interval(*critical_median(critical, name), units)
         print(f"  median {median}; 5 % of {of} below {least}, 95 % below {most}")

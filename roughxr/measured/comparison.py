@@ -84,7 +84,7 @@ def compare(
             out[name + end].attrs["units"] = "nN"
     out.attrs = {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs |= {"places": how, "missing": "NaN where a value is not positive, or no shift is found"}
-    return schema.record(out, "compare", predicted, statistics=statistics)
+    return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:

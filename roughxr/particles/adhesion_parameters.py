@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import cdf, reduction
-from ..statistics.sampling import by_share
+from ..statistics.sampling import by_share, standard_deviation
 from ..vocabulary import schema
 from .force_balance import expect_moments, refuse_varied, scope_words
 
@@ -59,8 +59,10 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.entered(ds)
     refuse_varied(ds)
     ds = reduction(ds)
-    ratio, steps = by_share(np.log(ds["pull_off_ratio"])), cdf(ds, "pull_off_ratio")
-    mean, spread = float(ratio.mean()), float(ratio.std())
+    ln_ratio = np.log(ds["pull_off_ratio"])
+    mean = float(by_share(ln_ratio).mean())
+    spread = float(standard_deviation(ln_ratio))
+    steps = cdf(ds, "pull_off_ratio")
     law, below = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread), np.append(0.0, steps.values[:-1])
     rows = {
         "adhesion_mean": np.exp(mean),
@@ -70,8 +72,9 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     }
     rows["surface_energy_median"] = 0.5 * rows["work_of_adhesion_median"]
     if "lever" in ds:
-        moment = by_share(np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0)))
-        rows |= {"moment_mean": float(np.exp(moment.mean())), "moment_spread": float(np.exp(moment.std()))}
+        ln_moment = np.log(ds["resisting_moment"].where(ds["resisting_moment"] > 0))
+        rows["moment_mean"] = float(np.exp(by_share(ln_moment).mean()))
+        rows["moment_spread"] = float(np.exp(standard_deviation(ln_moment)))
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_words(ds)})

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pandas as pd
 import xarray as xr
 
 from ..statistics import cdf, reduction, smooth_pull_off
-from ..statistics.sampling import by_share, shares
+from ..statistics.sampling import by_share, shares, standard_deviation
 from ..vocabulary import schema
 from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
@@ -72,11 +70,13 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     below, sums = (np.append(0.0, np.cumsum(each)) for each in (share, share * force.values))
     means = count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))  # of whole and cut places
     lines = _lammps_lines(ds, means.tolist(), fraction(poisson_ratio, "poisson_ratio"))
-    return "\n".join([*(f"# {line}" for line in _header(ds, by_share(force))), *lines]) + "\n"
+    return "\n".join([*(f"# {line}" for line in _header(ds, force)), *lines]) + "\n"
 
 
-def _header(ds: xr.Dataset, forces: Any) -> list[str]:
-    law, mean_force, deviation = parameters(ds), float(forces.mean()), float(forces.std())
+def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
+    law = parameters(ds)
+    mean_force = float(by_share(force).mean())
+    deviation = float(standard_deviation(force))
     radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
     mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
     return [

@@ -12,7 +12,7 @@ from ..particles import resuspension
 from ..particles.force_balance import with_pull_off
 from ..particles.loads import AIR_DENSITY
 from ..statistics.headline import best_estimate
-from ..statistics.sampling import at_first_preload, shares
+from ..statistics.sampling import at_first_preload, by_share
 from ..vocabulary.numbers import percent, quantity
 from .summary import RESTS, critical_median
 
@@ -50,14 +50,14 @@ def best_method(run: Run) -> str:
 
 
 def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    share, speed = shares(moments), critical["critical_friction_velocity"]
-    moment, lever = (float(moments[name].weighted(share).quantile(0.5)) for name in ("resisting_moment", "lever"))
+    speed = critical["critical_friction_velocity"]
+    moment, lever = (float(by_share(moments[name]).quantile(0.5)) for name in ("resisting_moment", "lever"))
     rows = {
         "resisting moment, median over places and directions [nN nm]": moment,
         "lever arm, median over places and directions [nm]": lever,
     }
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
-        rows[f"critical friction velocity, {words} [m/s]"] = float(speed.weighted(share).quantile(part))
+        rows[f"critical friction velocity, {words} [m/s]"] = float(by_share(speed).quantile(part))
     for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
         rows[f"{end} end of the median's 95 % interval [m/s]"] = value
     shown = {
@@ -79,7 +79,7 @@ def detachment_notes(run: Run) -> list[str]:
         return []
     critical, moments = run[CRITICAL[best_method(run)]], run["solutions/rolling"]
     speed, at_rest = critical["critical_friction_velocity"], RESTS in run
-    stress = AIR_DENSITY * float(speed.weighted(shares(critical)).quantile(0.5)) ** 2
+    stress = AIR_DENSITY * float(by_share(speed).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
     notes = [
         f"A steady flow of air along x acts on the sphere {'at its resting position' if at_rest else 'at each place'}. "
@@ -93,7 +93,7 @@ def detachment_notes(run: Run) -> list[str]:
             "torque (r u*/ν above 1), and thus an extrapolation."
         )
     if at_rest:
-        stable = percent((moments["contacts"] >= _STABLE_CONTACTS).weighted(shares(moments)).mean())
+        stable = percent(by_share(moments["contacts"] >= _STABLE_CONTACTS).mean())
         notes.append(
             f"Particles rolled from the grid to resting positions; {stable} of them rest on three or more contacts."
         )

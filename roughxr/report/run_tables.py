@@ -11,7 +11,7 @@ import xarray as xr
 from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
-from ..statistics.sampling import SHARE, at_first_preload, by_share
+from ..statistics.sampling import at_first_preload, by_share, standard_deviation
 from ..vocabulary.numbers import number, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
@@ -82,7 +82,7 @@ def _spread(values: xr.DataArray) -> float:
     """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
     if int(values.notnull().sum()) < 2:
         return np.nan
-    return float(by_share(values).std() if SHARE in values.coords else values.std(ddof=1))
+    return float(standard_deviation(values))
 
 
 def force_table(run: Run) -> pd.DataFrame:

@@ -15,7 +15,7 @@ from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import HALF_WIDTH, best_estimate, mean_pull_off, with_best_estimate, with_units
 from ..statistics.headline import headline as answer_text
-from ..statistics.sampling import one_of_each_place, place_numbers, shares
+from ..statistics.sampling import by_share, one_of_each_place, place_numbers
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
@@ -100,7 +100,7 @@ def _flow(run: Run) -> dict[str, float]:
     flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(run["statistics/detachment"], name)))
     stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
-    return flow | stress | {"supports": float(contacts.weighted(shares(contacts)).quantile(0.5))}
+    return flow | stress | {"supports": float(by_share(contacts).quantile(0.5))}
 
 
 def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:

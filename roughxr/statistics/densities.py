@@ -50,13 +50,12 @@ def pdf(
     [0.25, 0.0, 0.75]
     """
     ds = schema.entered(ds)
-    units = ds[name].attrs.get("units", "1") if name in ds else "1"
-    bins = plain(bins, units, name) if carries_units(bins) else bins
     others = other_dimensions(ds, name)
     if others:
         return _pdf_along(ds, name, others[0], bins)
     some = samples(ds, name)
-    edges = np.histogram_bin_edges(some.values, bins=bins)
+    units = ds[name].attrs.get("units", "1")
+    edges = _bin_edges(some.values, bins, units)
     values = np.histogram(some.values, bins=edges, density=True, weights=some.weights)[0]
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
     axis = (name, points, dict(ds[name].attrs))
@@ -68,10 +67,19 @@ def pdf(
     return out
 
 
+def _bin_edges(values: np.ndarray, bins: Any, units: str) -> np.ndarray:
+    """Return the edges of a histogram's bins; raise for bins that are none."""
+    try:
+        return np.histogram_bin_edges(values, bins=plain(bins, units, "bins") if carries_units(bins) else bins)
+    except (TypeError, ValueError):
+        expected = f"a number of bins, NumPy's name of a rule such as 'auto', or ascending edges in {units}"
+        raise ValueError(f"bins: expected {expected}, found {bins!r}; for bins of one width give their edges") from None
+
+
 def _pdf_along(ds: xr.Dataset, name: str, along: str, bins: Any) -> xr.DataArray:
     """Return `pdf` at each entry of a second dimension, with the bins of all samples together."""
     pooled = np.asarray(ds[name].values, dtype=float)
-    edges = np.histogram_bin_edges(pooled[np.isfinite(pooled)], bins=bins)
+    edges = _bin_edges(pooled[np.isfinite(pooled)], bins, ds[name].attrs.get("units", "1"))
     parts = [pdf(ds.isel({along: k}), name, bins=edges) for k in range(ds.sizes[along])]
     out = xr.concat(parts, dim=ds[along], coords=["cdf"], compat="override", combine_attrs="drop_conflicts")
     counts = {count: sum(part.attrs[count] for part in parts) for count in ("samples", "missing")}

@@ -19,6 +19,9 @@ SAMPLES = tuple(PLACES)
 #: Coordinate of resting positions: share of particles at each, the default weight.
 SHARE = "landing_share"
 
+#: Shares that differ by less, relative to the largest, are equal.
+_EQUAL_SHARES = 1e-9
+
 
 class Samples(NamedTuple):
     """Finite values, their weights (None: equal), their places (None: unknown), and the number of missing values."""
@@ -31,11 +34,10 @@ class Samples(NamedTuple):
 
 def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``."""
-    shared = has_shares(ds, name)
+    weights = unequal_shares(ds[name]) if name in ds else None
     ds = map_samples(ds, name)
     dim = sample_dimension(ds, name)
     values = np.asarray(ds[name].values, dtype=float)
-    weight = ds[SHARE].values.astype(float) if shared else None
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
@@ -45,7 +47,7 @@ def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     missing = int((~finite).sum())
     if not quiet:
         warn_of_missing(name, missing, values.size, ds[name].attrs.get("missing", ds.attrs.get("missing")))
-    return Samples(values[finite], None if weight is None else weight[finite], places, missing)
+    return Samples(values[finite], None if weights is None else weights.values[finite], places, missing)
 
 
 def at_first_preload(ds: Any) -> Any:
@@ -53,9 +55,18 @@ def at_first_preload(ds: Any) -> Any:
     return ds.isel(preload=0) if "preload" in ds.dims else ds
 
 
+def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
+    """Return the shares of particles that rest at the places of an array, or None if there are none or all are equal."""
+    if SHARE not in array.coords or not set(array[SHARE].dims) <= set(array.dims):
+        return None
+    weights = array[SHARE].astype(float)
+    return None if np.ptp(weights.values) <= _EQUAL_SHARES * weights.values.max() else weights
+
+
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
     """Return the weights of places: the shares of particles that rest there, else equal weights."""
-    return ds[SHARE] if SHARE in ds.coords else xr.ones_like(ds["subregion"], float)
+    weights = unequal_shares(ds)
+    return xr.ones_like(ds["subregion"], float) if weights is None else weights
 
 
 def place_numbers(ds: xr.Dataset) -> np.ndarray:
@@ -71,8 +82,23 @@ def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
 
 
 def by_share(array: Any) -> Any:
-    """Return values weighted by the shares of particles, if places have shares; else the values."""
-    return array.weighted(array[SHARE]) if SHARE in array.coords else array
+    """Return values weighted by the shares of particles, if places have unequal shares; else the values."""
+    weights = unequal_shares(array)
+    return array if weights is None else array.weighted(weights)
+
+
+def standard_deviation(array: Any, dim: Any = None, weights: xr.DataArray | None = None) -> xr.DataArray:
+    """Return the standard deviation with n − 1; for weighted values n is Kish's effective number.
+
+    The weights are the shares of particles by default. The variance is unbiased: that of weighted values about their
+    own mean is too small by 1 − 1/n on average.
+    """
+    weights = unequal_shares(array) if weights is None else weights
+    if weights is None:
+        return array.std(dim, ddof=1)
+    counted = weights * array.notnull()
+    effective = counted.sum(dim) ** 2 / (counted**2).sum(dim)
+    return array.weighted(weights).std(dim) * np.sqrt(effective / (effective - 1).clip(min=1e-12))
 
 
 def conditions(array: xr.DataArray) -> list[str]:
@@ -82,7 +108,7 @@ def conditions(array: xr.DataArray) -> list[str]:
 
 def without_weights(some: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning if they differed."""
-    if some.weights is not None and np.ptp(some.weights) > 1e-9 * some.weights.max():
+    if some.weights is not None:
         warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
     return some._replace(weights=None)
 
@@ -121,11 +147,6 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
     dims = [str(dim) for dim in ds[name].dims]
     own = ["x", "y"] if {"x", "y"} <= set(dims) else [dim for dim in dims if dim in SAMPLES]
     return [dim for dim in dims if dim not in own] if own else []
-
-
-def has_shares(ds: xr.Dataset, name: str) -> bool:
-    """Return whether the samples of a variable are weighted by shares of particles."""
-    return name in ds and SHARE in ds.coords and set(ds[SHARE].dims) <= set(ds[name].dims)
 
 
 def density_units(units: str) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, SHARE, has_shares, map_samples, warn_of_missing
+from .sampling import SAMPLES, by_share, map_samples, standard_deviation, warn_of_missing
 
 
 def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
@@ -25,9 +25,8 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     Returns
     -------
     Dataset
-        The same variables along ``statistic``: count (finite samples), mean, std (with n − 1; for samples weighted by
-        ``landing_share`` the root of the weighted mean square deviation), min, max and ``q…`` for each quantile, in
-        per cent.
+        The same variables along ``statistic``: count (finite samples), mean, std, min, max and ``q…`` for each
+        quantile, in per cent. Samples are weighted by their ``landing_share`` if there is one, as in `bootstrap`.
 
     Examples
     --------
@@ -37,33 +36,26 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     (2.0, 2.0)
     """
     ds = schema.entered(ds)
-    along = [name for name, array in ds.data_vars.items() if set(array.dims) & set(SAMPLES)]
-    shared = has_shares(ds, str(next(iter(along), "")))
     ds = map_samples(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
-    weight = ds[SHARE] if shared else None
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
     for name, array in wanted.items():
         if not array.chunks:  # do not compute lazy values
             missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
             warn_of_missing(str(name), missing, array.sizes[dim], ds.attrs.get("missing"))
-    rows = {
-        name: _summarised(array, dim, list(quantiles), weight).assign_attrs(array.attrs)
-        for name, array in wanted.items()
-    }
+    rows = {name: _summarised(array, dim, list(quantiles)).assign_attrs(array.attrs) for name, array in wanted.items()}
     return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
 
 
-def _summarised(array: xr.DataArray, dim: str, quantiles: list[float], weights: xr.DataArray | None) -> xr.DataArray:
+def _summarised(array: xr.DataArray, dim: str, quantiles: list[float]) -> xr.DataArray:
     array = array.astype(float).chunk({dim: -1}) if array.chunks else array.astype(float)
-    counted = array if weights is None else array.weighted(weights)
-    spread = array.std(dim, ddof=1) if weights is None else counted.std(dim)
+    counted = by_share(array)
     parts = {
         "count": array.notnull().sum(dim).astype(float),
         "mean": counted.mean(dim),
-        "std": spread,
+        "std": standard_deviation(array, dim),
         "min": array.min(dim),
         "max": array.max(dim),
     }

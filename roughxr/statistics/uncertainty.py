@@ -24,7 +24,7 @@ from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.units import fraction
 from .places import independent_places
-from .sampling import Samples, other_dimensions, samples
+from .sampling import Samples, other_dimensions, samples, standard_deviation
 
 #: Largest number of draws of a resample; deviations of the mean of fewer draws are scaled.
 _MOST_DRAWS = 20_000
@@ -61,7 +61,8 @@ def bootstrap(
     name : str
         A variable along ``subregion`` or ``asperity``, or a map; other dimensions, as of `vary`, are kept.
     statistics : sequence of str
-        "mean", "std" (with n − 1), "q5" for the quantile of 5 per cent, and so on.
+        "mean", "std" (with n − 1), "q5" for the quantile of 5 per cent, and so on. Samples with a ``landing_share``
+        are weighted by it; n is then Kish's effective number.
     confidence : float
         Between 0 and 1.
     resamples : int
@@ -137,8 +138,9 @@ def bootstrap(
         out.attrs["no_interval"] = (
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
-    given = {"name": name, "confidence": confidence, "resamples": resamples, "seed": seed}
-    return schema.record(schema.label(out), "bootstrap", ds, **given)
+    arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
+    arguments |= {"within": None if within is None else "all places", "fewest": fewest}
+    return schema.record(schema.label(out), "bootstrap", ds, **arguments)
 
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
@@ -171,9 +173,8 @@ def _std(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) 
     """Return the standard deviation with n − 1; with weights, n is Kish's effective number."""
     if weights is None:
         return np.std(values, axis=axis, ddof=1)
-    off = values - np.expand_dims(_mean(values, axis, weights), axis)
-    count = _effective_count(weights, axis)
-    return np.sqrt(_mean(off**2, axis, weights) * count / np.maximum(count - 1, 1e-12))
+    array = xr.DataArray(values)
+    return standard_deviation(array, array.dims[axis], xr.DataArray(weights)).values
 
 
 def _effective_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> Any:
@@ -182,12 +183,10 @@ def _effective_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) 
 
 
 def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None) -> Any:
-    """Return quantiles; with weights, each sample lies in the middle of its share of the weights."""
+    """Return quantiles; of weighted samples by xarray's definition, which equal weights make that of NumPy."""
     if weights is None:
         return np.quantile(values, share)
-    order = np.argsort(values)
-    middle = np.cumsum(weights[order]) - 0.5 * weights[order]
-    return np.interp(share, middle / weights.sum(), values[order])
+    return xr.DataArray(values).weighted(xr.DataArray(weights)).quantile(share).values
 
 
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
