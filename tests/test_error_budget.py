@@ -80,6 +80,17 @@ def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget
     assert all(words.startswith("not computed") for words in why[entry.isna()]) and (why != "").all()
 
 
+def test_noise_sharper_than_the_tip_has_no_entry_of_a_tip(rough):
+    """To cut off noise would flatten summits and raise the pull-off, while a tip's effect on a surface lowers it."""
+    noise = np.random.default_rng(0).normal(0.0, 1.0, rough.height.shape)
+    noisy = rough.assign(height=rough.height + noise).isel(x=slice(48), y=slice(48))
+    noisy = noisy.assign_coords(x=noisy.x * 0.2, y=noisy.y * 0.2)  # pixels of 2 nm
+    noisy.height.attrs = rough.height.attrs
+    options = {"settings": {"tip radius": [10.0]}, "places": 1, "subregions": (1, 1), **QUICK}
+    entry = error_budget(noisy, **options).sel(entry="tip radius")
+    assert np.isnan(entry.relative_error) and "noise, or a sharper tip" in entry.how.item()
+
+
 def test_the_total_is_the_root_of_the_sum_of_squares(budget):
     known = budget.relative_error.values
     assert float(budget.total_error) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
@@ -230,3 +241,14 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
 
 def test_every_source_of_error_has_its_remedy():
     assert {*FACTORS, SAMPLING, PLACES, UNSEEN} == set(REMEDIES)
+
+
+def test_a_scan_that_is_noise_has_no_headline_but_the_reason(rough, solved):
+    heights = np.random.default_rng(2).normal(0.0, 1.0, rough.height.shape)
+    run = {
+        "scan": rough.assign(height=rough.height.copy(data=heights)),
+        "statistics/adhesive": solved.contact.pull_off(),
+    }
+    words = report.headline(run)
+    assert words.startswith("No pull-off force is stated") and "as in noise" in words and " nN" not in words
+    assert report.headline(run | {"scan": rough}).startswith("Mean pull-off")

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr.scans.tip import dilate, erode, tip_flags
+from roughxr.scans.tip import dilate, erode, impossible_share, tip_flags
 from roughxr.vocabulary import schema
 
 TIP = 20.0
@@ -60,6 +60,16 @@ def test_erosion_gives_back_what_the_tip_touched():
     np.testing.assert_allclose(dilate(back, tip_radius=TIP).height, image.height, atol=1e-12)
     top = surface.height > 3.5
     np.testing.assert_allclose(back.height.where(top), surface.height.where(top), atol=1e-9)
+
+
+@pytest.mark.parametrize("radius", [8.0, 25.0])
+def test_an_image_by_the_tip_has_no_impossible_part_and_noise_is_one(radius):
+    surface = roughxr.scans.synthetic.self_affine((64, 64), 2, rms=2, hurst=0.8, rolloff=40, seed=13)
+    image = dilate(surface, tip_radius=radius)
+    assert impossible_share(image, tip_radius=radius) < 1e-9
+    bumps_with_noise = bumps()
+    bumps_with_noise["height"] += np.random.default_rng(1).normal(0.0, 0.3, bumps_with_noise.height.shape)
+    assert impossible_share(bumps_with_noise, tip_radius=radius) > 0.5
 
 
 def test_a_blunter_tip_sees_less():

@@ -11,6 +11,7 @@ import xarray as xr
 
 from ..contact.cycle import coarser_mesh_error
 from ..particles.loads import AIR_DENSITY
+from ..scans.plausibility import is_noise
 from ..scans.regions import extent
 from ..statistics import bootstrap
 from ..statistics.headline import HALF_WIDTH, best_estimate, mean_pull_off, with_best_estimate, with_units
@@ -27,6 +28,12 @@ BUDGET, SUMMARY, PLACES, RESTS = (f"statistics/{name}" for name in ("error_budge
 
 #: Shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller.
 _COARSE_WAVELENGTH = 50.0
+
+#: The answer of a scan that shows no surface.
+_NOISE = (
+    "No pull-off force is stated: neighbouring heights of this scan are uncorrelated, as in noise. Next: measure the "
+    "scan again, or check its file."
+)
 
 _POSITION = ("subregion_x", "subregion_y")
 
@@ -68,6 +75,8 @@ def run_summary(run: Run) -> xr.Dataset:
     pull_off = run["statistics/adhesive"]
     if not bool((pull_off["pull_off_force"] > 0).any()):
         return xr.Dataset(attrs={"missing": "The sphere adheres at no place."})
+    if "scan" in run and is_noise(run["scan"]):
+        return xr.Dataset(attrs={"missing": _NOISE})
     out = mean_pull_off(pull_off).load()
     if BUDGET in run:
         entries = HALF_WIDTH * run[BUDGET]["relative_error"].fillna(0.0)

@@ -177,17 +177,8 @@ def _scar(height: np.ndarray) -> list[str]:
 
 
 def _garbled(height: np.ndarray) -> list[str]:
-    """Return a warning if neighbouring heights, or whole lines, are uncorrelated.
-
-    Correlations are those of ranks, which a few spikes do not affect.
-    """
-    some = np.ascontiguousarray(height[: min(len(height), 512), :512])
-    order = np.where(np.isfinite(some), some, np.nanmedian(some)).ravel().argsort(kind="stable")
-    ranks = np.empty(some.shape)
-    ranks.flat[order] = np.linspace(-1, 1, some.size)
-    ranks -= ranks.mean()
-    pairs = (ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])
-    alike = [float((a * b).mean() / (ranks**2).mean()) for a, b in pairs]
+    """Return a warning if neighbouring heights, or whole lines, are uncorrelated."""
+    alike = _neighbour_correlations(height)
     if max(alike) < _LEAST_CORRELATION:
         words = f"neighbouring heights are uncorrelated (correlation {max(alike):.2g})"
         return [f"{words}: a damaged header, or nothing but noise"]
@@ -195,3 +186,20 @@ def _garbled(height: np.ndarray) -> list[str]:
         words = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
         return [f"neighbouring lines {words}: a damaged header, or lines that are not levelled to each other"]
     return []
+
+
+def is_noise(ds: xr.Dataset) -> bool:
+    """Return whether neighbouring heights of a scan are uncorrelated, along x and along y."""
+    height = ds["height"].values
+    return min(height.shape) >= _FEWEST_LINES and max(_neighbour_correlations(height)) < _LEAST_CORRELATION
+
+
+def _neighbour_correlations(height: np.ndarray) -> list[float]:
+    """Return the correlations of neighbouring heights along x and y, those of ranks, which few spikes do not affect."""
+    part = np.ascontiguousarray(height[:512, :512])
+    order = np.where(np.isfinite(part), part, np.nanmedian(part)).ravel().argsort(kind="stable")
+    ranks = np.empty(part.shape)
+    ranks.flat[order] = np.linspace(-1, 1, part.size)
+    ranks -= ranks.mean()
+    pairs = (ranks[1:], ranks[:-1]), (ranks[:, 1:], ranks[:, :-1])
+    return [float((first * second).mean() / (ranks**2).mean()) for first, second in pairs]

@@ -54,9 +54,17 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     -------
     Dataset
         The scan with the tip's effect removed, nowhere higher than the image (nm). It equals the surface where the tip
-        touched it; noise sharper than the tip becomes even sharper.
+        touched it. Summits sharper than the tip, which only noise makes, are cut off: see `tip_flags`.
     """
     return _swept(ds, tip_radius, "erode")
+
+
+def impossible_share(ds: xr.Dataset, *, tip_radius: Quantity) -> float:
+    """Return the part of the heights removed by `erode` that no image by this tip contains: noise, or a sharper tip."""
+    eroded = erode(ds, tip_radius=tip_radius)
+    image = dilate(eroded, tip_radius=tip_radius)
+    removed = float((ds["height"] - eroded["height"]).sum())
+    return float((ds["height"] - image["height"]).sum()) / removed if removed > 0 else 0.0
 
 
 def _swept(ds: xr.Dataset, tip_radius: Any, operation: str) -> xr.Dataset:

@@ -13,11 +13,15 @@ from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid
 from ..bodies.pair import attraction_range
 from ..contact.problem import known_hardness
 from ..scans import level
-from ..scans.tip import erode
+from ..scans.tip import erode, impossible_share
 from ..vocabulary import schema
+from ..vocabulary.numbers import percent
 
 #: Radius (nm) of the tip whose effect is removed.
 TIP_RADIUS = 10.0
+
+#: Part of a tip's effect, sharper than the tip can image, above which it is that of noise.
+_NOISE_SHARE = 0.5
 
 
 def _scale_coordinate(name: str) -> Callable:
@@ -70,6 +74,17 @@ def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
     return f"{share * limit:.2g} nm", ds.assign(height=ds["height"].copy(data=ds["height"].values + noise))
 
 
+def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
+    """Return the scan with a tip's effect removed; raise for a scan that this tip cannot have made."""
+    share = impossible_share(ds, tip_radius=radius)
+    if share > _NOISE_SHARE:
+        raise ValueError(
+            f"{percent(share)} of the heights that a tip of {radius:g} nm radius would have added are sharper than it "
+            "can image: noise, or a sharper tip"
+        )
+    return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
+
+
 class Factor(NamedTuple):
     """An assumption: settings changed by its typical uncertainty, their description, and the change of scan or pair."""
 
@@ -90,7 +105,7 @@ FACTORS: dict[str, Factor] = {
     "tip radius": Factor(
         (TIP_RADIUS,),
         "effect of a tip of {} radius removed from the scan",
-        lambda ds, radius: (f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)),
+        _without_tip,
     ),
     "noise": Factor((1.0,), "noise of {} added, as much as neighbouring lines allow", _with_noise),
     "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scale_coordinate("adhesion_range"), True),
