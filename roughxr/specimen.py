@@ -88,7 +88,7 @@ class Specimen:
 
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""
-        return regions.centres(self.bodies, subregions)
+        return regions.centres(self.scan, subregions)
 
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:

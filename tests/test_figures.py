@@ -23,6 +23,7 @@ from roughxr.figures import style
 from roughxr.reproduction import paper_figures
 from roughxr.scans import regions
 from roughxr.statistics import LAWS, bootstrap, debris, pull_off
+from roughxr.statistics.sampling import by_share
 from roughxr.vocabulary import schema
 from roughxr.vocabulary.units import converts, factor
 
@@ -276,7 +277,7 @@ def test_intervals_are_those_of_the_bootstrap(run):
     np.testing.assert_allclose(ends, [float(interval.low[0]), float(interval.high[0])])
     bars = figures.mean_force({"direct": run["solutions/direct"]}).collections[-1]
     low, high = np.array([path.vertices[:, 1] for path in bars.get_paths()]).T
-    mean = run["solutions/direct"].force.mean("subregion").values
+    mean = by_share(run["solutions/direct"].force).mean("subregion").values
     assert ((low <= mean) & (mean <= high)).all()
 
 

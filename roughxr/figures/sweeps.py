@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .. import statistics
+from ..statistics.sampling import by_share
 from ..vocabulary import schema
 from .style import (
     BLACK,
@@ -85,12 +86,12 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     explained, forces = False, [0.0]
     for order, (name, ds) in enumerate(solutions.items()):
         ds = _along_delta(ds)
-        look, delta, mean = stroke(order), ds["delta"].values, ds["force"].mean("subregion")
+        look, delta, mean = stroke(order), ds["delta"].values, by_share(ds["force"]).mean("subregion")
         points: dict[str, Any] = {"marker": "os^D"[order % 4]} if delta.size <= 40 else {}
         forces += [float(mean.min()), float(mean.max())]
         ax.plot(delta, mean, label=name, markersize=2.6, **points, **look)
         if ds.sizes["subregion"] > 1:
-            band = ds["force"].quantile([0.16, 0.84], "subregion").values
+            band = by_share(ds["force"]).quantile([0.16, 0.84], dim="subregion").values
             forces += [float(np.nanmin(band)), float(np.nanmax(band))]
             words = None if explained else "68 % of places"
             ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=words)

@@ -56,8 +56,8 @@ def _scan_doubts(run: Run) -> Iterator[str]:
         yield f"About the scan: {doubt}."
     flags = debris_flags(run)
     if flags is not None and flags.any():
-        rule = f"{flags.attrs['comment']}, {number(flags.attrs['threshold_value'], flags.attrs['threshold_units'])}"
-        yield f"{int(flags.sum())} of {flags.size} places contain debris ({rule})."
+        area = f"{percent(flags['debris_share'])} of the area"
+        yield f"{int(flags.sum())} of {flags.size} places are on debris, which the sphere touches first on {area}."
 
 
 def _elastic(run: Run) -> Iterator[str]:
@@ -156,7 +156,8 @@ def _resolution(run: Run) -> Iterator[str]:
     if BUDGET not in run or "asperities" not in run:
         return
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
-    if sharp >= _UNRESOLVED_SHARE:
+    tip_error = run[BUDGET]["relative_error"].sel(entry="tip radius")  # unknown for a scan that no such tip has made
+    if sharp >= _UNRESOLVED_SHARE and bool(tip_error.notnull()):
         yield (
             f"{percent(sharp)} of the asperities are sharper than a tip of {TIP_RADIUS:g} nm radius can "
             "image. If the tip of the scan was as blunt, the surface is rougher than the scan, and adheres less."

@@ -11,7 +11,7 @@ import xarray as xr
 from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
-from ..statistics.sampling import at_first_preload, by_share, standard_deviation
+from ..statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
 from ..vocabulary.numbers import number, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
@@ -154,7 +154,7 @@ def main_numbers(run: Run) -> pd.DataFrame:
     pull_off, flags = prediction(run)[["pull_off_force"]], debris_flags(run)
     rows = {"all places": pull_off}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull_off.sizes["subregion"]:
-        rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values))
+        rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values)).drop_vars("debris_share")
     table = {}
     for places, samples in rows.items():
         known = int(samples["pull_off_force"].notnull().sum())
@@ -172,12 +172,10 @@ def main_numbers(run: Run) -> pd.DataFrame:
 
 
 def debris_flags(run: Run) -> xr.DataArray | None:
-    """Return whether each solved place contains debris, or None if the run cannot show it."""
-    solved = (ds for name, ds in run.items() if name.startswith("solutions/") and "subregion_x" in ds.coords)
+    """Return whether each solved place is on debris, or None if the run cannot show it."""
+    solved = (ds for name, ds in run.items() if name.startswith("solutions/") and has_debris_flags(ds))
     places = next(solved, None)
-    if places is None or places.sizes.get("subregion", 0) < 2 or "asperities" not in run:
-        return None
-    return statistics.debris(run["asperities"], places)
+    return None if places is None else places["on_debris"].astype(bool)
 
 
 def budget_table(run: Run) -> pd.DataFrame:

@@ -25,10 +25,16 @@ _METHODS = {"published": "published", "self_similar": "corrected", "energy": "le
 _SMOOTH, _PLACE, _MEAN, _STD = 19.1e3, 8.6e3, 2.0e3, 1.37e3
 
 
+def counted_equally(run: Run) -> Run:
+    """Return a run whose subregions count equally, also those on debris, as in the paper."""
+    return {name: ds.drop_vars("debris_share", errors="ignore") for name, ds in run.items()}
+
+
 def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
     """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`."""
     from matplotlib import pyplot
 
+    run = counted_equally(run)
     for name, (title, draw) in _FIGURES.items():
         figure = np.ravel(styled(draw)(run))[0].figure
         lines = textwrap.wrap(f"Figure {int(name[-2:])}. {title}", 46)

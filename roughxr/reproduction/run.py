@@ -24,7 +24,7 @@ from ..statistics import debris
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.units import whole_number
-from .numbered_figures import paper_figures, smooth_sphere, strongest_place, surpassing_delta
+from .numbered_figures import counted_equally, paper_figures, smooth_sphere, strongest_place, surpassing_delta
 from .printed import CONTACT, PAIR, SCAN, TWIN
 
 Run = Mapping[str, xr.Dataset]
@@ -199,7 +199,7 @@ def scan_table(run: Run) -> pd.DataFrame:
 
 def contact_table(run: Run) -> pd.DataFrame:
     """Return pull-offs by method and forces without adhesion, with the printed ones in the first columns."""
-    table = report.contact_table(run)
+    table = report.contact_table(counted_equally(run))
     columns = {method: _strongest_rows(run, method) for method in table} | {"direct": _direct_rows(run)}
     for method, sum_without_adhesion in (("published", "hertz"), ("energy", "hertz_corrected")):
         columns[method] |= _agreement_rows(run, sum_without_adhesion)

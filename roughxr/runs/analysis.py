@@ -48,6 +48,7 @@ from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
 from ..report.summary import BUDGET, scan_label
 from ..scans import level, power_spectrum, regions, roughness
+from ..scans.plausibility import is_noise
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import headline, mean_pull_off, mesh_error
@@ -336,9 +337,12 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
 def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
     specimen, groups = task.specimen, dict[str, xr.Dataset]()
+    places = specimen.centres(task.plan.subregions)
+    debris = {name: places[name] for name in ("on_debris", "debris_share") if name in places.coords}
     for name in task.plan.superposed:
         catalogue = elastic(_catalogue(specimen, name))
         swept = quietly(superpose, catalogue, delta=task.plan.sweep, formulation=name, **task.options)
+        swept = swept.assign_coords(debris)  # which the asperities do not show
         groups |= {f"solutions/{name}": swept, f"statistics/{name}": quietly(pull_off, swept)}
     return groups
 
@@ -399,7 +403,7 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
             mesh, finer = _converged_mesh(specimen, plan, some, stages)
         elif some["subregions"].sizes["subregion"] < task.places:
             _need_pull_off(first := adhesive(specimen, mesh=mesh, **some))
-            _show_answer(first, stages)
+            _show_answer(first, specimen, stages)
         before = stages.passed()
         solved = adhesive(specimen, mesh=mesh, **options | how)
         took = stages.passed() - before
@@ -407,7 +411,7 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
         stages.expect(why, **seconds)
     groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
     groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
-    _show_answer(groups["statistics/adhesive"], stages)
+    _show_answer(groups["statistics/adhesive"], specimen, stages)
     return groups
 
 
@@ -421,9 +425,10 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
     return why, {"rolling": 3 + 0.8 * took, "budget": 5 + 17 * budget * each}  # as many solves of each place
 
 
-def _show_answer(solved: xr.Dataset, stages: Stages) -> None:
+def _show_answer(solved: xr.Dataset, specimen: Specimen, stages: Stages) -> None:
     """Print the preliminary answer from the solved places, once their mesh was checked."""
-    if not bool((solved["pull_off_force"] > 0).any()) or np.isnan(mesh_error(solved)):
+    no_pull_off = not bool((solved["pull_off_force"] > 0).any())
+    if no_pull_off or np.isnan(mesh_error(solved)) or is_noise(specimen.scan):
         return
     stages.answer(headline(mean_pull_off(solved).drop_vars(["smooth_share", "independent_places"])))
 
@@ -460,7 +465,7 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(specimen, mesh=mesh, **options)
     _need_pull_off(coarse)
-    _show_answer(coarse, stages)
+    _show_answer(coarse, specimen, stages)
     n = int(coarse["refinement"].max())
     checked_mesh: tuple[Mesh, Any] = mesh, None
     while 2 * n <= MOST_REFINED:
@@ -470,7 +475,7 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
             break
         change = abs(coarse["pull_off_force"] / finer["pull_off_force"] - 1)
         stated = change.copy(data=coarser_mesh_error(change.values, finer.attrs["law"]))
-        _show_answer(finer.assign(pull_off_error=stated), stages)
+        _show_answer(finer.assign(pull_off_error=stated), specimen, stages)
         if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
         checked_mesh = mesh, finer

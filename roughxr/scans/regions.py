@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.units import Places, carries_units, is_whole, magnitude
+from .landings import debris_landings
 
 __all__ = ["centres", "extent"]
 
@@ -42,7 +43,10 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Coordinates ``subregion`` (number), ``subregion_x`` and ``subregion_y`` (nm).
+        Coordinates ``subregion`` (number), ``subregion_x`` and ``subregion_y`` (nm). Of a scan in memory with a sphere
+        also ``on_debris``, whether the sphere first touches debris there, and ``debris_share``, the share of the area
+        where it does: statistics weight the places on and off debris by it. Debris is higher than the median height of
+        first touch by more than eight median absolute deviations.
 
     Examples
     --------
@@ -66,6 +70,10 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     )
     if isinstance(subregions, xr.Dataset) and "landing_share" in subregions.coords:
         out = out.assign_coords(landing_share=("subregion", np.atleast_1d(subregions["landing_share"].values)))
+    elif schema.kind_of(ds) == "scan" and not ds["height"].chunks and "sphere_radius" in ds.coords:
+        height, axes = ds["height"].transpose("x", "y").values, (ds["x"].values, ds["y"].values)
+        share, flags = debris_landings(height, axes, (x, y), float(ds["sphere_radius"]))
+        out = out.assign_coords(on_debris=("subregion", flags), debris_share=share)
     return schema.label(out)
 
 

@@ -12,6 +12,7 @@ from ..vocabulary.numbers import number, percent, quantity, value_and_interval, 
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
+from .uncertainty import FEWEST_SAMPLES, not_shown
 
 #: Source of error: the roughness that the scan does not show.
 UNSEEN = "unseen roughness"
@@ -72,6 +73,8 @@ SCALARS = {
     "places": ("1", "number of places that adhere"),
     "solved_places": ("1", "number of places that were solved"),
     "independent_places": ("1", "number of independent places with as accurate a mean"),
+    "debris_share": ("1", "share of the area where the sphere first touches debris"),
+    "debris_places": ("1", "number of places that adhere where it does"),
     "supports": ("1", "contacts that support the sphere, median place"),
     "mesh_error": ("1", "relative numerical error of the mean, due to mesh and step"),
     "smooth_share": ("1", "mean pull-off force over that from a smooth flat"),
@@ -165,6 +168,8 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "places": known,
         "solved_places": force.size,
         "independent_places": independent,
+        "debris_share": pull.coords.get("debris_share", np.nan),
+        "debris_places": (pull["on_debris"] & force.notnull()).sum() if "on_debris" in pull.coords else np.nan,
         "mesh_error": mesh_error(pull),
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
@@ -306,6 +311,8 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
             limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
         words = f"The mean as scanned is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}."
         sentences.append(words)
+    if np.isfinite(value["low"]) and np.isnan(value["debris_share"]) and value["places"] < FEWEST_SAMPLES:
+        sentences.append(not_shown(int(value["places"]), value["independent_places"]))
     return sentences
 
 
@@ -313,6 +320,9 @@ def _places_in_words(summary: xr.Dataset) -> str:
     """Return the number of places, and whether they are too few for an interval."""
     known, count = int(summary["places"]), int(summary["solved_places"])
     words = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
+    if summary.get("debris_share", 0.0) > 0:
+        on_debris = number(summary["debris_places"]) if summary["debris_places"] > 0 else "none"
+        words += f", {on_debris} of them on debris ({percent(summary['debris_share'])} of the area)"
     few = "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
     return words + ", too few independent ones for an interval" * bool(few)
 

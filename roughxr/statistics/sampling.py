@@ -30,6 +30,7 @@ class Samples(NamedTuple):
     weights: np.ndarray | None
     places: Any  # (samples, 2), nm, or None
     missing: int
+    on_debris: np.ndarray | None = None  # None: unknown, or landing shares are known
 
 
 def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
@@ -47,7 +48,10 @@ def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     missing = int((~finite).sum())
     if not quiet:
         warn_of_missing(name, missing, values.size, ds[name].attrs.get("missing", ds.attrs.get("missing")))
-    return Samples(values[finite], None if weights is None else weights.values[finite], places, missing)
+    weight = None if weights is None else weights.values[finite]
+    flagged = has_debris_flags(ds[name]) and SHARE not in ds.coords
+    on_debris = ds["on_debris"].values.astype(bool)[finite] if flagged else None
+    return Samples(values[finite], weight, places, missing, on_debris)
 
 
 def at_first_preload(ds: Any) -> Any:
@@ -56,15 +60,29 @@ def at_first_preload(ds: Any) -> Any:
 
 
 def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
-    """Return the shares of particles that rest at the places of an array, or None if there are none or all are equal."""
-    if SHARE not in array.coords or not set(array[SHARE].dims) <= set(array.dims):
+    """Return the weights of places, or None if there are none or all are equal.
+
+    They are the shares of particles that rest at the places, else the shares of the area off and on debris.
+    """
+    if SHARE in array.coords:
+        weights = array[SHARE].astype(float)
+    elif has_debris_flags(array):
+        on_debris, debris = array["on_debris"].astype(bool), array["debris_share"]
+        clean_places, debris_places = (flags.sum("subregion").clip(min=1) for flags in (~on_debris, on_debris))
+        weights = xr.where(on_debris, debris / debris_places, (1 - debris) / clean_places)
+    else:
         return None
-    weights = array[SHARE].astype(float)
-    return None if np.ptp(weights.values) <= _EQUAL_SHARES * weights.values.max() else weights
+    is_equal = np.ptp(weights.values) <= _EQUAL_SHARES * weights.values.max()
+    return None if is_equal or not set(weights.dims) <= set(array.dims) else weights
+
+
+def has_debris_flags(array: xr.Dataset | xr.DataArray) -> bool:
+    """Return whether it is known which places are on debris, and on which share of the area it is touched."""
+    return {"on_debris", "debris_share"} <= set(array.coords) and "subregion" in array["on_debris"].dims
 
 
 def shares(ds: xr.Dataset | xr.DataArray) -> xr.DataArray:
-    """Return the weights of places: the shares of particles that rest there, else equal weights."""
+    """Return the weights of places, equal ones if they have no shares."""
     weights = unequal_shares(ds)
     return xr.ones_like(ds["subregion"], float) if weights is None else weights
 
@@ -82,7 +100,7 @@ def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
 
 
 def by_share(array: Any) -> Any:
-    """Return values weighted by the shares of particles, if places have unequal shares; else the values."""
+    """Return values weighted by the shares of their places if these differ, else the values."""
     weights = unequal_shares(array)
     return array if weights is None else array.weighted(weights)
 
@@ -90,7 +108,7 @@ def by_share(array: Any) -> Any:
 def standard_deviation(array: Any, dim: Any = None, weights: xr.DataArray | None = None) -> xr.DataArray:
     """Return the standard deviation with n − 1; for weighted values n is Kish's effective number.
 
-    The weights are the shares of particles by default. The variance is unbiased: that of weighted values about their
+    The weights are the shares of the places by default. The variance is unbiased: that of weighted values about their
     own mean is too small by 1 − 1/n on average.
     """
     weights = unequal_shares(array) if weights is None else weights
@@ -109,7 +127,7 @@ def conditions(array: xr.DataArray) -> list[str]:
 def without_weights(some: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning if they differed."""
     if some.weights is not None:
-        warn(f"{verb}: all places count equally; the shares of particles that rest at them are not used")
+        warn(f"{verb}: all places count equally; their shares of particles, or of debris on the area, are not used")
     return some._replace(weights=None)
 
 

@@ -21,16 +21,17 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number
+from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import fraction
 from .places import independent_places
-from .sampling import Samples, other_dimensions, samples, standard_deviation
+from .pull_off_events import smooth_pull_off
+from .sampling import Samples, map_samples, other_dimensions, sample_dimension, samples, standard_deviation
 
 #: Largest number of draws of a resample; deviations of the mean of fewer draws are scaled.
 _MOST_DRAWS = 20_000
 
 #: Below this number of samples a normal or log-normal distribution is assumed.
-_FEWEST_SAMPLES = 30
+FEWEST_SAMPLES = 30
 
 #: Number of values in memory while resampling: 40 MB.
 _VALUES_AT_ONCE = 5_000_000
@@ -115,10 +116,13 @@ def bootstrap(
     labels = list(statistics)
     estimate = [_estimate(label, every.values, every.weights) for label in labels]
     count = _independent(every, None if within is None else samples(within, name))
-    low, high = _intervals(every, count, labels, confidence, resamples, seed)
+    ends = _intervals(every, count, labels, confidence, resamples, seed)
+    largest = _largest(ds, name)
+    if "mean" in labels and _shows_two_populations(every, largest):
+        share = float(ds["debris_share"])
+        ends[:, labels.index("mean")] = _two_population_ends(every, share, largest, confidence, resamples, seed)
     few = every.places is not None and count < fewest
-    if few:
-        low = high = np.full(len(labels), np.nan)
+    low, high = np.full_like(ends, np.nan) if few else ends
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -138,9 +142,17 @@ def bootstrap(
         out.attrs["no_interval"] = (
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
+    if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
+        out.attrs["not_shown"] = not_shown(every.values.size, count, 1 - confidence)
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
+
+
+def not_shown(places: int, independent: float, risk: float = 0.05) -> str:
+    """Return a sentence on debris that places may have missed with a probability ``risk``."""
+    share = percent(1 - risk ** (1 / independent))
+    return f"{places} places cannot show debris on less than {share} of the surface; the interval does not include it."
 
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
@@ -202,7 +214,8 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
 def _independent(sample: Samples, within: Samples | None = None) -> float:
     """Return the effective sample size, at most that of all places of the surface."""
     every = [independent_places(some.values, some.places) for some in (sample, within) if some is not None]
-    return min(every) * float(_effective_count(sample.weights, size=sample.values.size)) / sample.values.size
+    weights = sample.weights if sample.on_debris is None else None
+    return min(every) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
 
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
@@ -218,7 +231,7 @@ def _intervals(sample: Samples, count: float, labels: list[str], confidence, res
     """Return the lower and upper ends, (2, statistics), for ``count`` independent places."""
     from scipy.stats import norm, t
 
-    if sample.values.size < _FEWEST_SAMPLES:
+    if sample.values.size < FEWEST_SAMPLES:
         return np.array([_small_sample_ends(label, sample, max(count, 1.5), confidence) for label in labels]).T
     drawn = [
         [_mean(values, 1, weights), _std(values, 1, weights)]
@@ -232,6 +245,48 @@ def _intervals(sample: Samples, count: float, labels: list[str], confidence, res
     # factor on deviations: samples that are alike scatter less about their own mean than about the true one
     times = spread / float(np.sqrt(degrees) * means.std()) if means.std() > 0 else 1.0
     return np.array([_interval_ends(label, sample, ends.get(label), times, count, confidence) for label in labels]).T
+
+
+def _largest(ds: xr.Dataset, name: str) -> float:
+    """Return the pull-off force from a smooth flat as the bound of pull-off forces, NaN for other variables."""
+    is_bounded = name == "pull_off_force" and {"sphere_radius", "work_of_adhesion"} <= set(ds.coords)
+    return smooth_pull_off(ds) if is_bounded else np.nan
+
+
+def _shows_two_populations(sample: Samples, largest: float) -> bool:
+    """Return whether the places, or a largest value, determine the means off and on debris."""
+    if sample.on_debris is None:
+        return False
+    places = int(sample.on_debris.sum())
+    return sample.values.size - places > 1 and (places > 1 or np.isfinite(largest))
+
+
+def _two_population_ends(
+    sample: Samples, share: float, largest: float, confidence: float, resamples: int, seed: int
+) -> np.ndarray:
+    """Return the ends of the mean's interval for places off and on debris, whose ``share`` of the area is known.
+
+    Their errors are independent (Zou & Donner 2008). Fewer than two places on debris show only that its mean lies
+    between 0 and the largest value.
+    """
+    on_debris = np.asarray(sample.on_debris)
+    off, on = (_part(sample, flags) for flags in (~on_debris, on_debris))
+    off_ends = _intervals(off, _independent(off), ["mean"], confidence, resamples, seed)[:, 0]
+    if on.values.size < 2:
+        return (1 - share) * off_ends + share * np.array([0.0, max(largest, off_ends[1], *on.values)])
+    on_ends = _intervals(on, _independent(on), ["mean"], confidence, resamples, seed)[:, 0]
+    means = np.array([off.values.mean(), on.values.mean()])
+    if means[1] < largest:
+        on_ends[1] = min(on_ends[1], largest)
+    weights = np.array([1 - share, share])
+    offsets = weights[:, None] * (np.array([off_ends, on_ends]) - means[:, None])
+    return weights @ means + np.array([-1, 1]) * np.hypot(*offsets)
+
+
+def _part(sample: Samples, flags: np.ndarray) -> Samples:
+    """Return some of the samples, which count equally."""
+    places = None if sample.places is None else sample.places[flags]
+    return Samples(sample.values[flags], None, places, 0)
 
 
 def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:
@@ -255,7 +310,11 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
-    return np.clip(estimate + (ends - estimate) * times, low, high)
+    ends = estimate + (ends - estimate) * times
+    if low > 0 and _std(np.log(values), -1, sample.weights) > _PRIOR_SPREAD:  # a tail that resamples do not show
+        law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
+        ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
+    return np.clip(ends, low, high)
 
 
 def _small_sample_ends(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
