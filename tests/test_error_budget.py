@@ -230,7 +230,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     assert "does not resolve roughness finer than" in words and "with all known errors" in words
     biased = run | {"statistics/error_budget": budget.assign(pull_off_corrected=0.75 * budget.pull_off_mean)}
     mean = numbers.quantity(0.75 * float(solved.contact.pull_off().pull_off_force.mean()))
-    assert f"Without its known bias, 25 %, it is {mean}." in report.headline(biased)
+    assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
     table = report.budget_table(run)
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
     assert budget.attrs["decided"] in table["how it was computed"]["all of these"]

@@ -113,6 +113,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
     >>> mean = answer(schema.label(pull))
     Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
+    Debris on less than 63 % of the surface may be missed by 3 places; the interval excludes it.
     Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.
     """
     ds = schema.entered(ds)

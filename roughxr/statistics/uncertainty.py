@@ -9,7 +9,8 @@ all samples, the interval includes that of a log-normal distribution, too.
 Fewer than thirty samples are taken as log-normal, with Cox's interval of the mean (Zhou & Gao 1997; Olsson 2005). A
 prior above the scatter of measured scans joins it where that shortens the interval, since few samples overstate their
 scatter by chance. If any sample is negative, they are taken as normal, with Student's t. The interval of std is from
-χ², of quantiles Owen's (1968).
+χ², of quantiles Owen's (1968). More samples whose logarithms scatter more than those of measured scans do not show
+their tail either: the log-normal interval is then included.
 """
 
 from __future__ import annotations
@@ -80,7 +81,8 @@ def bootstrap(
     Dataset
         Along ``statistic``: ``estimate``, ``low`` and ``high``, in the variable's units. ``independent_places`` is the
         effective sample size. Below ``fewest``, ``low`` and ``high`` are NaN, and the attribute ``no_interval`` states
-        why. Samples without places count as independent.
+        why. Samples without places count as independent. Values alone do not show debris that they have missed: the
+        attribute ``not_shown`` states on which share of the surface it can lie.
 
     Notes
     -----
@@ -91,10 +93,15 @@ def bootstrap(
     on a sixteenth of a map 90 to 95 %. Of 64 to 256 samples std 91 to 97 %; 5 % and 95 % quantiles of 36 to 144 places
     on log-normal, normal, uniform, gamma and bimodal fields 91 to 100 %.
 
+    Results of a scan have ``on_debris`` and ``debris_share`` (`regions.centres`). The mean is then that of the places
+    on and off debris, weighted by their areas, and its interval that of both. Of a pull-off force with fewer than two
+    places on debris, the interval extends to that of a smooth flat there. ``tests/benchmarks/debris_intervals.py``
+    prints the coverage.
+
     References
     ----------
     Bickel, Götze & van Zwet, Stat. Sinica 7 (1997) 1; Hesterberg, Am. Stat. 69 (2015) 371; Woodruff, J. Am. Stat.
-    Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24 (1998) 193.
+    Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24 (1998) 193; Zou & Donner, Stat. Med. 27 (2008) 1693.
 
     Examples
     --------
@@ -152,7 +159,7 @@ def bootstrap(
 def not_shown(places: int, independent: float, risk: float = 0.05) -> str:
     """Return a sentence on debris that places may have missed with a probability ``risk``."""
     share = percent(1 - risk ** (1 / independent))
-    return f"{places} places cannot show debris on less than {share} of the surface; the interval does not include it."
+    return f"Debris on less than {share} of the surface may be missed by {places} places; the interval excludes it."
 
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
