@@ -143,7 +143,7 @@ def _wave_header(rows, columns):
     return bytes(head)
 
 
-def write_jpk(path, cycles, places=None, stated=True):
+def write_jpk(path, cycles, places=None, stated=True, styles=("extend", "retract")):
     """Write cycles as a JPK force map: an archive of properties and big-endian integers, scaled in steps V → m → N."""
     import zipfile
 
@@ -157,13 +157,12 @@ def write_jpk(path, cycles, places=None, stated=True):
             archive.writestr(f"index/{k}/", "")
             archive.writestr(f"index/{k}/header.properties", header)
             archive.writestr(f"index/{k}/segments/", "")
-            for segment, (piezo, force) in enumerate(both):
-                _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", segment, piezo, force, stated)
+            for segment, (style, (piezo, force)) in enumerate(zip(styles, both)):
+                _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", style, piezo, force, stated)
 
 
-def _write_jpk_segment(archive, folder, segment, piezo, force, stated):
+def _write_jpk_segment(archive, folder, style, piezo, force, stated):
     archive.writestr(folder, "")
-    style = ("extend", "retract")[segment]
     settings = {"duration": 1.0, "z-start": 0.0, "z-end": 1e-6, "type": f"z-{style}-force"}
     lines = {f"settings.segment-settings.{key}": value for key, value in settings.items()}
     lines |= {"settings.style": style, "settings.feedback-mode.name": "contact", "approach-id": "one"}

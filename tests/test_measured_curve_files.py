@@ -282,7 +282,7 @@ def test_the_names_of_an_archive_are_searched_once(tmp_path, monkeypatch):
         made.write_jpk(tmp_path / f"{number}.jpk-qi-data", [both] * number)
         searched.clear()
         read = curve_reader.read(str(tmp_path / f"{number}.jpk-qi-data"), "zip", {}, {}, 0, number)
-        assert len(read["branches"]) == number
+        assert len(read["samples"]) == number
         counts.append(len(searched))
     assert counts[0] == counts[1]
 

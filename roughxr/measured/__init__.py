@@ -3,6 +3,7 @@
 opening                              any file of measured forces, one or many
 force_tables, vendor_scales, forces  tables; images of adhesion and their scales; units and signs of forces
 curves, curve_files, curve_reader    recorded force-distance curves
+segments                             approach and retraction of a curve
 force_curves, baselines              pull-off forces from curves
 comparison, registration             measured and predicted forces, place by place if they can be aligned
 curve_fit                            modulus and work of adhesion, fitted to curves

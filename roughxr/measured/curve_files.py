@@ -16,6 +16,7 @@ from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
 from . import curve_reader
 from .forces import Calibration, has_units
+from .segments import approach_and_retraction
 
 BRANCHES = ("loading", "retraction")
 
@@ -119,7 +120,8 @@ def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) ->
 def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.Dataset:
     """Return curves of a file, in the form of `open_curves`."""
     curves = file.curves[first:last]
-    branches = _ask_reader(file.path, file.kind, file.known, first=first, last=first + len(curves))["branches"]
+    samples = _ask_reader(file.path, file.kind, file.known, first=first, last=first + len(curves))["samples"]
+    branches = [_branches(**curve) for curve in samples]
     size = max((curve[0].size for both in branches for curve in both if curve is not None), default=0)
     values = np.full((2, len(branches), 2, size), np.nan)
     for number, both in enumerate(branches):
@@ -130,6 +132,14 @@ def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.
     made = {"piezo": (dims, values[0] * factor("m", "nm")), "force": (dims, values[1] * factor("N", "nN"))}
     coords = {"subregion": np.arange(first, first + len(curves)), "branch": list(BRANCHES), **_places(curves)}
     return xr.Dataset(made, coords, {"source_format": file.format, **calibration(file)})
+
+
+def _branches(
+    piezo: np.ndarray, force: np.ndarray, segment: np.ndarray | None = None, held: np.ndarray | None = None
+) -> list[tuple[np.ndarray, np.ndarray] | None]:
+    """Return travel and force on approach and retraction, None for a branch that is not there."""
+    parts = approach_and_retraction(piezo, segment, held)
+    return [None if part is None else (piezo[part], force[part]) for part in parts]
 
 
 def _places(curves: list[dict[str, float]]) -> dict[str, Any]:

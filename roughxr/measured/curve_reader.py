@@ -1,8 +1,7 @@
 """Read force-distance curves through afmformats in `scans.reader_process`; imports nothing of roughxr.
 
-The content of a file decides its format, not its name. The piezo's travel separates approach and retraction, since
-not every format marks them. Two formats are read here: JPK's archives, of which afmformats searches all names for each
-curve; and Asylum's waves, of which it requires notes that no curve needs.
+The content of a file decides its format, not its name. Two formats are read here: JPK's archives, of which afmformats
+searches all names for each curve; and Asylum's waves, of which it requires notes that no curve needs.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ import tempfile
 import zipfile
 from collections import defaultdict
 from functools import lru_cache, partial
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +58,7 @@ def read(
         name, curves = _opened(path, kind, *given, stat.st_mtime_ns, stat.st_size)
         if last is None:
             return {"format": name, "curves": [_stated(curve["metadata"]) for curve in curves]}
-        return {"branches": [_branches(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
+        return {"samples": [_samples(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
@@ -181,9 +179,17 @@ class _Jpk:
                     if unit != jpk_data.JPK_UNITS[column]:
                         raise ValueError(f"expected {column} in {jpk_data.JPK_UNITS[column]}, found {unit}")
                     parts[column].append(values)
-            parts["segment"].append(np.full(parts["force"][-1].size if parts["force"] else 0, number))
+            samples = parts["force"][-1].size if parts["force"] else 0
+            parts["segment"].append(np.full(samples, number))
+            parts["held"].append(np.full(samples, _is_pause(stated)))
         whole = (column for column, values in parts.items() if len(values) == len(self.segments[folder]))
         return {column: np.concatenate(parts[column]) for column in whole}
+
+
+def _is_pause(stated: dict[str, Any]) -> bool:
+    """Return whether the settings of a JPK segment name it a pause."""
+    settings = "force-segment-header.settings."
+    return "pause" in (stated.get(f"{settings}style"), stated.get(f"{settings}segment-settings.style"))
 
 
 def _number(text: str) -> Any:
@@ -215,8 +221,8 @@ def _stated(metadata: Any) -> dict[str, float]:
     return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
-def _branches(curve: dict[str, Any], kind: str) -> list[tuple[np.ndarray, np.ndarray] | None]:
-    """Return the last approach and the retraction after it, or None for each."""
+def _samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
+    """Return the piezo's travel towards the surface, the force, and the file's segments of a curve."""
     data = curve["data"]() if callable(curve["data"]) else curve["data"]
     names = list(data.keys())
     travel = next((name for name in _TRAVELS.get(kind, _TRAVEL) if name in names), None)
@@ -225,22 +231,5 @@ def _branches(curve: dict[str, Any], kind: str) -> list[tuple[np.ndarray, np.nda
     piezo, force = (np.asarray(values, dtype=float) for values in (-np.asarray(data[travel]), data["force"]))
     if piezo.shape != force.shape:
         raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
-    parts = _segments(piezo, np.asarray(data["segment"]) if "segment" in names else np.zeros(piezo.size))
-    gains = [piezo[part][-1] - piezo[part][0] for part in parts]
-    retraction = next((k for k in range(len(parts) - 1, -1, -1) if gains[k] < 0), None)
-    approach = next(
-        (k for k in range(len(parts) - 1 if retraction is None else retraction - 1, -1, -1) if gains[k] > 0), None
-    )
-    return [None if k is None else (piezo[parts[k]], force[parts[k]]) for k in (approach, retraction)]
-
-
-def _segments(piezo: np.ndarray, number: np.ndarray) -> list[slice]:
-    """Return the file's segments of a curve; split a single segment where the piezo turns back."""
-    if piezo.size == 0:
-        return []
-    cuts = np.flatnonzero(np.diff(number)) + 1
-    if cuts.size == 0:
-        turn = int(np.nanargmax(piezo))
-        cuts = np.array([turn + 1] if 0 < turn < piezo.size - 1 else [], dtype=int)
-    ends = [0, *cuts.tolist(), piezo.size]
-    return [slice(a, b) for a, b in pairwise(ends)]
+    samples = {"piezo": piezo, "force": force}
+    return samples | {name: np.asarray(data[name]) for name in ("segment", "held") if name in names}

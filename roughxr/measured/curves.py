@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ..scans import files
@@ -15,6 +16,7 @@ from ..vocabulary.units import Quantity
 from .curve_files import curve_kind, open_curve_file, read_curves
 from .force_tables import lengths, read_table
 from .forces import Calibration, converts, forces
+from .segments import approach_and_retraction
 
 
 def open_curves(
@@ -33,7 +35,7 @@ def open_curves(
         A microscope's file of a curve or of a map of curves, in a format that afmformats knows (extra ``curves``: JPK,
         Asylum, AFM Workshop, text of NT-MDT and Chiaro, afmformats' own); the content decides, not the extension.
         Or a table of one curve: columns ``piezo`` and ``force`` or ``deflection``, with their units in brackets, one
-        row for each sample; ``piezo`` grows towards the surface. An approach before its largest value is left out.
+        row for each sample; ``piezo`` grows towards the surface. Approach and holds are left out.
     units, piezo_units : str, optional
         Units of a table's force or deflection and of its piezo, only if the table does not state them.
     sensitivity, spring_constant : quantity, optional
@@ -91,6 +93,6 @@ def _read_curve_table(path: Path, piezo_units: str | None, given: Calibration) -
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
     piezo = lengths(path, columns["piezo"], piezo_units)
-    nearest = int(piezo.argmax())
-    retraction = slice(nearest if nearest < piezo.size - 1 else 0, None)
+    _, retraction = approach_and_retraction(piezo)
+    retraction = np.arange(piezo.size) if retraction is None else retraction
     return xr.Dataset({"piezo": ("sample", piezo[retraction]), "force": ("sample", force[retraction])}, attrs=how)
