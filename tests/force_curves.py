@@ -49,6 +49,31 @@ def retraction_with_tail(rng, kind):
     return z, force + own + rng.normal(0, 50) + rng.normal(0, 0.02) * z, pull
 
 
+def retraction_with_fringes(rng, amplitude, *, shape="sine"):
+    """Return piezo, force and pull-off force (nN) of a retraction with a jump, and interference about its baseline.
+
+    ``amplitude`` is that of the interference over the pull; lengths, noise, tilt and drift are drawn at random.
+    """
+    length, n = rng.uniform(300, 4000), int(rng.choice([500, 1000, 2000, 4000]))
+    z, pull = np.linspace(length, 0, n), 10 ** rng.uniform(-1, 3)
+    zero = rng.uniform(0.3, 0.9) * length
+    stiffness = pull / (rng.uniform(0.02, 0.3) * zero)
+    force = np.where(z > zero - pull / stiffness, (z - zero) * stiffness, 0.0)
+    period, phase = rng.uniform(0.15, 2.0) * zero, rng.uniform(0, 2 * np.pi)
+    turns = 2 * np.pi * z / period + phase
+    if shape == "chirp":
+        wave = (1 + 0.6 * (z / length - 0.5)) * np.sin(turns * (1 + 0.1 * z / length))
+    elif shape == "two":
+        wave = (np.sin(turns) + 0.5 * np.sin(turns / rng.uniform(0.3, 0.7))) / 1.2
+    elif shape == "triangle":
+        wave = 2 / np.pi * np.arcsin(np.sin(turns))
+    else:
+        wave = np.sin(turns)
+    tilt, drift = rng.normal(0, 0.1) * z / length, rng.normal(0, 0.03) * np.linspace(0, 1, n)
+    noise = 10 ** rng.uniform(-3, -1.3) * rng.normal(size=n)
+    return z, force + pull * (amplitude * wave + tilt + drift + rng.normal() + noise), pull
+
+
 def cycle(rng, n=800, **options):
     """Return piezo (nm) and force (nN) of both branches."""
     there = np.linspace(-800.0, 150.0, n)

@@ -1,72 +1,101 @@
-"""The baseline of a force-distance curve: offset, tilt and drift far from the surface.
+"""The baseline of a retraction: offset, tilt, drift and interference where nothing touches.
 
-The baseline is the longest stretch from the far end that a straight line fits within the noise. Fits use the means of
-about 100 bins.
+A straight line fits the longest stretch from the far end that is straight within the noise. Interference bends it: then
+the samples after the jump tell the force that the free cantilever has there, extrapolated to the lowest force by a
+polynomial of degree 0 to 2 through the nearest ones. Degree and number of samples are those that predict best all other
+places of the free part, and how well they do is the error. Fits use the means of about 100 bins.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
-#: Number of bins of a curve, and smallest number of them in a baseline.
+#: Number of bins of a stretch, and smallest number of them in a baseline.
 _BINS, _LEAST_BINS = 100, 8
 
 #: Largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations.
 _THRESHOLD = 4.5
 
-#: Used part of the longest stretch, whose end may contain an undetected weak tension; other parts, whose lines give the
-#: error by the choice of the stretch; and numbers of bins that are also tried for stretches shorter than the first.
-_USED, _PARTS, _BEYOND = 0.65, (0.3, 0.5, 0.8, 1.0), (20, 30)
+#: Used part of the longest stretch, whose end may contain an undetected weak tension.
+_USED = 0.65
+
+#: Other parts of the longest stretch, whose lines give the error by its choice.
+_PARTS = (0.3, 0.5, 0.8, 1.0)
+
+#: Numbers of bins that are also tried for stretches shorter than the first of them.
+_BEYOND = (20, 30)
 
 #: Factor on the largest of the changes by other stretches, since there are few.
 _FEW = 2.0
 
+#: Error of a parabola's third coefficient, in errors of its first, over equidistant values; its factor for a bend
+#: that no test has found.
+_BEND = np.sqrt(5) / 2
+_UNSEEN = 2.0
+
+#: Depth of interference over such a bend at which the stretch would not be straight.
+_VISIBLE = 10.0
+
+#: Numbers of bins, and degrees of polynomials through them, that predict the force at the next bins.
+_WINDOWS = (4, 6, 8, 12, 16, 24, 32, 48)
+_DEGREES = (0, 1, 2)
+
+#: A step of the force between the means of this many bins counts if it is this many standard deviations high.
+_STEP_BINS = 4
+_STEP_SIGNIFICANCE = 5.0
+
+#: Number of stretches of which the one with the least error is taken.
+_STRETCHES = 24
+
+#: The shortest of them, as a share of all.
+_SHORTEST = 0.15
+
+#: Variance of interference at one place, over its mean square about a line.
+_WAVES = 2.0
+
 
 class Baseline(NamedTuple):
-    """A straight line over the piezo's travel, fitted to the part farthest from the surface."""
+    """A straight line over the piezo's travel, and its standard errors."""
 
-    end: float  # travel at which this part ends, nm
-    centre: float  # mean travel of its bins, nm
-    coefficients: np.ndarray  # nN at the centre, nN/nm
-    covariance: np.ndarray
+    centre: float  # travel at which errors of level and tilt are independent, nm
+    level: float  # force there, nN
+    tilt: float  # nN/nm
+    level_error: float
+    tilt_error: float
+    end: float  # travel at which the used part ends, nm
+    longest: float = np.nan  # travel at which the longest straight stretch ends, nm
     noise: float = np.nan  # standard deviation of the samples, nN
-    others: tuple[Baseline, ...] = ()  # of other stretches
-
-    def columns(self, z: Any) -> np.ndarray:
-        """Return the derivatives of the force by the coefficients."""
-        x = np.asarray(z, dtype=float)[..., None] - self.centre
-        return np.concatenate((np.ones_like(x), x), axis=-1)
 
     def force(self, z: Any) -> Any:
         """Return the force of the baseline, nN."""
-        return self.columns(z) @ self.coefficients
+        return self.level + self.tilt * (z - self.centre)
 
     def error(self, z: float) -> float:
-        """Return the standard error of the baseline by noise, nN."""
-        row = self.columns(z)
-        return float(np.sqrt(row @ self.covariance @ row))
-
-    def choice_error(self, z: float) -> float:
-        """Return the change of the baseline by other stretches beyond their noise, nN."""
-        own = self.error(z) ** 2
-        excess = [(self.force(z) - other.force(z)) ** 2 - max(other.error(z) ** 2 - own, 0.0) for other in self.others]
-        return _FEW * float(np.sqrt(max(0.0, *excess)))
-
-    def work_error(self, z: np.ndarray) -> float:
-        """Return the standard error of the work along a travel, nN nm, due to the line and to the noise."""
-        row = np.trapezoid(self.columns(z), z, axis=0)
-        return float(np.sqrt(row @ self.covariance @ row + self.noise**2 * (np.diff(z) ** 2).sum()))
+        """Return the standard error of the baseline, nN."""
+        return float(np.hypot(self.level_error, self.tilt_error * (z - self.centre)))
 
 
-def fitted_baseline(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Baseline:
-    """Return the baseline of a curve, within a share of its travel."""
+def sample_noise(force: np.ndarray) -> float:
+    """Return the standard deviation of white noise, from second differences; at least that of rounding."""
+    spread = float(np.median(np.abs(np.diff(force, 2)))) / 0.6745 / np.sqrt(6)
+    steps = np.abs(np.diff(force))
+    rounding = float(steps[steps > 1e-9 * np.ptp(force)].min(initial=np.inf)) / np.sqrt(12)
+    return max(spread, rounding if np.isfinite(rounding) else 0.0)
+
+
+def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Baseline, list[Baseline]]:
+    """Return the line through the far part of samples, and lines through other stretches of it.
+
+    ``size`` is the number of samples of the whole curve, of which a bin is one part in a hundred.
+    """
     order = np.argsort(z, kind="stable")
     z, force = z[order], force[order]
-    some = int(np.searchsorted(z, z[0] + share * (z[-1] - z[0]), side="right"))
-    width = max(1, z.size // _BINS)
-    bins = max(some // width, 4)
+    width = max(1, min(size // _BINS, z.size // (2 * _LEAST_BINS)))
+    bins = max(z.size // width, 4)
     mean_z, mean_force = (values[: bins * width].reshape(bins, width).mean(axis=1) for values in (z, force))
     variance = _variance_of_means(force, mean_force, width)
     count = _straight(mean_z, mean_force, variance)
@@ -75,7 +104,22 @@ def fitted_baseline(z: np.ndarray, force: np.ndarray, share: float = 1.0) -> Bas
     far = z <= line.end
     off = force[far] - line.force(z[far])
     noise = float(np.sqrt((off**2).sum() / max(off.size - 2, 1)))
-    return line._replace(noise=noise, others=tuple(others))
+    return line._replace(longest=float(mean_z[count - 1]), noise=noise), others
+
+
+def with_choice_error(line: Baseline, others: list[Baseline], at: float, lowest: float = -np.inf) -> Baseline:
+    """Return a line with errors that contain its change at a travel by other stretches, beyond their noise.
+
+    They contain a bend that the noise hides in the longest straight stretch, too, unless the force ``lowest`` there is
+    so far below that it would show.
+    """
+    own = line.error(at) ** 2
+    excess = [(line.force(at) - other.force(at)) ** 2 - max(other.error(at) ** 2 - own, 0.0) for other in others]
+    half_length = line.longest - line.centre if line.longest > line.centre else np.inf
+    bend = _UNSEEN * line.level_error * _BEND * max(3 * ((at - line.centre) / half_length) ** 2 - 1, 0.0)
+    bend = 0.0 if line.force(at) - lowest > _VISIBLE * bend else bend
+    wider = np.sqrt(1 + (_FEW**2 * max(0.0, *excess) + bend**2) / own)
+    return line._replace(level_error=line.level_error * wider, tilt_error=line.tilt_error * wider)
 
 
 def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> float:
@@ -110,9 +154,96 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
 
 
 def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) -> Baseline:
-    """Return the straight line through the first bins, with the covariance of its coefficients."""
+    """Return the straight line through the first bins, with the standard errors of its coefficients."""
     z, force, centre = z[:count], force[:count], float(z[:count].mean())
-    design = np.c_[np.ones(count), z - centre]
-    coefficients = np.linalg.lstsq(design, force, rcond=None)[0]
-    scatter = max(variance, float(((force - design @ coefficients) ** 2).sum() / max(count - 2, 1)))
-    return Baseline(float(z[-1]), centre, coefficients, scatter * np.diag(1 / (design**2).sum(axis=0)))
+    x, level = z - centre, float(force.mean())
+    spread = float(x @ x)
+    tilt = float(x @ force) / spread
+    misfit = force - level - tilt * x
+    scatter = max(variance, float(misfit @ misfit) / max(count - 2, 1))
+    level_error, tilt_error = (float(np.sqrt(scatter / weight)) for weight in (count, spread))
+    return Baseline(centre, level, tilt, level_error, tilt_error, float(z[-1]))
+
+
+def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) -> Baseline:
+    """Return the line through a stretch from the far end that predicts the force at a travel ``at`` best.
+
+    Interference about the line counts as if its phase there were unknown, and as if it had a period or two.
+    """
+    width = max(1, z.size // _BINS)
+    x, y = _means(z, width)[::-1], _means(force, width)[::-1]
+    x = x - x[0]
+    counts = np.unique(np.geomspace(max(_SHORTEST * x.size, min(_LEAST_BINS, x.size)), x.size, _STRETCHES).astype(int))
+    sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
+    variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
+    tilt = (sums[3] - sums[0] * sums[2]) / np.maximum(variance_x, 1e-300)
+    misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
+    white = noise**2 / width
+    interference = np.maximum(misfit - white * (1 + np.sqrt(8 / counts)), 0.0)
+    level_error = white / counts + _WAVES * interference
+    tilt_error = (white / counts + interference) / np.maximum(variance_x, 1e-300)
+    distance = at - _means(z, width)[-1] - sums[0]
+    error = level_error + tilt_error * distance**2
+    best = int(np.argmin(error))
+    length = x[counts[best] - 1]
+    bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(misfit[best] / counts[best])
+    level = float(sums[2, best] + tilt[best] * distance[best])
+    end = float(length + _means(z, width)[-1])
+    return Baseline(at, level, float(tilt[best]), float(np.hypot(np.sqrt(error[best]), bend)), 0.0, end, noise=noise)
+
+
+def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float, float]:
+    """Return the baseline ``gap`` samples before the first of the free samples, and its standard error; NaN if too few.
+
+    The error is that with which the same polynomial predicts all other places of the free part, ``noise`` taken off.
+    """
+    width = max(1, force.size // _BINS)
+    bins = force.size // width
+    means = _means(force, width)[::-1]  # far first
+    variance = noise**2 / width
+    distance = (gap + (width - 1) / 2) / width
+    ahead = max(1, int(np.ceil(distance)))
+    best = (np.nan, np.inf)
+    for window in (size for size in _WINDOWS if 2 * size <= bins and bins - size - ahead >= bins / 4):
+        rows = sliding_window_view(means, window)
+        for degree in (degree for degree in _DEGREES if window >= 2 * (degree + 1)):
+            weights = _prediction_weights(window, degree, ahead)
+            missed = rows[: bins - window - ahead + 1] @ weights - means[window - 1 + ahead :]
+            error = max(float(missed @ missed) / missed.size - variance, variance * float(weights @ weights))
+            error *= 1 + window / (bins - ahead)  # few of the predictions are independent
+            if error < best[1]:
+                best = float(rows[-1] @ _prediction_weights(window, degree, distance)), error
+    return best[0], float(np.sqrt(best[1]))
+
+
+def _means(force: np.ndarray, width: int) -> np.ndarray:
+    bins = force.size // width
+    return force[: bins * width].reshape(bins, width).mean(axis=1)
+
+
+@lru_cache(maxsize=4096)
+def _prediction_weights(window: int, degree: int, ahead: float) -> np.ndarray:
+    """Return the weights of equidistant values in a polynomial's value ``ahead`` of the last of them."""
+    powers = np.arange(degree + 1)
+    x = (np.arange(window)[:, None] - (window - 1)) / window
+    return (ahead / window) ** powers @ np.linalg.pinv(x**powers)
+
+
+def last_step(force: np.ndarray, noise: float) -> tuple[int, float]:
+    """Return the number of free samples before the last sudden loss of tension, and its height; 0 without."""
+    width, m = max(1, force.size // _BINS), _STEP_BINS
+    bins = force.size // width
+    if bins < 4 * m + _LEAST_BINS:
+        return 0, 0.0
+    sums = np.r_[0.0, np.cumsum(_means(force, width)[::-1])]  # far first
+    means = (sums[m:] - sums[:-m]) / m
+    at = np.arange(2 * m, bins - 2 * m + 1)
+    rise = means[at - m] - means[at] - (means[at - 2 * m] - means[at + m]) / 3  # beyond the slope of both sides
+    spread = 1.4826 * float(np.median(np.abs(rise - np.median(rise))))
+    limit = _STEP_SIGNIFICANCE * max(noise * np.sqrt(20 / (9 * m * width)), spread)
+    steps = np.flatnonzero(rise > limit)
+    if not steps.size:
+        return 0, 0.0
+    first = steps[steps < steps[0] + 2 * m]
+    highest = first[np.argmax(rise[first])]
+    return int(bins - at[highest] + 1) * width, float(1.5 * rise[highest])

@@ -135,10 +135,10 @@ def read_curves(file: CurveFile, first: int = 0, last: int | None = None) -> xr.
 
 
 def _branches(
-    piezo: np.ndarray, force: np.ndarray, segment: np.ndarray | None = None, held: np.ndarray | None = None
+    piezo: np.ndarray, force: np.ndarray, segment: np.ndarray | None = None, paused: np.ndarray | None = None
 ) -> list[tuple[np.ndarray, np.ndarray] | None]:
     """Return travel and force on approach and retraction, None for a branch that is not there."""
-    parts = approach_and_retraction(piezo, segment, held)
+    parts = approach_and_retraction(piezo, segment, paused)
     return [None if part is None else (piezo[part], force[part]) for part in parts]
 
 

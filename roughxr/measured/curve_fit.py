@@ -5,13 +5,16 @@ cantilever, F/k. The retraction is used from its largest force to the detachment
 repulsive, which excludes the snap-in. Besides modulus and work of adhesion the fit has a contact point for each branch,
 and corrections with normal distributions: of the baselines, the spring constant, the sensitivity, and the work of
 adhesion on approach, which may be smaller than on retraction.
+
+Soft matter that flows follows no such law on both branches. If one law misses them by more than the noise, and the
+approach shows no adhesion, Hertz's law on the approach gives the modulus, and the pull-off force the work of adhesion.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -20,9 +23,10 @@ from scipy import optimize, stats
 from ..jobs.spread import finish, task_results
 from ..kernels.asperity import jkr, maugis
 from ..vocabulary import schema
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, fraction, positive, single
-from .baselines import Baseline, fitted_baseline
-from .force_curves import evaluated_retraction, recorded_curves
+from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
+from .force_curves import evaluated_retraction, recorded_curves, retraction_pull
 
 LAWS = ("auto", "jkr", "maugis", "dmt")
 
@@ -42,6 +46,21 @@ _LOG_MODULUS, _APPROACH_ADHESION = (-16.0, 9.0), 1.0
 #: intervals of 95 % contained 91 to 97 % of synthetic values.
 _NOISE_UNCERTAINTY = 1.3
 
+#: Rms of the residuals, over the noise and interference of the baseline, above which a law does not describe a curve.
+_MISFIT = 3.0
+
+#: Errors by which a stiff contact must be excluded for an upper limit of the modulus, in ends of the interval.
+_RIGID = 1.25
+
+#: Changes of the modulus' logarithm from which a fit is begun again.
+_OTHER_MODULI = (-4.5, -3.0, -1.5, 1.5)
+
+#: A straight stretch is the baseline of an approach if it is this share of the travel before the contact.
+_LEAST_STRETCH = 0.3
+
+#: Points of Hertz's law, its fewest samples on an approach, and its largest error of the modulus' logarithm.
+_HERTZ_POINTS, _LEAST_HERTZ, _LARGEST_HERTZ = 300, 20, 1.5
+
 #: Standard error of a logarithm from which on its interval follows from the likelihood, not from the curvature; change
 #: of a logarithm up to which its end is sought.
 _LARGE_ERROR, _LARGEST_CHANGE = 0.15, 9.0
@@ -49,9 +68,13 @@ _LARGE_ERROR, _LARGEST_CHANGE = 0.15, 9.0
 _RESULT = np.dtype(
     [(f"fitted_{name}", float) for name in ("contact_modulus", "modulus_low", "modulus_high")]
     + [(f"fitted_{name}", float) for name in ("work_of_adhesion", "work_low", "work_high", "contact_point")]
-    + [(name, float) for name in ("tabor_parameter", "force_rms", "force_noise")]
-    + [("law", "U8"), ("reason", "U80")]
+    + [(name, float) for name in ("tabor_parameter", "force_rms", "force_noise", "misfit")]
+    + [("law", "U12"), ("reason", "U80"), ("note", "U200")]
 )
+
+
+class MisfittingCurves(UserWarning):
+    """A law does not describe force-distance curves within their noise."""
 
 
 def fit_curve(
@@ -71,7 +94,7 @@ def fit_curve(
     ----------
     ds : Dataset
         Curves, from `measured.open_curves`, or in the form that `measured.curves_pull_off` describes. The retraction
-        gives the work of adhesion; the branch "loading", if there is one, adds to the modulus.
+        gives the work of adhesion; the branch "loading", if there is one, adds to the modulus, or gives it alone.
     sphere_radius : number or quantity
         nm.
     law : {"auto", "jkr", "maugis", "dmt"}
@@ -93,20 +116,28 @@ def fit_curve(
         their intervals ``fitted_modulus_low``, ``fitted_modulus_high``, ``fitted_work_low`` and ``fitted_work_high``;
         an end is 0 or infinite if the curve does not limit the value, and a modulus without upper limit is NaN.
         ``fitted_contact_point`` (nm), the piezo's travel on retraction at which the undeformed bodies touch;
-        ``tabor_parameter``; ``law``, the one used; ``force_rms`` (nN) of the residuals, to compare with
-        ``force_noise``; ``reason``, why a curve has no fit, whose values are then NaN.
+        ``tabor_parameter``; ``law``, the one used; ``force_rms`` (nN) of the residuals of single samples, equal to
+        ``force_noise`` where the law fits; ``reason``, why a curve has no fit, whose values are then NaN; ``note``,
+        what limits a fit. The law "hertz+jkr" stands for Hertz's on the approach, whose contact point is then given,
+        and the pull-off force of the other law; "hertz" for an approach whose retraction shows no pull.
 
     Raises
     ------
     ValueError
         If the spring constant is not known, or units are missing.
 
+    Warns
+    -----
+    MisfittingCurves
+        If the rms of the residuals is more than three times the noise and interference of the baseline.
+
     Notes
     -----
-    The intervals contain noise with its correlation in time, the baseline with the choice of its stretch, and the given
-    errors of the calibration. They are wider by the rms of the residuals over the noise where the law fits worse than
-    that, and by the difference of the laws where "auto" uses JKR's or DMT's. The radius, roughness and viscosity are
-    not included. A soft cantilever on a stiff contact gives no upper limit of the modulus.
+    The intervals contain noise and interference with their correlation in time, the baseline with the choice of its
+    stretch, and the given errors of the calibration. They are wider by the rms of the residuals over the noise where
+    the law fits worse than that, and by the difference of the laws where "auto" uses JKR's or DMT's. The radius,
+    roughness and viscosity are not included. A soft cantilever on a stiff contact gives no upper limit of the modulus;
+    the work of adhesion then lies between those of both laws.
 
     References
     ----------
@@ -139,12 +170,25 @@ def fit_curve(
     samples = np.stack([[part["piezo"].values, part["force"].values] for part in parts], axis=2)  # (z or F, …, branch)
     shared = (radius, law, reach, stiffness, tuple(errors.values()), float(stats.chi2.ppf(confidence, 1)))
     fits = task_results(_fit, list(zip(*samples)), _RESULT, *shared, name="fit_curve")
-    out = xr.Dataset({name: ("subregion", fits[name]) for name in _RESULT.names or ()})
+    names = [name for name in _RESULT.names or () if name != "misfit"]
+    out = xr.Dataset({name: ("subregion", fits[name]) for name in names})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(fits)), **places} if "subregion" in ds.dims else {})
     out.attrs = {"sphere_radius": radius, "adhesion_range": reach, "spring_constant": stiffness, **errors}
     out.attrs |= {"confidence": confidence, "missing": "NaN where reason says why"}
+    _warn_of_misfit(fits["misfit"])
     return finish(schema.record(schema.label(out), "fit_curve", ds, law=law, **errors, confidence=confidence))
+
+
+def _warn_of_misfit(ratios: np.ndarray) -> None:
+    """Warn of residuals of a law on both branches above noise and interference, by their ratio."""
+    misfitting = ratios[ratios > _MISFIT]
+    if misfitting.size:
+        warn(
+            f"{misfitting.size} of {ratios.size} curves: no one law describes both branches within the noise; the rms "
+            f"of the residuals is {np.median(misfitting):.2g} times that of the baseline (median); see note",
+            MisfittingCurves,
+        )
 
 
 class _Part(NamedTuple):
@@ -154,6 +198,13 @@ class _Part(NamedTuple):
     force: np.ndarray  # nN
     error: np.ndarray  # standard errors, nN
     line: np.ndarray  # changes by one standard error of the baseline's offset and tilt, nN
+    width: int  # samples in a mean
+    noise: float  # of the samples, nN
+    baseline_rms: float  # of the free samples about the baseline, with interference, nN
+
+    def rms(self, misfit: np.ndarray) -> float:
+        """Return the rms of the residuals of single samples, from those of the means in standard errors."""
+        return float(np.sqrt(((misfit * self.error) ** 2).mean() + self.noise**2 * (1 - 1 / self.width)))
 
 
 class _Curve(NamedTuple):
@@ -236,39 +287,150 @@ def _fit(
     level: float,
 ) -> np.ndarray:
     """Return the results of one curve, whose branches are the retraction and, if there is one, the approach."""
-    out = np.full((), np.nan, _RESULT)
-    out["law"], out["reason"] = "", ""
-    known = [np.isfinite(own) & np.isfinite(recorded) for own, recorded in zip(z, force)]
-    branches = [(own[some], recorded[some]) for own, recorded, some in zip(z, force, known)]
+    finite = [np.isfinite(own) & np.isfinite(recorded) for own, recorded in zip(z, force)]
+    branches = [(own[valid], recorded[valid]) for own, recorded, valid in zip(z, force, finite)]
     pull = evaluated_retraction(*branches[0], stiffness, 1.0)
     end, gap, retraction = (0.0, 0.0, None) if pull.reason else _in_contact(*branches[0])
+    hertz = next((_hertz(*both, radius, stiffness, errors, level) for both in branches[1:]), None)
     if retraction is None:
-        out["reason"] = pull.reason or f"fewer than {_LEAST_CONTACT} samples in contact"
-        return out
+        reason = pull.reason or f"fewer than {_LEAST_CONTACT} samples in contact"
+        return _hertz_alone(hertz, pull, radius, reason)
     parts = [retraction, *(part for part in (_approach(*both, end) for both in branches[1:]) if part is not None)]
     curve = _Curve(parts, gap, pull.pull_off_force, radius, reach, stiffness, errors)
+    out = _fit_both(curve, law, level)
+    out["fitted_contact_point"] += end
+    if hertz is None or out["misfit"] < _MISFIT or hertz.rms > out["force_rms"]:
+        return out
+    relative = np.linalg.norm([pull.pull_off_uncertainty / pull.pull_off_force, *errors]) * np.sqrt(level)
+    return _separate(out, hertz, curve, law, float(relative))
+
+
+def _fit_both(curve: _Curve, law: str, level: float) -> np.ndarray:
+    """Return the fit of one law to all parts of a curve."""
+    radius, reach, retraction = curve.radius, curve.reach, curve.parts[0]
     used = "maugis" if law == "auto" else law
-    best = _fitted(curve.best_start(used), partial(curve.residuals, law=used))
+    best = _best_fit(curve, used)
     ends = _intervals(curve, used, best, level, np.zeros(2))
     extremes = [maugis.tabor(0.5 / radius, 0.5 / radius, np.exp(end), np.exp(best.x[1]), reach) for end in ends[0]]
     if law == "auto" and (extremes[1] > _JKR_ABOVE or extremes[0] < _DMT_BELOW):
         used, transition = ("jkr" if extremes[1] > _JKR_ABOVE else "dmt"), best.x[:2]
         best = _fitted(best.x, partial(curve.residuals, law=used))
         ends = _intervals(curve, used, best, level, best.x[:2] - transition)
-    misfit = best.fun[4 + 2 * len(parts) :][: retraction.z.size]
-    modulus = np.exp(best.x[0]) if np.isfinite(ends[0][1]) else np.nan
-    values = [(best_value, *np.exp(ends[k])) for k, best_value in enumerate((modulus, np.exp(best.x[1])))]
-    rms = float(np.sqrt((misfit**2 * retraction.error**2).mean()))
-    tabor = float(maugis.tabor(0.5 / radius, 0.5 / radius, modulus, np.exp(best.x[1]), reach))
-    out[()] = (*values[0], *values[1], end + best.x[2], tabor, rms, pull.force_noise, used, "")
+    is_limited = np.isfinite(ends[0][1])
+    modulus = np.exp(best.x[0]) if is_limited else np.nan
+    work = np.exp(best.x[1])
+    rms = retraction.rms(best.fun[4 + 2 * len(curve.parts) :][: retraction.z.size])
+    out = np.zeros((), _RESULT)
+    tabor = float(maugis.tabor(0.5 / radius, 0.5 / radius, modulus, work, reach))
+    note = "" if is_limited else "the bending of the cantilever hides the indentation: the modulus has no upper limit"
+    misfit = rms / retraction.baseline_rms
+    if misfit > _MISFIT:
+        missed = f"{used} misses the force by {rms:.2g} nN rms, {misfit:.2g} times the baseline's"
+        note = "; ".join(filter(None, [missed, note]))
+    values = modulus, *np.exp(ends[0]), work, *np.exp(ends[1]), best.x[2]
+    out[()] = (*values, tabor, rms, retraction.noise, misfit, used, "", note)
+    return out
+
+
+def _best_fit(curve: _Curve, law: str) -> optimize.OptimizeResult:
+    """Return the fit of a law; where the curve hardly limits the modulus, from several moduli."""
+    residuals = partial(curve.residuals, law=law)
+    best = _fitted(curve.best_start(law), residuals)
+    if _half_width(best.jac, 0, 1.0) < _LARGE_ERROR:
+        return best
+    starts = [curve.start(law, best.x[0] + change) for change in _OTHER_MODULI]
+    return min([best, *(_fitted(start, residuals) for start in starts)], key=lambda fit: fit.cost)
+
+
+class _Hertz(NamedTuple):
+    """Hertz's law on an approach."""
+
+    log_modulus: float
+    half_width: float  # of its interval
+    contact_point: float  # nm
+    rms: float  # nN
+    noise: float  # nN
+
+
+def _hertz(
+    z: np.ndarray, force: np.ndarray, radius: float, stiffness: float, errors: tuple[float, float], level: float
+) -> _Hertz | None:
+    """Return Hertz's law with a free contact point, fitted to an approach; None if it shows adhesion or no contact."""
+    if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
+        return None
+    line = _approach_baseline(z, force)
+    begin = _first_pressed(z, force, line)
+    pressed = z.size - begin
+    if begin == 0 or pressed < _LEAST_HERTZ:
+        return None
+    part = _part(z, force, line, slice(max(begin - pressed, 0), z.size), z[begin])
+    if part is None or part.force.min() < -_SIGNIFICANCE * max(part.error[0], part.baseline_rms):
+        return None
+    shape = np.linspace(0.0, 1.0, _HERTZ_POINTS) ** 2
+
+    def residuals(x: np.ndarray, stiffer: float, larger: float, error: np.ndarray) -> np.ndarray:
+        indentation = shape * max(float(part.z[-1]) - x[1], 1e-9)
+        pressing = 4 / 3 * np.exp(np.clip(x[0], *_LOG_MODULUS)) * np.sqrt(radius) * indentation**1.5
+        travel = indentation + pressing / (stiffness * np.exp(stiffer))
+        shown = np.interp(part.z - x[1], travel, pressing, left=0.0) * np.exp(-stiffer - larger)
+        return np.r_[x[2:], (shown - part.force + part.line @ x[2:]) / error]
+
+    def fitted(x: np.ndarray, stiffer: float, larger: float, error: np.ndarray) -> optimize.OptimizeResult:
+        return _fitted(x, partial(residuals, stiffer=stiffer, larger=larger, error=error))
+
+    deepest = max(float(part.z[-1] - part.force[-1] / stiffness), 0.05 * float(part.z[-1]))
+    start = np.log(0.75 * part.force[-1] / np.sqrt(radius) / deepest**1.5)
+    starts = [np.r_[start + change, 0.0, 0.0, 0.0] for change in (0.0, -1.0)]
+    first = min((fitted(x, 0.0, 0.0, part.error) for x in starts), key=lambda fit: fit.cost)
+    misfit = np.sqrt(max(2 * first.cost / part.z.size, 1.0))  # so large that no correction of the baseline takes it up
+    best = fitted(first.x, 0.0, 0.0, part.error * misfit)
+    changes = ((errors[0], 0.0), (0.0, errors[1]))
+    calibrated = [fitted(best.x, stiffer, larger, part.error * misfit).x[0] for stiffer, larger in changes]
+    by_calibration = np.sqrt(level) * (np.array(calibrated) - best.x[0])
+    half_width = np.linalg.norm([_half_width(best.jac, 0, level * _NOISE_UNCERTAINTY), *by_calibration])
+    rms = part.rms(misfit * best.fun[2:])
+    if half_width > _LARGEST_HERTZ:  # the indentation does not show
+        return None
+    return _Hertz(float(best.x[0]), float(half_width), float(z[begin] + best.x[1]), rms, part.noise)
+
+
+def _hertz_alone(hertz: _Hertz | None, pull: Any, radius: float, reason: str) -> np.ndarray:
+    """Return Hertz's law of an approach without a pull on retraction, else the reason of no fit."""
+    out = np.full((), np.nan, _RESULT)
+    out["law"], out["reason"], out["note"] = "", reason, ""
+    if hertz is None or np.isnan(pull.pull_off_at_most):
+        return out
+    modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
+    work = pull.pull_off_at_most / (1.5 * np.pi * radius)
+    values = *modulus, np.nan, 0.0, work, hertz.contact_point, np.nan
+    out[()] = (*values, hertz.rms, hertz.noise, np.nan, "hertz", "", f"{reason}: w has an upper limit only")
+    return out
+
+
+def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relative: float) -> np.ndarray:
+    """Return Hertz's modulus of the approach with the work of the pull-off force, and how the branches disagree."""
+    modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
+    used = "maugis" if law == "auto" else law
+    works = np.exp([curve.start(used, np.log(each))[1] for each in modulus])
+    tabor = float(maugis.tabor(0.5 / curve.radius, 0.5 / curve.radius, modulus[0], works[0], curve.reach))
+    name = ("jkr" if tabor > _JKR_ABOVE else "dmt" if tabor < _DMT_BELOW else "maugis") if law == "auto" else law
+    note = (
+        f"approach and retraction follow no one law: {joint['law']} through both misses the force by "
+        f"{float(joint['force_rms']):.2g} nN rms, {float(joint['misfit']):.2g} times the baseline's, and gives E* "
+        f"{float(joint['fitted_contact_modulus']):.3g} GPa"
+    )
+    out = joint.copy()
+    work_ends = works[0], works.min() * np.exp(-relative), works.max() * np.exp(relative)
+    values = *modulus, *work_ends, hertz.contact_point, tabor, hertz.rms
+    out[()] = (*values, hertz.noise, joint["misfit"], f"hertz+{name}", "", note)
     return out
 
 
 def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _Part | None]:
     """Return position and standard error of the detachment, and the part of a retraction in contact."""
-    line = fitted_baseline(z, force)
+    pull = retraction_pull(z, force, 1.0)
+    at, line = pull.lowest, pull.line
     flat = force - line.force(z)
-    at = int(np.argmin(flat))
     gone = flat[at:] > -max(-_DETACHED * flat[at], min(_SIGNIFICANCE * line.noise, -0.8 * flat[at]))
     end = at + max(int(np.argmax(gone[:-1] & gone[1:])), 1)
     position = float(z[end - 1] + z[end]) / 2
@@ -280,9 +442,26 @@ def _approach(z: np.ndarray, force: np.ndarray, position: float) -> _Part | None
     """Return the repulsive part of an approach."""
     if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
         return None
-    line = fitted_baseline(z, force)
-    weak = np.flatnonzero(force - line.force(z) <= _SIGNIFICANCE * line.noise)
-    return _part(z, force, line, slice(int(weak[-1]) + 1 if weak.size else 0, z.size), position)
+    line = _approach_baseline(z, force)
+    return _part(z, force, line, slice(_first_pressed(z, force, line), z.size), position)
+
+
+def _approach_baseline(z: np.ndarray, force: np.ndarray) -> Baseline:
+    """Return the baseline of an approach at its contact."""
+    far = force[: z.size // 4]
+    free = np.flatnonzero(force < np.median(far) + 3 * far.std())
+    contact = int(free[-1])
+    line, others = straight_baseline(z, force, z.size)
+    if line.longest - z[0] > _LEAST_STRETCH * (z[contact] - z[0]) or contact < 5 * _LEAST_CONTACT:
+        return with_choice_error(line, others, z[contact])
+    nearest_first = slice(contact, None, -1)
+    return least_error_line(z[nearest_first], force[nearest_first], line.noise, z[contact])
+
+
+def _first_pressed(z: np.ndarray, force: np.ndarray, line: Baseline) -> int:
+    """Return the sample of an approach from which on it is repulsive."""
+    weak = np.flatnonzero(force - line.force(z) <= _SIGNIFICANCE * np.hypot(line.noise, line.error(line.centre)))
+    return int(weak[-1]) + 1 if weak.size else 0
 
 
 def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, position: float) -> _Part | None:
@@ -291,6 +470,8 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
     if count < _LEAST_CONTACT:
         return None
     far = force[z <= line.end] - line.force(z[z <= line.end])
+    far = far - far.mean()
+    baseline_rms = max(float(np.sqrt((far**2).mean())), line.noise)
     correlated, length = 1.0, 2
     while far.size >= 8 * length:
         means = far[: far.size // length * length].reshape(-1, length).mean(axis=1)
@@ -299,11 +480,10 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
     width = -(-count // _BINS)
     own = slice(used.start, used.start + count // width * width)
     mean_z, mean_force = (values[own].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
-    wider = np.hypot(line.error(position), line.choice_error(position)) / line.error(position)
-    changes = line.columns(mean_z) * np.sqrt(np.diag(line.covariance)) * wider
+    changes = np.c_[np.full(mean_z.size, line.level_error), line.tilt_error * (mean_z - line.centre)]
     noise = max(line.noise, 1e-9 * float(np.ptp(force)))
     error = np.full(mean_z.size, noise * np.sqrt(correlated / width))
-    return _Part(mean_z - position, mean_force, error, changes)
+    return _Part(mean_z - position, mean_force, error, changes, width, noise, baseline_rms)
 
 
 def _intervals(
@@ -322,6 +502,8 @@ def _intervals(
         sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
         modulus = sides[0][0] - abs(other[0]), sides[1][0] + abs(other[0])
         works += sides[0][1] + sides[1][1]
+        if law == "maugis" and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
+            works += np.log(curve.pull / np.pi / curve.radius / np.array([2.0, 1.5])).tolist()
         half = _half_width(np.delete(best.jac, 0, axis=1), 0, level)
     half = np.hypot(half, np.sqrt(level) * other[1])
     return [modulus, (min(works) - half, max(works) + half)]
@@ -349,6 +531,11 @@ def _modulus_end(
         works.append(float(x[0]))
         return float(np.sqrt(max(2 * (fixed.cost - best.cost), 0.0) / level))
 
+    stiffest = min(float(best.x[0]) + _LARGEST_CHANGE, _LOG_MODULUS[1])
+    if step > 0 and height(stiffest) < _RIGID:  # before the search, which rounding may end too early
+        return np.inf, works
+    works.clear()
+    x = best.x[1:]
     inner, low = float(best.x[0]), 0.0
     outer = inner + step
     while (high := height(outer)) < 1:

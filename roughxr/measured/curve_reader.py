@@ -181,7 +181,7 @@ class _Jpk:
                     parts[column].append(values)
             samples = parts["force"][-1].size if parts["force"] else 0
             parts["segment"].append(np.full(samples, number))
-            parts["held"].append(np.full(samples, _is_pause(stated)))
+            parts["paused"].append(np.full(samples, _is_pause(stated)))
         whole = (column for column, values in parts.items() if len(values) == len(self.segments[folder]))
         return {column: np.concatenate(parts[column]) for column in whole}
 
@@ -232,4 +232,4 @@ def _samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
     if piezo.shape != force.shape:
         raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
     samples = {"piezo": piezo, "force": force}
-    return samples | {name: np.asarray(data[name]) for name in ("segment", "held") if name in names}
+    return samples | {name: np.asarray(data[name]) for name in ("segment", "paused") if name in names}

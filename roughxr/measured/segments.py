@@ -23,23 +23,23 @@ _MAIN_TRAVEL = 0.5
 
 
 def approach_and_retraction(
-    piezo: np.ndarray, number: np.ndarray | None = None, held: np.ndarray | None = None
+    piezo: np.ndarray, number: np.ndarray | None = None, paused: np.ndarray | None = None
 ) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Return the samples of the approach and of the retraction after it, None for a branch that is not there.
 
-    ``piezo`` grows towards the surface. ``number`` is the file's number of each sample's segment, ``held`` is True in
+    ``piezo`` grows towards the surface. ``number`` is the file's number of each sample's segment, ``paused`` is True in
     segments that the file names a pause. A ramp with a pause in it is joined without the pause.
     """
     if not np.isfinite(piezo).any():
         return None, None
-    ramps = _ramps(piezo, number, held)
+    ramps = _ramps(piezo, number, paused)
     travels = np.array([piezo[ramp[-1]] - piezo[ramp[0]] for ramp in ramps])
     main = np.abs(travels) > _HOLD_TRAVEL * np.abs(travels).max(initial=0.0)
     ramps = [ramp for ramp, is_main in zip(ramps, main) if is_main]
     joined = _joined(ramps, travels[main] > 0)
-    travel = [piezo[ramp[-1]] - piezo[ramp[0]] for ramp in joined]
-    retraction = _last_main([-gain for gain in travel])
-    approach = _last_main(travel[:retraction])
+    rises = np.array([piezo[ramp[-1]] - piezo[ramp[0]] for ramp in joined])
+    retraction = _last_main(-rises)
+    approach = _last_main(rises[:retraction])
     return tuple(None if k is None else joined[k] for k in (approach, retraction))  # type: ignore[return-value]
 
 
@@ -49,13 +49,13 @@ def _joined(ramps: list[np.ndarray], rises: np.ndarray) -> list[np.ndarray]:
     return [np.concatenate(ramps[first:end]) for first, end in pairwise([*starts, len(ramps)])]
 
 
-def _last_main(travels: list[float]) -> int | None:
+def _last_main(travels: np.ndarray) -> int | None:
     """Return the last number of those that travel forward, at least half as far as the longest."""
-    longest = max(travels, default=0.0)
+    longest = travels.max(initial=0.0)
     return max((k for k, travel in enumerate(travels) if 0 < _MAIN_TRAVEL * longest <= travel), default=None)
 
 
-def _ramps(piezo: np.ndarray, number: np.ndarray | None, held: np.ndarray | None) -> list[np.ndarray]:
+def _ramps(piezo: np.ndarray, number: np.ndarray | None, paused: np.ndarray | None) -> list[np.ndarray]:
     """Return the samples of each ramp, in order: within the file's segments, in one direction, without holds."""
     cuts = [] if number is None else (np.flatnonzero(np.diff(number)) + 1).tolist()
     whole = float(np.nanmax(piezo) - np.nanmin(piezo))
@@ -63,7 +63,7 @@ def _ramps(piezo: np.ndarray, number: np.ndarray | None, held: np.ndarray | None
     for first, end in pairwise([0, *cuts, piezo.size]):
         segment = np.arange(first, end)
         segment = segment[np.isfinite(piezo[segment])]
-        if segment.size and not (held is not None and held[first]):
+        if segment.size and not (paused is not None and paused[first]):
             ramps += [_without_holds(piezo, part) for part in _monotonic(piezo, segment, _REVERSAL * whole)]
     return ramps
 
@@ -96,7 +96,7 @@ def _hold_end(z: np.ndarray) -> int:
     if high == low or low <= _HOLD_TIME * ramp_samples:
         return 0
     speed = (z[high] - z[low]) / (high - low)
-    begin = low - int(round((z[low] - np.median(z[:low])) / speed))
+    begin = low - round(float((z[low] - np.median(z[:low])) / speed))
     if not _HOLD_TIME * ramp_samples < begin <= low:
         return 0
     creep = np.median(z[3 * begin // 4 : begin]) - np.median(z[: begin // 4 + 1])

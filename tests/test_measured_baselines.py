@@ -1,0 +1,125 @@
+"""Pull-off forces on baselines with interference: none is left out, none is biased, and the stated errors hold."""
+
+import numpy as np
+import pytest
+
+from roughxr.measured.baselines import extrapolated_level, last_step, sample_noise
+from roughxr.measured.force_curves import evaluated_retraction
+
+from .force_curves import retraction_with_fringes
+
+
+def evaluated(curves):
+    """Return force, error and limit of curves, and their true pull-off forces."""
+    results = [evaluated_retraction(z, force, np.inf, 1.0) for z, force, _ in curves]
+    names = ("pull_off_force", "pull_off_uncertainty", "pull_off_at_most")
+    values = [np.array([getattr(result, name) for result in results]) for name in names]
+    return *values, np.array([pull for *_, pull in curves])
+
+
+@pytest.mark.parametrize("shape", ["sine", "chirp", "two"])
+@pytest.mark.parametrize("amplitude", [0.005, 0.05, 0.2])
+def test_fringes_leave_out_no_curve_and_bias_none(shape, amplitude):
+    """Of other curves than those that set the constants; more in tests/benchmarks/made_curves.py."""
+    rng = np.random.default_rng(42)
+    force, error, limit, true = evaluated([retraction_with_fringes(rng, amplitude, shape=shape) for _ in range(40)])
+    measured = np.isfinite(force)
+    assert (measured | (limit >= true)).all() and measured.sum() >= 38
+    off = (force / true - 1)[measured]
+    assert (np.abs(off * true[measured]) < 2 * error[measured]).mean() >= 0.9
+    assert abs(off.mean()) < max(0.02, 3 * off.std() / np.sqrt(off.size))
+
+
+def test_a_map_with_fringes_has_its_true_mean():
+    """Ramps of 600 nm with 2.1 N/m and fringes of 3 nN: only the strongest pulls were used, 53 % above the mean."""
+    rng = np.random.default_rng(7)
+    travel, curves = np.linspace(150.0, -450.0, 1500), []
+    for pull in rng.gamma(4.7, 10.5, 100) + 3:
+        force = np.where(travel > -pull / 2.1, 2.1 * travel, 0.0)
+        force += rng.normal(0, 4) + rng.normal(0, 0.01) * travel + rng.normal(0, 0.5, 1500)
+        curves.append((travel, force + 3 * np.sin(2 * np.pi * travel / 330 + rng.uniform(0, 6)), pull))
+    force, error, _, true = evaluated(curves)
+    assert np.isfinite(force).all() and force.mean() == pytest.approx(true.mean(), rel=0.01)
+    assert (np.abs(force - true) < 2 * error).mean() > 0.9
+
+
+@pytest.mark.parametrize("amplitude", [1, 8, 40])
+def test_a_jump_is_read_whatever_the_baseline(amplitude):
+    """880 nN on interference of any period; 40 nN gave no value, or 1043."""
+    z, rng = np.linspace(3400.0, 0.0, 3400), np.random.default_rng(0)
+    jump = np.interp(z, [0, 2349, 2350, 3400], [0, 0, -880, 3000])
+    for period in (150, 300, 600, 900, 2000):
+        force = jump + amplitude * np.sin(2 * np.pi * z / period) + rng.normal(0, 2, z.size)
+        result = evaluated_retraction(z, force, np.inf, 1.0)
+        assert abs(result.pull_off_force - 880) < max(2 * result.pull_off_uncertainty, 6)
+        assert result.pull_off_uncertainty < 5 + amplitude
+
+
+def test_a_jump_on_a_curved_baseline_is_its_height():
+    z, rng = np.linspace(1500.0, 0.0, 3000), np.random.default_rng(1)
+    jump = np.where(z > 1000, (z - 1050) * 0.4, 0.0)
+    force = jump + 30e-6 * z**2 + rng.normal(0, 0.1, z.size)
+    result = evaluated_retraction(z, force, np.inf, 1.0)
+    assert result.pull_off_force == pytest.approx(20, rel=0.02) and result.pull_off_uncertainty < 0.15 * 20
+
+
+def test_a_tail_with_fringes_states_a_large_error():
+    """A retraction of soft matter without a jump; its far fifth shows one fringe and a half."""
+    z, rng, values = np.linspace(3000.0, 0.0, 1500), np.random.default_rng(2), []
+    for _ in range(20):
+        force = np.interp(z, [0, 700, 1900, 2600, 3000], [0, 0, -850, 0, 2500])
+        force += 20 * np.sin(2 * np.pi * z / 480 + rng.uniform(0, 6)) + rng.normal(0, 2.5, z.size)
+        result = evaluated_retraction(z, force, np.inf, 1.0)
+        values.append((result.pull_off_force, result.pull_off_uncertainty, result.pull_off_at_most))
+    force, error, limit = np.array(values).T
+    measured = np.isfinite(force)
+    assert (measured | (limit > 850)).all() and measured.mean() > 0.5
+    assert (np.abs(force - 850) < 2 * error)[measured].mean() >= 0.85
+
+
+@pytest.mark.parametrize(("pull", "slope"), [(0.0, 0.5), (2.0, 0.5), (4.0, 0.1), (4.0, 2.0), (6.0, 2.0)])
+def test_the_limit_of_a_weak_pull_holds(pull, slope):
+    """Pulls of up to six times the noise, with minima of some to many samples."""
+    rng, x, results = np.random.default_rng(3), np.arange(1500) - 600.0, []
+    for _ in range(60):
+        shifted = x - rng.uniform()
+        force = np.where(shifted < 0, np.minimum(-pull - slope * shifted, 100.0), 0.0)
+        results.append(evaluated_retraction(-x, force + rng.normal(0, 1, x.size), np.inf, 1.0))
+    limit = np.array([result.pull_off_at_most for result in results])
+    assert (limit[np.isfinite(limit)] >= pull).mean() >= 0.95 if np.isfinite(limit).any() else True
+    assert all(np.isfinite(result.pull_off_force) or np.isfinite(result.pull_off_at_most) for result in results)
+    assert pull >= 4 or np.isfinite(limit).all()
+
+
+def test_a_pull_that_was_never_pressed_is_read():
+    """The selection would depend on the force: only strong pulls are never pressed at a given travel."""
+    z, rng = np.linspace(2000.0, 0.0, 2000), np.random.default_rng(4)
+    force = np.where(z > 1500, (z - 1500) * 0.01 - 6.0, 0.0) + rng.normal(0, 0.02, z.size)
+    result = evaluated_retraction(z, force, np.inf, 1.0)
+    assert abs(result.pull_off_force - 6.0) < 3 * result.pull_off_uncertainty and np.isnan(result.contact_point)
+
+
+def test_a_level_is_extrapolated_along_the_polynomial_that_it_follows():
+    x = np.arange(3000.0)
+    for force in (np.full(x.size, 2.0), 3.0 - x / 500, (x / 1000 - 1) ** 2):
+        noisy = force + np.random.default_rng(5).normal(0, 0.01, x.size)
+        level, error = extrapolated_level(noisy, 40, 0.01)
+        exact = 2.0 * np.polyval(np.polyfit(x, force, 2), -40.0) / 2
+        assert abs(level - exact) < 3 * error < 0.05
+    assert np.isnan(extrapolated_level(x[:6], 1, 0.1)[0])
+
+
+def test_a_late_loss_of_tension_is_a_step_but_interference_is_none():
+    rng, x = np.random.default_rng(6), np.arange(2000)
+    step = np.where(x < 800, -5.0, 0.0) + rng.normal(0, 2.0, x.size)
+    count, height = last_step(step, 2.0)
+    assert abs(count - 800) < 60 and height == pytest.approx(5.0, rel=0.3)
+    wave = 5.0 * np.sin(2 * np.pi * x / 700) + rng.normal(0, 2.0, x.size)
+    assert last_step(wave, 2.0) == (0, 0.0) == last_step(rng.normal(0, 2.0, x.size), 2.0)
+
+
+def test_the_noise_of_rounded_forces_is_at_least_that_of_rounding():
+    smooth = np.sin(np.arange(2000) / 300)
+    assert sample_noise(np.round(smooth, 2)) == pytest.approx(0.01 / np.sqrt(12)) and sample_noise(smooth) < 1e-5
+    noisy = smooth + np.random.default_rng(8).normal(0, 0.1, 2000)
+    assert sample_noise(noisy) == pytest.approx(0.1, rel=0.1)
