@@ -46,14 +46,14 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
 
     Examples
     --------
+    >>> import tempfile
     >>> from pathlib import Path
     >>> import pandas as pd
     >>> import xarray as xr
-    >>> import tempfile
+    >>> import roughxr
     >>> ds = xr.Dataset({"force": (("subregion", "delta"), [[0.0, 1.0]])}, coords={"delta": [1.0, 2.0]})
     >>> pd.read_csv(roughxr.to_table(roughxr.schema.label(ds), Path(tempfile.mkdtemp()) / "force.csv")).columns.tolist()
     ['subregion', 'delta [nm]', 'force [nN]']
-    >>> import roughxr
     >>> roughxr.to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """

@@ -236,17 +236,19 @@ def test_the_result_is_a_distribution_over_places(real):
 
 def test_the_answer_is_the_best_estimate_with_its_interval(real, capsys):
     mean = real.contact.answer()
-    assert float(mean.low) == float(real.pull_off_lower) and float(mean.high) == float(real.pull_off_upper)
-    assert float(mean.pull_off_force) == float(real.pull_off_mean)
-    assert "Best estimate" in capsys.readouterr().out
+    assert float(mean.best_low) == float(real.pull_off_lower) and float(mean.best_high) == float(real.pull_off_upper)
+    assert float(mean.best_estimate) == float(real.pull_off_mean)
+    assert float(mean.pull_off_force) == pytest.approx(float(real.scanned_mean))
+    assert capsys.readouterr().out.startswith("Pull-off force of the real surface: ")
 
 
-def test_the_report_names_a_second_scan_where_it_narrows_the_interval(real):
-    known, assumed, interval = best_estimate_notes({"statistics/extrapolated": real})
+def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real, capsys):
+    known, assumed = best_estimate_notes({"statistics/extrapolated": real})
     assert (known, assumed) == (real.attrs["known"], real.attrs["assumed"])
-    assert "A second scan on finer pixels" in interval
-    many = real.assign(relative_error=xr.where(real.entry == "places", 3.0, real.relative_error))
-    assert "second scan" not in best_estimate_notes({"statistics/extrapolated": many})[2]
+    real.contact.answer()
+    assert "The interval narrows most with a second scan" in capsys.readouterr().out
+    real.assign(relative_error=xr.where(real.entry == "places", 3.0, real.relative_error)).contact.answer()
+    assert "The interval narrows most with more places" in capsys.readouterr().out
 
 
 def test_a_run_without_an_estimate_says_why(scan, scanned):

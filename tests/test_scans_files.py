@@ -402,9 +402,10 @@ def test_a_description_lists_every_channel(tmp_path):
 def test_without_the_extra_the_core_formats_open_and_the_others_name_it(name, tmp_path, monkeypatch):
     rows = picture()
     path = WRITERS[name](tmp_path, rows, image_size(rows))
-    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile", "h5py"):
+    for module in ("SurfaceTopography", "SurfaceTopography.IO", "gsffile"):
         monkeypatch.setitem(sys.modules, module, None)
-    if name in ("gwy", "text", "xyz", "npy", "jpk", "sxm", "asd", *LABELLED):
+    core = ("gwy", "text", "xyz", "npy", "jpk", "sxm", "asd", "topostats", "h5-jpk", "nhf", "hdf5", *LABELLED)
+    if name in core:
         scan = open_scan(path, **given(name, image_size(rows)))
         assert_same(scan, expected_scan(rows, image_size(rows)), ROUNDING.get(name, 1e-9))
     else:

@@ -31,7 +31,7 @@ _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--
 
 #: Columns of a distribution, whose rows are not pull-offs.
 _DISTRIBUTION = re.compile(
-    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|share|^(counts?|occurrences?|events?|hits)$|"
+    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|(?<!debris_)share|^(counts?|occurrences?|events?|hits)$|"
     r"^(number|no\.?|#) of",
     re.IGNORECASE,
 )
