@@ -138,16 +138,15 @@ def test_the_pull_off_is_that_of_the_map_and_nothing_is_nan():
     surface = glass_pair(scan(rough(48, seed=1)))
     held = surface.contact.rolling(directions=4, subregions=(2, 2))
     expected = surface.contact.pull_off_map(subregions=(2, 2))
-    of_map = expected.pull_off_force.drop_vars(["on_debris", "debris_share"], errors="ignore")
-    xr.testing.assert_allclose(held.pull_off_force.drop_attrs(), of_map.drop_attrs())
+    xr.testing.assert_allclose(held.pull_off_force.drop_attrs(), expected.pull_off_force.drop_attrs())
     pushed = surface.contact.rolling(directions=4, subregions=(2, 2), load=500.0)
     for at_rest, load in ((held, 0.0), (pushed, 500.0)):
         swept = surface.contact.superpose(delta=[float(at_rest.rest_delta[0])], subregions=(2, 2))
         assert float(swept.force[0, 0]) == pytest.approx(load, abs=1e-3 * float(held.pull_off_force[0]))
         assert int(swept.contacts[0, 0]) == int(at_rest.contacts[0])
     lazy = surface.chunk(x=16).contact.rolling(directions=4, subregions=(2, 2))
-    assert lazy.chunks
-    xr.testing.assert_allclose(lazy.compute(), held)
+    assert lazy.chunks  # which places are on debris is known of heights in memory only
+    xr.testing.assert_allclose(lazy.compute(), held.drop_vars(["on_debris", "debris_share"]))
 
 
 @pytest.mark.parametrize("pixel, cells, error", [(10.0, 48, 0.02), (5.0, 96, 0.03)])

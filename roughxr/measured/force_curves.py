@@ -128,8 +128,9 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     Dataset
         Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
         error due to noise and baseline; ``pull_off_at_most``, the limit of a curve whose pull does not exceed both, and
-        ``pull_off_at_least``, that of a curve whose detector is saturated, NaN for all others; ``pull_off_distance`` (nm), from zero force to the
-        largest tension, less the bending of the cantilever if its spring constant is known; ``work_of_separation``
+        ``pull_off_at_least``, that of a curve whose detector is saturated, NaN for all others; ``pull_off_distance``
+        (nm), from zero force to the largest tension, less the bending of the cantilever if its spring constant is
+        known; ``work_of_separation``
         (nN nm), done by the piezo against the adhesion force; ``largest_rupture`` (nN) and ``ruptures``, the largest
         sudden loss of tension and their number, which need no baseline; ``force_noise`` (nN); ``contact_point`` (nm),
         the piezo's travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact;
