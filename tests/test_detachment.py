@@ -302,6 +302,19 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     np.testing.assert_allclose(same.resisting_moment, ground.resisting_moment)
 
 
+def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
+    """Drag and torque grow with the square of the velocity: half of the error of the moment, upwards and downwards."""
+    ground = held(np.full((3, 72), 1000.0)).assign(lever_error=("subregion", [0.0, 0.2, np.nan]))
+    flow = Flow(lift="none")
+    found = ground.contact.critical_load(flow=flow).critical_load_error
+    np.testing.assert_allclose(found, [0.0, 1 - 0.8**0.5, np.nan], atol=1e-6)
+    other = ground[["pull_off_force"]].assign(pull_off_error=("subregion", [0.3, 0.2, 0.1]))
+    both = with_pull_off(ground, other).contact.critical_load(flow=flow).critical_load_error
+    np.testing.assert_allclose(both, [1 - 0.7**0.5, 1 - (1 - 0.2 * 2**0.5) ** 0.5, np.nan], atol=1e-6)
+    unknown = held(np.full((1, 72), 1000.0)).contact.critical_load(flow=flow)
+    assert np.isnan(unknown.critical_load_error[0]) and np.isfinite(unknown.critical_friction_velocity[0])
+
+
 def adhering(force, lever):
     """Return what `rolling` would of pull-offs (nN) and levers (nm), one for each place and direction."""
     force, lever = np.asarray(force, float), np.asarray(lever, float)

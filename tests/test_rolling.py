@@ -8,7 +8,9 @@ from scipy.optimize import minimize_scalar
 
 import roughxr
 from roughxr.asperity import moments
-from roughxr.kernels.asperity import jkr
+from roughxr.kernels.asperity import jkr, maugis
+from roughxr.particles.simulated_moments import simulated_moments
+from roughxr.specimen import specimen_of
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 from .test_identities import places
@@ -173,6 +175,60 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
     assert float(held.contact_area) == float(touching.contact_area[int(np.abs(touching.force.values).argmin())])
 
 
+def simulated_levers(ds, law, cells):
+    """Return the moments of the simulation at the middle of a scan, from the pull-off on one mesh."""
+    middle = ([float(ds.x.mean())], [float(ds.y.mean())])
+    solved = ds.contact.adhesive(subregions=middle, law=law, mesh=roughxr.Mesh(cells, accuracy=None))
+    return simulated_moments(specimen_of(ds), solved)
+
+
+def bump(pixel, *, part=(0.0, 0.0), half=30.0, radius=100.0, modulus=40.0, work=0.06, **pair):
+    """Return one summit under a plane, its middle off a pixel's by parts of it."""
+    n = 2 * int(half / pixel) + 25
+    x, y = (pixel * (np.arange(n) - n // 2 - along) for along in part)
+    surface = scan(np.maximum(-(x[:, None] ** 2 + y**2) / (2 * radius), -20.0), pixel)
+    return surface.contact.assign_pair(sphere_radius=1e6, contact_modulus=modulus, work_of_adhesion=work, **pair)
+
+
+@pytest.mark.parametrize(("cells", "part"), [(2, (0.0, 0.0)), (3, (0.3, 0.4))])
+def test_the_lever_of_a_contact_without_range_is_that_of_a_jkr_sphere(cells, part):
+    """So many pixels of two cells to the contact's radius."""
+    radius = (9 * np.pi * 0.1 * 1000**2 / (8 * 1.0)) ** (1 / 3)
+    surface = bump(radius / cells, part=part, half=2.5 * radius, radius=1000.0, modulus=1.0, work=0.1)
+    moments = simulated_levers(surface, "griffith", 2)
+    lever = moments.lever / (1.087872 * radius)
+    np.testing.assert_allclose(lever, 1.0, atol=0.06)
+    assert abs(float(lever.mean()) - 1) < min(0.04, float(moments.lever_error[0]))
+
+
+@pytest.mark.parametrize(("parameter", "cells"), [(0.3, 4), (1.0, 8)])
+def test_the_lever_of_a_contact_with_a_range_is_that_of_maugis_and_dugdale(parameter, cells):
+    """The largest −P a along the branch in closed form."""
+    radius, modulus, work = 300.0, 40.0, 0.1
+    unit = jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work)
+    strength = 0.5 * parameter * (np.pi * work * (4 / 3 * modulus) ** 2 / radius) ** (1 / 3)
+    force, contact, _ = maugis.contact_at(parameter, maugis.ratios())
+    expected = unit.a * (-force * contact).max() / -force.min()
+    options = {"half": 2.5 * unit.a, "radius": radius, "work": work, "adhesion_range": work / strength}
+    moments = simulated_levers(bump(2 * unit.a / cells, part=(0.3, 0.4), **options), "dugdale", 2)
+    assert float(moments.lever.mean()) == pytest.approx(expected, rel=0.05)
+    np.testing.assert_allclose(moments.lever[0], expected, atol=float(moments.lever_error[0]) * expected)
+
+
+def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_them_beyond_their_errors():
+    """Between DMT's lever, the largest (2πwR − 4E*a³/3R) a over 2πwR, and JKR's; pixels wider than the contact."""
+    reference = simulated_levers(bump(1.0), "auto", 2)
+    expected = float(reference.lever.mean())
+    dmt = 0.75 * (3 * np.pi * 0.06 * 100**2 / (8 * 40)) ** (1 / 3)
+    assert dmt < expected < 1.087872 * (9 * np.pi * 0.06 * 100**2 / (8 * 40)) ** (1 / 3)
+    cases = [(4.0, 2, (0.0, 0.0)), (4.0, 2, (0.5, 0.0)), (7.6, 1, (0.0, 0.0)), (7.6, 8, (0.0, 0.0))]
+    for pixel, cells, part in cases:
+        moments = simulated_levers(bump(pixel, part=part), "auto", cells)
+        error = float(moments.lever_error[0])
+        assert error < 0.5
+        np.testing.assert_allclose(moments.lever[0], expected, rtol=error + float(reference.lever_error[0]))
+
+
 def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
     surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
     x, y = np.array([200.0, 203.0]), np.array([200.0, 198.0])
@@ -187,7 +243,7 @@ def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
 
 
 def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
-    """A line of n cells that pull with P each: about the front of one alone, P times the radius of its disc."""
+    """A line of n cells that pull with P each: about the front of a single cell, P times the radius of its disc."""
     cell, pull = 4.0, 3.0
     for n in (1, 3):
         x = cell * np.arange(n)[:, None]
@@ -196,7 +252,8 @@ def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
         radius = cell / np.sqrt(np.pi)
         moments._include_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, found)
         along = quad(lambda u: u, 0.0, n * cell)[0] * pull / cell  # squares end to end, about the end of the line
-        expected = [along + n * pull * (radius - cell / 2), n * pull * radius]
+        front = radius * n ** (-1 / 6)
+        expected = [along + n * pull * (front - cell / 2), n * pull * front]
         np.testing.assert_allclose(found[0], expected, rtol=1e-12)
 
 

@@ -35,7 +35,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
         ``work_of_adhesion_median``, at which a smooth JKR sphere has the same pull-off force, with ``_low`` and
         ``_high``, 5 and 95 % of the places, and ``surface_energy_median``, half of it, LAMMPS' γ. From `rolling`
         ``moment_mean`` (nN nm) and ``moment_spread`` (geometric), ``lever_median`` over the radius, with ``_low`` and
-        ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll.
+        ``_high``, and ``rolling_friction_median``, LAMMPS' μ_roll; from the simulation also ``lever_error_median``.
 
     Notes
     -----
@@ -77,6 +77,8 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
         rows["moment_spread"] = float(np.exp(standard_deviation(ln_moment)))
         rows |= _quantiles("lever", ds["lever"] / ds["sphere_radius"])
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
+    if "lever_error" in ds:
+        rows["lever_error_median"] = float(by_share(ds["lever_error"]).quantile(0.5))
     out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_words(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
@@ -88,6 +90,7 @@ def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     reduced = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]
     columns = {
+        **{name: ds[name] for name in ("lever_error",) if name in ds},
         "lever": ds["lever"].mean("direction"),
         "moment_over_directions": moment.mean("direction"),
         "moment_least": moment.min("direction"),

@@ -30,7 +30,8 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     code : {"lammps", "rock_n_roll"}
         "lammps": fix wall/gran granular jkr. "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
-        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100. Places
+        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100, and from
+        the simulation ``lever_error``, relative to the mean of all directions. Places
         without adhesion are only counted.
     classes : int
         For "lammps": particle types of equal share among which the places are divided, by their pull-off; at most one
@@ -120,6 +121,9 @@ def _distribution(ds: xr.Dataset) -> str:
         known = np.isfinite(pull)
         lever = pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
         table["lever_over_radius"] = lever / float(ds["sphere_radius"])
+        if "lever_error" in ds:
+            error = pd.Series(ds["lever_error"].values[known])
+            table["lever_error"] = error.groupby(pull[known]).mean().loc[force].to_numpy()
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),

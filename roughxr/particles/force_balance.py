@@ -10,6 +10,9 @@ where M is the resisting moment about the contact's edge in direction n, h the d
 load L; the contact resists as long as any of its states does), e the direction of the load, N the force away from the
 wall, F_c the pull-off force, A the contact area. The mode whose ratio reaches 1 at the smallest strength comes first.
 All directions n count: a sphere pushed along e may tip about any edge of its contact.
+
+An elastic adhesive contact rolls by closing in front as it opens behind, against its hysteresis alone. M about the edge
+of a single contact, P_c times about its radius, is therefore an upper bound; several contacts have to detach.
 """
 
 from __future__ import annotations
@@ -53,6 +56,7 @@ class Resistance(NamedTuple):
     friction: float | None
     strength: float | None  # shear strength, GPa
     known: np.ndarray  # (place,): whether there is contact
+    moment_error: np.ndarray  # (place, direction), nN nm; NaN if unknown
 
 
 def for_each_condition(function: Verb) -> Verb:
@@ -110,7 +114,13 @@ def critical_load(
         ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle`` (rad); ``mode``,
         the first to occur: roll, slide or lift. NaN if no strength suffices (``mode`` "none"), without contact ("no
         contact"), or if the sphere rolls off without a load ("no rest"). ``in_range``: whether all formulas of the load
-        are valid at this strength, in wall shear up to r⁺ = 1.
+        are valid at this strength, in wall shear up to r⁺ = 1. ``critical_load_error``: the relative error by those
+        stated of levers and pull-off forces; NaN without any, as from asperities.
+
+    Notes
+    -----
+    On a single contact, where the lever is about its radius, the sphere may roll earlier: the moment about its edge is
+    an upper bound. An elastic adhesive contact closes in front as it opens behind, and resists by its hysteresis alone.
 
     Examples
     --------
@@ -135,6 +145,7 @@ def critical_load(
             f"{kind.critical} is NaN; take places of `resting`"
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
+    values["critical_load_error"] = _strength_error(kind, body, limit, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"load": load, "missing": _MISSING, "comment": scope_words(ds)}
     given = {"load": load, "direction": direction, "particle_density": particle_density}
@@ -154,7 +165,9 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_force": load}
     changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
     changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
-    out = ds.drop_vars("pull_off_delta", errors="ignore").assign(changed)
+    if "pull_off_error" in pull_off:
+        changed["pull_off_error"] = xr.zeros_like(ds["pull_off_force"]) + pull_off["pull_off_error"].values
+    out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.record(schema.label(out), "with_pull_off", ds)
 
@@ -215,7 +228,18 @@ def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, s
         friction=_physical(friction_coefficient, "1", "friction_coefficient"),
         strength=_physical(shear_strength, "GPa", "shear_strength"),
         known=np.isfinite(moment).all(axis=1),
+        moment_error=_moment_error(ds, moment),
     )
+
+
+def _moment_error(ds: xr.Dataset, moment: np.ndarray) -> np.ndarray:
+    """Return the error (nN nm) of moments (place, direction), by those of levers and pull-offs."""
+    if "lever_error" not in ds:
+        return np.full_like(moment, np.nan)
+    size = np.abs(moment)
+    lever = ds["lever_error"].values[:, None] * size.mean(axis=1, keepdims=True)
+    pull_off = np.nan_to_num(ds["pull_off_error"].values)[:, None] * size if "pull_off_error" in ds else 0.0
+    return np.hypot(lever, pull_off)
 
 
 def expect_moments(ds: xr.Dataset):
@@ -281,3 +305,14 @@ def critical_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.nda
     ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, limit)
     mode = np.where(any_at_all, np.array(MODES)[np.nan_to_num(ratios).argmax(axis=0)], NEITHER)
     return strength, np.where(limit.known, np.where(rests, mode, NO_REST), NO_CONTACT)
+
+
+def _strength_error(kind: Load, body: Body, limit: Resistance, strength: np.ndarray) -> np.ndarray:
+    """Return the relative change of the critical strengths by the error of the moments, the larger of both signs."""
+    changes = []
+    for sign in (-1, 1):
+        moment = limit.moment + sign * np.nan_to_num(limit.moment_error)
+        changed = np.nan_to_num(critical_strength(kind, body, limit._replace(moment=moment))[0])  # 0: it rolls off
+        changes.append(np.abs(changed / strength - 1))
+    known = np.isfinite(limit.moment_error).all(axis=1) & (strength > 0)
+    return np.where(known, np.max(changes, axis=0), np.nan)

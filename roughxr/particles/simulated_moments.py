@@ -1,39 +1,65 @@
-"""Resisting moments of the simulation's contacts."""
+"""Resisting moments of the simulation's contacts, on meshes that resolve the edges of the contacts."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from ..asperity.moments import MISSING, States, moments_of_states, states_layout, touching_cells
+from ..asperity.moments import (
+    MISSING,
+    States,
+    edge_opening,
+    lever_change,
+    moments_of_states,
+    states_layout,
+    touching_cells,
+)
 from ..bodies.pair import attraction_range
 from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
-from ..contact.cycle import Adhesion, cycles_on, events
+from ..contact.cycle import (
+    REFINEMENTS,
+    Adhesion,
+    cycles_on,
+    events,
+    interaction_range,
+    overlapping_cells,
+    prescribed_deltas,
+)
 from ..contact.mesh import Mesh
-from ..contact.problem import Place, Problem, cell_axes, surface_at
+from ..contact.problem import Place, Problem, Surface, cell_axes, surface_at
 from ..contact.problem import places as placed_at
 from ..contact.solving import state_fields
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..specimen import Specimen
-from ..statistics.sampling import SHARE
 from ..vocabulary import schema
 
-#: Number of states of the retraction whose moments are compared, and largest number of cells along a side of a pixel;
-#: more of them where heights that differ by fractions of a nanometre decide which supports touch.
-_STATES, _MOST_CELLS, _SUPPORT_CELLS = 12, 2, 4
+#: Number of states of the retraction whose moments are compared; every second one gives the error by their number.
+_STATES = 25
+
+#: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
+_ACCURACY = 0.1
+
+#: Largest number of cells within range: of meshes finer than that of the pull-off, and of all.
+_MOST_FINER_CELLS, _MOST_CELLS = 5_000, 1_000_000
+
+#: Cells around those within range.
+_MARGIN = 8
+
+#: Least error of the position of a contact's edge, in cells.
+_EDGE_ERROR = 0.2
 
 #: Range of displacements at places without a simulated pull-off, in ranges of adhesion.
 _WITHOUT_PULL_OFF = -10 / 3, 1 / 3
 
 
 def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
-    """Return the resisting moments of the simulation's contacts, in the form of `rolling`.
+    """Return the resisting moments of the simulation's contacts, in the form of `rolling`, with errors of the levers.
 
     Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload, for
-    the levers of its contacts. A law without range takes the steeper edge's results.
+    the levers of its contacts, on the cells of its pull-off and on cells twice as large. Cells are halved further while
+    the lever changes and the place is small. A law without range takes the steeper edge's results.
     """
-    finest = _SUPPORT_CELLS if SHARE in solved.coords or schema.is_wet(specimen.bodies) else _MOST_CELLS
     law, length = solved.attrs["law"], attraction_range(specimen.bodies)
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
     problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
@@ -43,11 +69,10 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
         place = solved.isel(subregion=[k])
         low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
         low, high = (low, high) if low < high else (_WITHOUT_PULL_OFF[0] * length, _WITHOUT_PULL_OFF[1] * length)
-        cells = int(place["refinement"].max())
-        refine = cells if law == "lennard_jones" else min(cells, finest)
-        own = problem._replace(steps=np.linspace(low, high, _STATES), refine=refine)
-        (placed,), _ = placed_at(specimen, place, window_half_width(specimen, own, adhesion))
-        arguments.append((*placed, own, adhesion))
+        steps = np.linspace(low, high, _STATES)
+        place_problem = problem._replace(steps=steps, refine=int(place["refinement"].max()))
+        (placed,), _ = placed_at(specimen, place, window_half_width(specimen, place_problem, adhesion))
+        arguments.append((*placed, place_problem, adhesion))
     layout = states_layout(2 * np.pi * np.arange(directions) / directions)
     records = spread.task_results(_moments_at, arguments, layout.dtype, layout, name="moments")
     positions = xr.Dataset(coords={name: solved[name] for name in ("subregion_x", "subregion_y")})
@@ -57,28 +82,71 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
 
 
 def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
-    """Return the record of one place, as a task."""
-    place, record = Place(height, datum, window, ends), layout.blank()
-    surface = surface_at(place, problem)
+    """Return the record of one place, as a task: of the finest mesh, with the errors of its levers."""
+    place, solved_on = Place(height, datum, window, ends), problem.refine
+    coarser = record = layout.blank()
+    pixels = problem._replace(refine=1)
+    for refine in _refinements(overlapping_cells(surface_at(place, pixels), pixels, adhesion), solved_on):
+        coarser, (record, every_second) = record, _moments_on(place, problem._replace(refine=refine), adhesion, layout)
+        change = lever_change(coarser, record)
+        edge = _EDGE_ERROR * problem.pixel / refine / np.abs(record["lever"]).mean()
+        record["lever_error"] = np.sqrt(max(change, edge) ** 2 + lever_change(every_second, record) ** 2)
+        if refine >= solved_on and change < _ACCURACY:
+            break
+    return record
+
+
+def _refinements(pixels: int, solved_on: int) -> list[int]:
+    """Return the refinements to solve at: half and all of that of the pull-off, and finer ones at small places."""
+    least = max(solved_on // 2, 1)
+    finest = 2 * least
+    meshes = [n for n in REFINEMENTS if least <= n <= finest or (n > finest and pixels * n**2 <= _MOST_FINER_CELLS)]
+    return [n for n in meshes if n == least or pixels * n**2 <= _MOST_CELLS]
+
+
+def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Return the record of one place on one mesh, from all states and from every second."""
+    surface, (x, y) = _within_range(surface_at(place, problem), cell_axes(place, problem), problem, adhesion)
     cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
-    followed, known = cycles.paths[0], events(cycles, 0)
+    path, known = cycles.paths[0], events(cycles, 0)
     if not known:
-        return record
-    retraction = followed.states["prescribed"] & (np.arange(followed.states.size) >= followed.turn)
-    states = followed.states[retraction][::-1]
-    pressure = followed.pressures[: -states.size - 1 : -1]
-    yielded = surface._replace(separation=surface.separation - followed.residual_heights[-1])
-    gap = state_fields(pressure, yielded, states["delta"] + surface.zero, problem)["gap"]
-    contact = States(
-        *cell_axes(place, problem),
-        pressure=pressure,
-        touching=touching_cells(gap, pressure, problem.dx),
-        force=states["force"],
-        area=states["contact_area"],
-        refine=problem.refine,
-    )
+        return layout.blank(), layout.blank()
+    retraction = path.states["prescribed"] & (np.arange(path.states.size) >= path.turn)
+    states = path.states[retraction][::-1]
+    pressure = path.pressures[: -states.size - 1 : -1]
+    yielded = surface._replace(separation=surface.separation - path.residual_heights[-1])
+    opening = edge_opening(adhesion.law, adhesion.work, problem.contact_modulus, problem.dx)
+    touching = np.zeros(pressure.shape, np.bool_)
+    for k, delta in enumerate(states["delta"] + surface.zero):  # one by one to save memory
+        gap = state_fields(pressure[k], yielded, delta, problem)["gap"]
+        touching[k] = touching_cells(gap, pressure[k], problem.dx, opening)
+    force, area = states["force"], states["contact_area"]
     pull_off = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
-    return moments_of_states(contact, layout, 0.0, converged=states["converged"].all(), **pull_off)
+    converged = bool(states["converged"].all())
+    all_states, every_second = (
+        moments_of_states(
+            States(x, y, pressure[::n], touching[::n], force[::n], area[::n], problem.refine),
+            layout,
+            0.0,
+            converged=converged,
+            **pull_off,
+        )
+        for n in (1, 2)
+    )
+    return all_states, every_second
+
+
+def _within_range(surface: Surface, axes: tuple, problem: Problem, adhesion: Adhesion) -> tuple[Surface, list]:
+    """Return the part of a surface within range of the largest displacement, and its axes; all of it under a layer."""
+    deepest = prescribed_deltas(surface, problem, adhesion)[-1]
+    within = surface.separation < deepest + interaction_range(adhesion, problem)
+    if problem.layer or not within.any():
+        return surface, list(axes)
+    parts = []
+    for axis in (0, 1):
+        cells = np.flatnonzero(within.any(axis=1 - axis))
+        parts.append(slice(max(cells[0] - _MARGIN, 0), cells[-1] + 1 + _MARGIN))
+    return surface._replace(separation=surface.separation[tuple(parts)]), [x[part] for x, part in zip(axes, parts)]
 
 
 def _recorded(out: xr.Dataset, specimen: Specimen, positions: xr.Dataset, verb: str, directions: int) -> xr.Dataset:

@@ -55,9 +55,12 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     rows = {
         "resisting moment, median over places and directions [nN nm]": moment,
         "lever arm, median over places and directions [nm]": lever,
+        "error of the lever arm by mesh and states, median place [%]": _median_percent(moments, "lever_error"),
     }
     for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
         rows[f"critical friction velocity, {words} [m/s]"] = float(by_share(speed).quantile(part))
+    error = _median_percent(critical, "critical_load_error")
+    rows["error of the critical friction velocity by levers and pull-offs, median place [%]"] = error
     for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
         rows[f"{end} end of the median's 95 % interval [m/s]"] = value
     shown = {
@@ -67,6 +70,10 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
         f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
     }
     return rows | {words: round(100 * float(flags.mean())) for words, flags in shown.items()}
+
+
+def _median_percent(ds: xr.Dataset, name: str) -> float:
+    return 100 * float(by_share(ds[name]).quantile(0.5)) if name in ds else np.nan
 
 
 def _unstable(moments: xr.Dataset) -> xr.DataArray:
@@ -85,7 +92,8 @@ def detachment_notes(run: Run) -> list[str]:
         f"A steady flow of air along x acts on the sphere {'at its resting position' if at_rest else 'at each place'}. "
         "Its weight is neglected. The sphere can roll or lift off, but not slide, since no friction is given. The wall "
         f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
-        f"pull-off force times the lever arm of the simulation's contacts."
+        f"pull-off force times the lever arm of the simulation's contacts about the foremost edge. A single elastic "
+        "contact may roll earlier: it closes in front as it opens behind, and resists by its hysteresis alone."
     ]
     if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
         notes.append(

@@ -152,8 +152,8 @@ def _facts(table: xr.Dataset) -> list[dict[str, Any]]:
     facts = []
     for name, column in table.data_vars.items():
         label, unit = str(column.attrs.get("long_name", name)), str(column.attrs.get("units", ""))
-        if name == "pull_off_error":
-            column, label, unit = (100 * column).round(1), "estimated error of the pull-off force", "%"
+        if str(name).endswith("_error"):
+            column, label, unit = (100 * column).round(1), f"estimated {label.removeprefix('relative ')}", "%"
         values = column.values.tolist() if column.dtype.kind in "OUT" else _numbers(column.values.astype(float))
         facts.append({"name": name, "label": label, "unit": unit.removesuffix("1"), "values": values})
     return facts

@@ -52,7 +52,9 @@ _COLUMNS = (
     ("statistics/rigid", "pull_off_force", "pull_off_force_rigid", ", rigid bodies"),
     ("solutions/rolling", "contacts", "contacts", ""),
     ("solutions/rolling", "lever", "lever", ""),
+    ("solutions/rolling", "lever_error", "lever_error", ""),
     ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
+    ("statistics/detachment", "critical_load_error", "critical_load_error", ""),
     ("statistics/detachment", "mode", "gives_way_first", ""),
     ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", real surface"),
 )

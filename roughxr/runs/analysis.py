@@ -526,7 +526,7 @@ PARTS = (
     Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
     # neighbours' menisci merge: no sum over asperities
     Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
-    Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.05, _detachment),
+    Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
 )
 
 #: The last stage, after those of `PARTS`.

@@ -1,0 +1,116 @@
+"""Does the error that is stated of a lever cover the true one?
+
+    python tests/benchmarks/levers.py [--places 8] [--only "soft 52"]
+
+The levers of single bumps, of the glass twin and of rough surfaces, stiff, soft and humid, on the mesh of a pull-off
+with two cells to a pixel; true are those on cells four times smaller than the last, at most 16 to a pixel. Nothing was
+tuned on any surface but the glass twin; places with 16 cells to a pixel are left out. Printed are the share of places
+at which the stated error covers the largest difference in any direction, and the share of all directions in which it
+does. Half an hour.
+"""
+
+import argparse
+import warnings
+
+import numpy as np
+import xarray as xr
+
+import roughxr
+from roughxr.contact.cycle import REFINEMENTS
+from roughxr.particles.simulated_moments import simulated_moments
+from roughxr.scans import regions
+from roughxr.specimen import specimen_of
+
+#: Seed, rms height (nm), cutoff (nm), E* (GPa), work of adhesion (J/m²), radius (nm), Hurst exponent, law.
+ROUGH = {
+    "stiff 51": (51, 2.0, 60, 40.0, 0.06, 500, 0.8, "auto"),
+    "stiff 52": (52, 4.0, 60, 40.0, 0.3, 2000, 0.5, "auto"),
+    "medium 53": (53, 5.0, 80, 3.0, 0.1, 1000, 0.8, "auto"),
+    "soft 54": (54, 8.0, 80, 0.5, 0.1, 1500, 0.8, "griffith"),
+    "soft 55": (55, 6.0, 80, 0.3, 0.05, 1000, 0.6, "griffith"),
+}
+
+
+def scan_of(height, pixel):
+    """Return heights as a scan whose middle is at zero."""
+    axes = {name: (np.arange(n) - (n - 1) / 2) * pixel for name, n in zip("xy", height.shape)}
+    scan = xr.Dataset({"height": (("x", "y"), height)}, axes)
+    for name in ("height", "x", "y"):
+        scan[name].attrs["units"] = "nm"
+    return scan
+
+
+def bump(pixel, place, radius=100.0):
+    """Return one summit on pixels (nm), its middle at a part of a pixel, under a plane."""
+    half = int(60 / pixel) + 8
+    x, y = (pixel * (np.arange(-half, half + 1) - part) for part in place)
+    height = np.maximum(-(x[:, None] ** 2 + y**2) / (2 * radius), -20.0)
+    pair = {"sphere_radius": 1e6, "contact_modulus": 40.0, "work_of_adhesion": 0.06}
+    return scan_of(height, pixel).contact.assign_pair(**pair)
+
+
+def cases(count):
+    """Yield names, scans with their pairs, places and laws."""
+    random = np.random.default_rng(7)
+    for pixel in (2.0, 4.0, 8.0, 15.0):
+        for place in random.uniform(-0.5, 0.5, (max(count // 2, 1), 2)):
+            yield f"bump on {pixel:g} nm", bump(pixel, place), ([0.0], [0.0]), "auto"
+    glass = roughxr.open_sample("glass")
+    for name, pair in {"glass twin": {}, "glass twin, 60 % humidity": {"humidity": 0.6}}.items():
+        scan = glass.contact.assign_pair(sphere_radius=1000, materials="glass", **pair)
+        yield name, scan, regions.sample(regions.centres(scan, (8, 8)), count), "auto"
+    for name, (seed, rms, cutoff, modulus, work, radius, hurst, law) in ROUGH.items():
+        options = {"rms": rms, "hurst": hurst, "rolloff": 800, "cutoff": cutoff, "seed": seed}
+        made = roughxr.scans.synthetic.self_affine((128, 128), 20.0, **options)
+        pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
+        scan = made.contact.assign_pair(**pair)
+        yield name, scan, regions.sample(regions.centres(scan, (8, 8)), count), law
+
+
+def finest(solved, moments):
+    """Return a solution at which moments are computed on cells four times smaller, at most 16 to a pixel."""
+    refinement = np.minimum(4 * moments["refinement"].values, REFINEMENTS[-1])
+    return solved.assign(refinement=("subregion", refinement))
+
+
+def errors(scan, places, law):
+    """Return the stated error of each place, and the true one in each direction, over the mean of all directions."""
+    solved = scan.contact.adhesive(subregions=places, law=law, mesh=roughxr.Mesh(2, accuracy=None))
+    moments = simulated_moments(specimen_of(scan), solved)
+    true = simulated_moments(specimen_of(scan), finest(solved, moments)).lever
+    difference = abs(moments.lever - true) / abs(true).mean("direction")
+    has_finer = moments["refinement"] < REFINEMENTS[-1]
+    return moments.lever_error.where(has_finer).values, difference.values, abs(true).mean("direction").values
+
+
+def main():
+    """Print one row per surface, and one for all."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--places", type=int, default=8)
+    parser.add_argument("--only", help="one surface, by its name; default: all")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    rows = {}
+    for name, scan, places, law in cases(options.places):
+        if options.only in (None, name):
+            rows.setdefault(name, []).append(errors(scan, places, law))
+            print_row(name, rows[name])
+    print_row("all", [part for parts in rows.values() for part in parts])
+
+
+def print_row(name, parts):
+    """Print the coverage of the errors of some places."""
+    stated, true, lever = (np.concatenate(part) for part in zip(*parts))
+    known = np.isfinite(stated) & np.isfinite(true).all(axis=1)
+    stated, true = stated[known], true[known]
+    print(
+        f"{name}: {stated.size} places ({(~known).sum()} left out), lever {np.median(lever[known]):.3g} nm; the stated "
+        f"error covers the largest difference at {np.mean(true.max(axis=1) <= stated):.0%} of places and "
+        f"{np.mean(true <= stated[:, None]):.0%} of directions; stated median {np.median(stated):.2f}, true median "
+        f"{np.median(true.max(axis=1)):.2f}, in the mean of directions {np.median(true.mean(axis=1)):.2f}",
+        flush=True,
+    )
+
+
+if __name__ == "__main__":
+    main()
