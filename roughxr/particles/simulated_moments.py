@@ -41,7 +41,7 @@ _STATES = 25
 _ACCURACY = 0.1
 
 #: Largest number of cells within range: of meshes finer than that of the pull-off, and of all.
-_MOST_FINER_CELLS, _MOST_CELLS = 5_000, 1_000_000
+_MOST_FINER_CELLS, _LARGEST_MESH = 5_000, 1_000_000
 
 #: Cells around those within range.
 _MARGIN = 8
@@ -101,7 +101,7 @@ def _refinements(pixels: int, solved_on: int) -> list[int]:
     least = max(solved_on // 2, 1)
     finest = 2 * least
     meshes = [n for n in REFINEMENTS if least <= n <= finest or (n > finest and pixels * n**2 <= _MOST_FINER_CELLS)]
-    return [n for n in meshes if n == least or pixels * n**2 <= _MOST_CELLS]
+    return [n for n in meshes if n == least or pixels * n**2 <= _LARGEST_MESH]
 
 
 def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
