@@ -193,3 +193,14 @@ def test_a_surface_that_does_not_give_way_enough_has_not_converged(surface, monk
     with pytest.warns(UserWarning, match="have not converged"):
         stiff = roughxr.adhesive(hard, law="exponential", mesh=roughxr.Mesh(accuracy=None), preload=50.0)
     assert not stiff.converged.any() and "unconverged" in rows(stiff)[1]
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+def test_a_pull_off_is_one_that_the_states_around_it_allow(surface, factor):
+    options = {"subregions": ([0.0], [0.0]), "law": "exponential", "mesh": 2, "datum": "highest_peak"}
+    near = float(roughxr.adhesive(surface, **options).pull_off_delta[0])
+    solution = roughxr.adhesive(surface, delta=np.arange(near - 0.3, near + 1.0, 0.1), **options)
+    found, lost = rows(solution)
+    assert found["pull_off"] < 0.01 and "pull_off" not in lost
+    found, lost = rows(solution.assign(pull_off_force=factor * solution.pull_off_force))
+    assert "pull_off" in lost and found["pull_off"] > 0.3

@@ -23,6 +23,12 @@ _ROUNDING, _YIELD_TOLERANCE = 1e-9, 1.1e-3
 #: Largest relative error of a pull-off by mesh and step, unless the solution states another accuracy.
 _ACCURACY = 0.05
 
+#: Largest relative amount by which a pull-off may leave what the states of its retraction allow.
+_PULL_OFF_TOLERANCE = 0.05
+
+#: Share of the work between two states that a jump may dissipate where the pull-off is bounded by that work.
+_JUMP = 0.05
+
 #: Methods whose solutions can be checked.
 SOLVED = ("direct", "adhesive", "rigid")
 _PLANE = ("x", "y")
@@ -43,7 +49,9 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
         Along ``check``: ``violation``, the largest over all places and states, its ``limit``, ``met`` and ``words``;
         the attribute ``verdict`` names the conditions that are not met. An unknown violation is NaN and counts as not
         met. "unconverged" and "truncated" are shares of the solves, "load" the relative difference from the prescribed
-        load, "mesh" the stated error of the pull-off. From the fields: "elasticity", displacement less the
+        load, "mesh" the stated error of the pull-off, "pull_off" by how much the pull-off force leaves what the states
+        of a retraction allow, beyond its stated error: at least their largest pull, at most what the work between the
+        two states around it allows. From the fields: "elasticity", displacement less the
         convolution of the pressure, over the largest displacement; "geometry", the change of gap − displacement + δ
         between states, which the undeformed surfaces fix (needs two states at a place); "traction" (with adhesion),
         p + t(gap) out of contact and the gap in contact, over the largest traction; "penetration"
@@ -108,6 +116,38 @@ def _solver_conditions(ds: xr.Dataset) -> Iterator[tuple[str, xr.DataArray, floa
     yield "truncated", ds["truncated"].astype(bool).mean(), 0.0
     for name in {"pull_off_error", "cell_error"} & set(ds):
         yield "mesh", abs(ds[name]), ds.attrs.get("accuracy", _ACCURACY)
+    if "pull_off_delta" in ds and "branch" in ds.dims:
+        yield "pull_off", _pull_off_violation(ds), _PULL_OFF_TOLERANCE
+
+
+def _pull_off_violation(ds: xr.Dataset) -> xr.DataArray:
+    """Return by how much a pull-off leaves what its states allow, beyond its stated error."""
+    least, most = _pulls_of_states(ds)
+    pull_off = ds["pull_off_force"]
+    below, above = least / pull_off - 1, pull_off / most - 1
+    outside = xr.where(below > above, below, above) - ds["pull_off_error"].fillna(0.0)
+    return outside.clip(min=0).where(least > 0, 0.0)
+
+
+def _pulls_of_states(ds: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the smallest and the largest pull-off force (nN) that the states of a retraction allow.
+
+    From the state before the pull-off to the pull-off a contact only shrinks, so that its stiffness falls and the pull
+    is concave; from there to the next state the pull falls. With the work between the two states both bound the
+    largest pull. Without such states, or if a jump lies between them, the upper bound is infinite.
+    """
+    states = ds[["force", "energy", "dissipated"]].sel(branch="retraction")
+    least = (-states["force"]).max("delta")
+    before = states["delta"].where(states["delta"] > ds["pull_off_delta"]).min("delta")
+    after = states["delta"].where(states["delta"] <= ds["pull_off_delta"]).max("delta")
+    known = before.notnull() & after.notnull()
+    first = states.sel(delta=before.fillna(states["delta"][0]))
+    second = states.sel(delta=after.fillna(states["delta"][0]))
+    jump = second["dissipated"] - first["dissipated"]
+    work = second["energy"] - first["energy"] + jump
+    falling = -second["force"] * (ds["pull_off_delta"] - after)
+    most = 2 * (work - falling) / (before - ds["pull_off_delta"]) + first["force"]
+    return least, most.where(known & (jump < _JUMP * work), np.inf)
 
 
 def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
