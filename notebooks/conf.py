@@ -78,7 +78,7 @@ def _explored(app, error):
     groups = {
         "scan": scan,
         "asperities": roughxr.asperities(scan),
-        "solutions/adhesive": roughxr.adhesive(scan, law="griffith", mesh=2, subregions=places),
+        "solutions/adhesive": roughxr.adhesive(scan, law="jkr", mesh=2, subregions=places),
         "solutions/direct": roughxr.direct(scan, subregions=places),
         "solutions/energy": roughxr.superpose(scan, subregions=places),
     }

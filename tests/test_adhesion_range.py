@@ -18,8 +18,8 @@ PLACES = {"subregions": (2, 1)}
 VERBS = {
     "tabor": lambda ds: roughxr.reference.tabor(ds).tabor_parameter,
     "regime": lambda ds: ds.contact.regime(subregions=(1, 1), refine=1).asperity_tabor,
-    "superpose": lambda ds: ds.contact.superpose(delta=[8.0], law="maugis", **PLACES).force,
-    "pull_off_map": lambda ds: ds.contact.pull_off_map(law="maugis", **PLACES).pull_off_force,
+    "superpose": lambda ds: ds.contact.superpose(delta=[8.0], law="dugdale", **PLACES).force,
+    "pull_off_map": lambda ds: ds.contact.pull_off_map(law="dugdale", **PLACES).pull_off_force,
     "rigid exponential": lambda ds: ds.contact.rigid(law="exponential", delta=[0.0], **PLACES).pull_off_force,
     "rigid dugdale": lambda ds: ds.contact.rigid(law="dugdale", delta=[0.0], **PLACES).pull_off_force,
     "rigid lennard_jones": lambda ds: ds.contact.rigid(law="lennard_jones", delta=[0.0], **PLACES).pull_off_force,

@@ -19,7 +19,7 @@ def pull_off_error(cells, places):
     ds = glass_pair(scan(np.zeros((size, size)), pixel), RADIUS)
     delta = 0.1 * radius**2 / RADIUS
     at = {"delta": [delta], "subregions": tuple(pixel * places.T)}
-    cycle = roughxr.adhesive(ds, law="griffith", mesh=1, **at)
+    cycle = roughxr.adhesive(ds, law="jkr", mesh=1, **at)
     assert cycle.complete.all() and not cycle.truncated.any()
     return cycle.pull_off_force.values / (1.5 * np.pi * W * RADIUS) - 1
 
@@ -46,7 +46,7 @@ def two_bumps(pixel, offset):
 @pytest.mark.filterwarnings("ignore::roughxr.contact.adhesion.UnresolvedContact")
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
-    options = {"law": "griffith", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
+    options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
     expected = float(roughxr.adhesive(two_bumps(1.0, (0.0, 0.0)), **options).pull_off_force[0])
     covered, stated = [], []
     for pixel in (8.0, 5.0, 3.5, 2.5):

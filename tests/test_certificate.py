@@ -112,7 +112,7 @@ def tampered(solution):
     yield "geometry", {"gap": solution.gap.where(~(solution.gap > 1e-3), solution.gap + 0.5)}
 
 
-@pytest.mark.parametrize("law", ["direct", "exponential", "griffith", "dugdale", "lennard_jones"])
+@pytest.mark.parametrize("law", ["direct", "exponential", "jkr", "dugdale", "lennard_jones"])
 def test_a_solution_that_solves_nothing_is_refused(surface, law):
     at = {"delta": [1.5, 2.0], "subregions": ([0.0], [0.0]), "fields": True}
     if law == "direct":

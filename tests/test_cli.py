@@ -26,7 +26,7 @@ from roughxr.runs import analysis
 from .surfaces import bare_runs, rough, scan
 
 #: Adhesion as it is solved fastest, for what is no question of adhesion.
-QUICK = ["--law", "griffith", "--mesh", "1"]
+QUICK = ["--law", "jkr", "--mesh", "1"]
 
 #: The stages of a run but that which takes long.
 WITHOUT_EXTRAPOLATION = [part for part in analysis.PARTS if part.name != "extrapolated"]
@@ -89,7 +89,7 @@ def paper_run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(analysis, "PARTS", WITHOUT_EXTRAPOLATION)
-        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="griffith", mesh=Mesh(1, step=0.4)))
+        patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="jkr", mesh=Mesh(1, step=0.4)))
         assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
     return folder
 
@@ -397,7 +397,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     with pytest.raises(SystemExit, match="0"):
         main(["run", "--write-config", "wafer.toml"])
     capsys.readouterr()
-    options = ["sphere_radius = '0.3 um'  # the bodies", "materials = 'glass/silicon'", "law = 'griffith'", "mesh = 1"]
+    options = ["sphere_radius = '0.3 um'  # the bodies", "materials = 'glass/silicon'", "law = 'Griffith'", "mesh = 1"]
     with (tmp_path / "wafer.toml").open("a", encoding="utf-8") as file:
         file.write("\n".join([*options, "budget = 8", "subregions = [2, 1]"]))
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
@@ -421,6 +421,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     for name, row in rows.iterrows():
         groups = archive.load(tmp_path / "wafer" / Path(name).stem / "run.nc")
         summary = groups["statistics/summary"]
+        assert groups["solutions/adhesive"].attrs["law"] == "jkr"
         assert row["pull_off_force [nN]"] == pytest.approx(
             float(groups["statistics/adhesive"].pull_off_force.mean()), rel=1e-3
         )

@@ -27,7 +27,7 @@ def run():
     pressed = roughxr.assign_pair(scan(rough(64, seed=3), pixel=10.0), sphere_radius=300, contact_modulus=40)
     pressed = pressed.assign_coords(work_of_adhesion=0.2)
     places = roughxr.scans.regions.centres(pressed, (2, 2))
-    how = {"preload": 0.0, "law": "griffith", "mesh": roughxr.Mesh(1, step=0.5), "subregions": places}
+    how = {"preload": 0.0, "law": "jkr", "mesh": roughxr.Mesh(1, step=0.5), "subregions": places}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts of a pixel: their maps are looked at, not their numbers
         sticking = roughxr.adhesive(pressed, **how)

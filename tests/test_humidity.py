@@ -257,7 +257,7 @@ def test_menisci_thicker_than_two_molecules_count_in_full():
     assert thin.share == pytest.approx(0.8, rel=1e-4)
 
 
-@pytest.mark.parametrize("method", ["rigid", "adhesive", "map", "maugis"])
+@pytest.mark.parametrize("method", ["rigid", "adhesive", "map", "dugdale"])
 def test_as_humidity_falls_every_pull_off_becomes_that_of_the_dry_pair(method):
     """Equal below a molecule; a 1e-4 part above it within 0.1 %; and in between without a step."""
     ds = scan(rough(32, rms=1.0, seed=2), pixel=5.0)
@@ -265,7 +265,7 @@ def test_as_humidity_falls_every_pull_off_becomes_that_of_the_dry_pair(method):
         "rigid": lambda pair: pair.contact.rigid(delta=[0.0]),
         "adhesive": lambda pair: pair.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None)),
         "map": lambda pair: pair.contact.pull_off_map(subregions=(1, 1)),
-        "maugis": lambda pair: pair.contact.pull_off_map(subregions=(1, 1), law="maugis"),
+        "dugdale": lambda pair: pair.contact.pull_off_map(subregions=(1, 1), law="dugdale"),
     }[method]
 
     def pull_off(humidity, **air):
@@ -316,7 +316,7 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     pair = summit(contact_modulus=modulus)
     menisci, both = liquid.pair_menisci(pair), 1 / (1 / 200 + 1 / 3000)
     parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
-    found = float(pair.contact.pull_off_map(subregions=(1, 1), law="maugis").pull_off_force[0])
+    found = float(pair.contact.pull_off_map(subregions=(1, 1), law="dugdale").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
     mu = float(roughxr.reference.tabor(pair.contact.asperities()).tabor_parameter.max())
     assert mu == pytest.approx(parameter / 1.157, rel=1e-3)
@@ -457,7 +457,7 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
     assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
     assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
     with pytest.raises(ValueError, match="humid pair"):
-        pair.contact.adhesive(law="griffith")
+        pair.contact.adhesive(law="jkr")
 
 
 def test_the_smooth_sphere_to_compare_with_is_wet_too():

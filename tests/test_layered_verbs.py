@@ -93,7 +93,7 @@ def test_a_layer_of_the_base_is_none(scan):
     for solve in (
         lambda ds: ds.contact.direct(delta=[3.0, 5.0], fields=True)[["force", "pressure", "gap"]],
         lambda ds: ds.contact.direct(load=[50.0, 500.0])[["delta", "contact_area"]],
-        lambda ds: ds.contact.adhesive(mesh=1, law="griffith")[["pull_off_force", "snap_in_delta"]],
+        lambda ds: ds.contact.adhesive(mesh=1, law="jkr")[["pull_off_force", "snap_in_delta"]],
     ):
         xr.testing.assert_allclose(
             solve(coated).reset_coords(drop=True), solve(bare).reset_coords(drop=True), rtol=1e-4, atol=1e-5
@@ -112,7 +112,7 @@ def test_solutions_meet_the_certificate_with_the_layer(scan, layer):
     for solved in (
         ds.contact.direct(delta=[2.0, 4.0], fields=True),
         ds.contact.direct(load=[20.0, 200.0], fields=True),
-        ds.contact.adhesive(delta=[2.0, 3.0], mesh=2, law="griffith", fields=True),
+        ds.contact.adhesive(delta=[2.0, 3.0], mesh=2, law="jkr", fields=True),
     ):
         proof = roughxr.certificate(solved)
         assert proof.met.sel(check="elasticity") and proof.attrs["fields"]
@@ -164,7 +164,7 @@ def test_pull_off_of_a_smooth_sphere(thickness, ratio, base, mesh):
         work_of_adhesion=w,
         layer=Layer(thickness, young_modulus=young, poisson_ratio=ratio),
     )
-    solved = ds.contact.adhesive(law="griffith", mesh=mesh)
+    solved = ds.contact.adhesive(law="jkr", mesh=mesh)
     assert float(solved.pull_off_force[0]) / (np.pi * w * radius) == pytest.approx(expected, rel=0.02)
 
 
@@ -209,7 +209,7 @@ def test_the_budget_changes_the_thickness_and_all_moduli_together(scan):
     assert film_of(stiffer) == pytest.approx(film_of(ds))
     with pytest.raises(ValueError, match="assign the pair with its layer anew"):
         film_of(ds.assign_coords(contact_modulus=200.0))
-    budget = ds.contact.error_budget(places=1, law="griffith", mesh=2, settings={"layer thickness": [0.5]})
+    budget = ds.contact.error_budget(places=1, law="jkr", mesh=2, settings={"layer thickness": [0.5]})
     entry = budget.sel(entry="layer thickness")
     assert 0 < float(entry.relative_error) < 0.2 and np.isfinite(entry.slope)
 

@@ -158,7 +158,7 @@ def rubber(modulus, work=0.05, **assigned):
 @pytest.mark.parametrize(
     ("modulus", "assigned", "law", "reason"),
     [
-        (2e-3, {}, "griffith", "range of adhesion is negligible"),  # rubber
+        (2e-3, {}, "jkr", "range of adhesion is negligible"),  # rubber
         (30.0, {}, "exponential", "as the range of adhesion"),
         (2e-3, {"hardness": 20.0}, "exponential", "traction must be finite"),
         (
@@ -184,7 +184,7 @@ def test_both_change_their_law_at_the_same_modulus():
     """Tabor's parameter of 5, just above and just below, by its own power −2/3 of E*."""
     at_one = float(rubber(1.0).contact.regime(subregions=(1, 1), refine=2).asperity_tabor)
     edge = (at_one / 5) ** 1.5
-    for factor, law in ((0.999, "griffith"), (1.001, "exponential")):
+    for factor, law in ((0.999, "jkr"), (1.001, "exponential")):
         ds = rubber(edge * factor)
         assert ds.contact.regime(subregions=(1, 1), refine=2).attrs["law"] == law
         assert adhesion_law(specimen_of(ds), "auto")["law"] == law

@@ -112,7 +112,7 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
     assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
 
 
-@pytest.mark.parametrize("law", ["auto", "griffith"])
+@pytest.mark.parametrize("law", ["auto", "jkr"])
 def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_equal_summits(law):
     surface = caps(polygon(3, 150.0, turn=np.pi / 6), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
     surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, work_of_adhesion=0.05)

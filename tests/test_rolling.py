@@ -156,7 +156,7 @@ def test_states_of_the_simulation_hold_a_jkr_spheres_moment(pixel, cells, error)
     """The front of the contact lies within a cell of where it is found; states stand half a nanometre apart."""
     surface = glass_pair(scan(np.zeros((cells, cells)), pixel=pixel))
     deltas = [-6.0, -2.0, -1.0, -0.5, 0.0, 1.0]  # at the first it has come off
-    states = surface.contact.adhesive(delta=deltas, mesh=roughxr.Mesh(1, step=1.0), law="griffith", fields=True)
+    states = surface.contact.adhesive(delta=deltas, mesh=roughxr.Mesh(1, step=1.0), law="jkr", fields=True)
     held = states.contact.rolling(directions=8).isel(subregion=0)
     pair = {name: float(surface[name]) for name in roughxr.schema.PAIR}
     pull, a = reference_sphere(**pair)
@@ -195,7 +195,7 @@ def test_the_lever_of_a_contact_without_range_is_that_of_a_jkr_sphere(cells, par
     """So many pixels of two cells to the contact's radius."""
     radius = (9 * np.pi * 0.1 * 1000**2 / (8 * 1.0)) ** (1 / 3)
     surface = bump(radius / cells, part=part, half=2.5 * radius, radius=1000.0, modulus=1.0, work=0.1)
-    moments = simulated_levers(surface, "griffith", 2)
+    moments = simulated_levers(surface, "jkr", 2)
     lever = moments.lever / (1.087872 * radius)
     np.testing.assert_allclose(lever, 1.0, atol=0.06)
     assert abs(float(lever.mean()) - 1) < min(0.04, float(moments.lever_error[0]))
@@ -232,7 +232,7 @@ def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_the
 def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
     surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
     x, y = np.array([200.0, 203.0]), np.array([200.0, 198.0])
-    options = {"delta": [-1.0, 0.0, 1.0], "mesh": roughxr.Mesh(1, step=1.0), "law": "griffith", "fields": True}
+    options = {"delta": [-1.0, 0.0, 1.0], "mesh": roughxr.Mesh(1, step=1.0), "law": "jkr", "fields": True}
     together = surface.contact.adhesive(subregions=(x, y), **options).contact.rolling(directions=4)
     for k in range(2):
         alone = surface.contact.adhesive(subregions=(x[k : k + 1], y[k : k + 1]), **options).contact.rolling(

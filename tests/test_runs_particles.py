@@ -15,7 +15,7 @@ from roughxr.studies import extrapolation
 from .surfaces import bare_runs, rough, scan
 
 PAIR = ["--sphere-radius", "1 um", "--contact-modulus", "40", "--work-of-adhesion", "0.05"]
-QUICK = ["--law", "griffith", "--mesh", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
+QUICK = ["--law", "jkr", "--mesh", "1", "--budget", "0", "--delta", "1", "2", "--quiet"]
 
 
 @pytest.fixture(scope="module")

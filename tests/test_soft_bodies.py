@@ -24,7 +24,7 @@ def rough(seed=1, **pair):
 
 def test_a_soft_body_settles_beyond_its_first_summit():
     """Without a preload it pulls off as after one; with contacts alone it pulled 7 times less."""
-    place = {"subregions": ([840.0], [840.0]), "law": "griffith"}
+    place = {"subregions": ([840.0], [840.0]), "law": "jkr"}
     found = rough().contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
     pressed = rough().contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
     assert found.pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.02)
@@ -34,7 +34,7 @@ def test_a_sphere_that_attraction_leaves_on_its_first_summit_has_a_range(monkeyp
     """Without attraction across gaps it ends at the pull-off after a preload, and is no error of the lower end."""
     monkeypatch.setattr(adhesive_options, "snap_in_gap", lambda length, parameter: 0.0)
     ds = rough()
-    place = {"subregions": ([840.0], [840.0]), "law": "griffith"}
+    place = {"subregions": ([840.0], [840.0]), "law": "jkr"}
     with pytest.warns(UserWarning, match="1 of 1 subregions have a range .*: state a preload"):
         settled = ds.contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
     pressed = ds.contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
@@ -53,7 +53,7 @@ def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason():
     place = {"subregions": ([1066.7], [213.3])}
     mesh = roughxr.Mesh(2, step=0.5)
     with pytest.warns(UserWarning, match="only pressing reaches: state a preload"):
-        settled = ds.contact.adhesive(mesh=mesh, law="griffith", **place)
+        settled = ds.contact.adhesive(mesh=mesh, law="jkr", **place)
     low = float(settled.pull_off_force[0])
     high = float(settled.pressed_pull_off_force[0])
     error = float(settled.pull_off_error[0])
@@ -64,7 +64,7 @@ def test_a_pull_off_that_depends_on_pressing_is_a_range_with_its_reason():
         summits.append(float(solved.pull_off_force[0]))
     assert error <= 0.5 and high > 8 * low
     assert summits == [pytest.approx(low, rel=error), pytest.approx(high, rel=error)]
-    again = ds.contact.adhesive(mesh=mesh, law="griffith", preload=high, **place)
+    again = ds.contact.adhesive(mesh=mesh, law="jkr", preload=high, **place)
     assert again.pull_off_force.values == pytest.approx(high, rel=0.02)
 
 
@@ -84,7 +84,7 @@ def soft_place(seed, x, y, *, rms, modulus, work, law):
 
 def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
     """Cells of half the side change this pull-off by 4 %, the last mesh by 2 % only."""
-    ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="griffith")
+    ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="jkr")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*heights between the pixels")
         found = ds.contact.adhesive(**place)
@@ -183,13 +183,13 @@ def test_a_soft_sphere_on_a_smooth_scan_is_solved_within_a_minute():
         began = time.process_time()
         solution = smooth().contact.adhesive(mesh=roughxr.Mesh(accuracy=None))
     assert time.process_time() - began < 120  # half of it to compile
-    assert solution.attrs["law"] == "griffith"
+    assert solution.attrs["law"] == "jkr"
     assert float(solution.pull_off_force[0]) == pytest.approx(1.5 * np.pi * 0.05 * 500, rel=0.01)
 
 
 def test_a_range_far_below_the_cells_is_refused_at_once():
     """w dx/(E* ρ²) = 350 on the finest cells, where Newton's method does not end."""
-    with pytest.raises(ValueError, match=r"cells of at most .* nm .*; take law='griffith'"):
+    with pytest.raises(ValueError, match=r"cells of at most .* nm .*; take law='jkr'"):
         smooth().contact.adhesive(law="exponential")
 
 
@@ -198,5 +198,5 @@ def test_the_coarser_of_two_meshes_states_the_limit_of_a_slow_series(order):
     """Pull-offs of soft rough bodies rise with each halving of the cells, by an order of a half."""
     coarse, fine = (1 - 0.1 * 2 ** (-order * k) for k in (0, 1))
     change = np.array([1 - coarse / fine])
-    assert 1 - coarse <= coarser_mesh_error(change, "griffith")[0]
+    assert 1 - coarse <= coarser_mesh_error(change, "jkr")[0]
     assert coarser_mesh_error(change, "exponential") == change

@@ -17,7 +17,7 @@ from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
 from .surfaces import glass_pair, rough, scan
 
 #: The limit without range on the pixels as they are.
-by_cells = partial(adhesive, law="griffith", mesh=1)
+by_cells = partial(adhesive, law="jkr", mesh=1)
 
 ELASTIC = np.arange(0.0, 12.0, 0.5)
 

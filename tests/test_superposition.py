@@ -212,7 +212,7 @@ def test_what_is_expected_is_said(surface):
     ("change", "options", "why"),
     [
         (lambda ds: asperities(ds, patch=5), {}, "use asperities(patch='auto')"),
-        (lambda ds: ds, {"law": "maugis"}, "not for 'maugis'"),
+        (lambda ds: ds, {"law": "dugdale"}, "not for 'dugdale'"),
         (lambda ds: ds, {"formulation": "published"}, "not for 'published'"),
         (lambda ds: ds.isel(x=slice(None, None, 6), y=slice(None, None, 6)), {}, "too few to resolve its summits"),
     ],

@@ -46,7 +46,7 @@ def a_line(parameter):
 @pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])
 def test_one_sphere_pulls_off_as_published(parameter, pull):
     found = pull_off_map(
-        reaching(one_asperity(1 / 200, 1 / 200), distance_of(parameter)), subregions=(1, 1), law="maugis"
+        reaching(one_asperity(1 / 200, 1 / 200), distance_of(parameter)), subregions=(1, 1), law="dugdale"
     )
     assert found.pull_off_force.item() == pytest.approx(pull * np.pi * W * RADIUS, rel=1e-5)
 
@@ -54,14 +54,14 @@ def test_one_sphere_pulls_off_as_published(parameter, pull):
 @pytest.mark.parametrize("shape", [(1 / 200, 1 / 200), (1 / 400, 1 / 150)])
 def test_short_range_is_jkr(shape):
     asperity, deltas = one_asperity(*shape), np.arange(-0.8, 4, 0.05)
-    close = superpose(reaching(asperity, 1e-3), delta=deltas, law="maugis").force
+    close = superpose(reaching(asperity, 1e-3), delta=deltas, law="dugdale").force
     limit = superpose(asperity, delta=deltas, formulation="self_similar").force
     np.testing.assert_allclose(close, limit, atol=1e-3 * 1.5 * np.pi * W * RADIUS)
 
 
 def test_long_range_is_dmt():
     """Lets go at 2πwR with a contact that has shrunk to a point; loaded, Hertz's load on that contact less 2πwR."""
-    asperity, far = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02)), {"law": "maugis"}
+    asperity, far = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02)), {"law": "dugdale"}
     dmt = 2 * np.pi * W * RADIUS
     found = pull_off_map(asperity, subregions=(1, 1), **far)
     assert found.pull_off_force.item() == pytest.approx(dmt, rel=3e-3)
@@ -79,7 +79,7 @@ def test_an_ellipse_is_as_far_from_its_equivalent_sphere_as_self_similar_jkr(rat
     asperity = one_asperity(flat - 1 / 3000, sharp - 1 / 3000)
     R = 1 / np.sqrt(sharp * flat)
     far = (R * W**2 / E**2) ** (1 / 3) / (0.02 / 1.157)
-    found = pull_off_map(reaching(asperity, far), subregions=(1, 1), law="maugis")
+    found = pull_off_map(reaching(asperity, far), subregions=(1, 1), law="dugdale")
     assert found.pull_off_force.item() / (2 * np.pi * W * R) == pytest.approx(part, rel=3e-3)
 
 
@@ -87,7 +87,7 @@ def test_beyond_the_table_it_stays_at_its_ends():
     asperity = one_asperity(1 / 200, 1 / 200)
 
     def force(parameter):
-        return superpose(reaching(asperity, distance_of(parameter)), delta=[-0.1, 0.5, 3.0], law="maugis").force
+        return superpose(reaching(asperity, distance_of(parameter)), delta=[-0.1, 0.5, 3.0], law="dugdale").force
 
     for end, beyond in ((maugis.SMALLEST, maugis.SMALLEST / 100), (maugis.LARGEST, maugis.LARGEST * 100)):
         np.testing.assert_allclose(force(end), force(beyond), rtol=1e-9)
@@ -130,7 +130,7 @@ def load_by_hand(A, B, delta, z0):
 def test_the_sum_is_that_of_the_equations_solved_directly(surface, z0):
     """On many elliptic asperities, in JKR-like and in DMT-like contact."""
     catalogue, deltas = reaching(asperities(surface), z0), np.array([0.5, 2.0, 4.0])
-    found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="maugis")
+    found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="dugdale")
     r2 = (catalogue.x**2 + catalogue.y**2).values
     touch = float(catalogue.datum_height) - catalogue.height.values + r2 / (3000 + np.sqrt(3000**2 - r2))
     A, B = (0.5 * catalogue[name].values + 0.5 / 3000 for name in ("curvature_min", "curvature_max"))
@@ -168,7 +168,7 @@ def test_no_branch_falls_below_its_mark():
 @pytest.mark.parametrize("work, z0", [(1.35, 0.3), (1.35, 1.5), (0.1, 0.3), (0.1, 1.0), (0.02, 3.0)])
 def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
     """From λ = 3 to beyond the table's end; at the displacement found `superpose` gives that very force."""
-    sticky, options = reaching(surface.assign_coords(work_of_adhesion=work), z0), {"law": "maugis"}
+    sticky, options = reaching(surface.assign_coords(work_of_adhesion=work), z0), {"law": "dugdale"}
     rng = np.random.default_rng(0)
     places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 12))
     found = pull_off_map(sticky, subregions=tuple(places), **options)
@@ -184,17 +184,17 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
 def test_without_adhesion_it_is_hertz(surface):
     dry = surface.assign_coords(work_of_adhesion=0.0)
     np.testing.assert_array_equal(
-        superpose(dry, delta=[5.0], law="maugis").force, superpose(dry, delta=[5.0], law="hertz").force
+        superpose(dry, delta=[5.0], law="dugdale").force, superpose(dry, delta=[5.0], law="hertz").force
     )
 
 
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"law": "maugis", "formulation": "published"}, "not used by law='maugis', found 'published'"),
-        ({"law": "dmt"}, "law: expected one of 'jkr', 'maugis', 'hertz'"),
-        ({"law": "energy"}, "law: expected one of 'jkr', 'maugis', 'hertz', found 'energy'"),
-        ({"formulation": "maugis"}, "formulation: expected one of 'published', .* found 'maugis'"),
+        ({"law": "dugdale", "formulation": "published"}, "not used by law='dugdale', found 'published'"),
+        ({"law": "dmt"}, "law: expected one of 'jkr', 'dugdale', 'hertz'"),
+        ({"law": "energy"}, "law: expected one of 'jkr', 'dugdale', 'hertz', found 'energy'"),
+        ({"formulation": "dugdale"}, "formulation: expected one of 'published', .* found 'dugdale'"),
     ],
 )
 def test_bad_options_are_refused_in_words(surface, options, says):
@@ -203,7 +203,7 @@ def test_bad_options_are_refused_in_words(surface, options, says):
 
 
 def test_a_map_needs_a_law_that_adheres(surface):
-    with pytest.raises(ValueError, match="law: expected one of 'jkr', 'maugis', found 'hertz'"):
+    with pytest.raises(ValueError, match="law: expected one of 'jkr', 'dugdale', found 'hertz'"):
         pull_off_map(surface, law="hertz")
 
 
@@ -211,8 +211,8 @@ def test_the_range_matters_where_tabor_says_so(surface):
     """Asperities of λ above 3 pull off as without range, to a few percent."""
     catalogue = tabor(asperities(surface))
     assert float(catalogue.tabor_parameter.min()) > 2
-    ranged = pull_off_map(catalogue, subregions=(3, 3), law="maugis").pull_off_force
+    ranged = pull_off_map(catalogue, subregions=(3, 3), law="dugdale").pull_off_force
     limit = superpose(catalogue, delta=[0.0], subregions=(3, 3), formulation="self_similar").pull_off_force
     np.testing.assert_allclose(ranged, limit, rtol=0.05)
-    far = pull_off_map(reaching(catalogue, 3.0), subregions=(3, 3), law="maugis").pull_off_force
+    far = pull_off_map(reaching(catalogue, 3.0), subregions=(3, 3), law="dugdale").pull_off_force
     assert (far > 1.1 * limit).all()

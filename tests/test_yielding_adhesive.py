@@ -32,7 +32,7 @@ def heights():
     return rough(64, smooth=1.2, seed=11)
 
 
-LAWS = ("exponential", "griffith")
+LAWS = ("exponential", "jkr")
 
 
 @pytest.fixture(scope="module", params=LAWS)
@@ -230,7 +230,7 @@ def test_without_range_a_flat_punch_wants_what_its_edge_gives():
     ten, twenty = pulls[:, 0]
     assert 0.5 < (1 - twenty) / (1 - ten) < 0.71  # it falls as the root of the cell
     for pull, wide in pulls:
-        assert abs(pull - 1) < edge_extrapolation("griffith", 10.0, 1 - wide / pull).error
+        assert abs(pull - 1) < edge_extrapolation("jkr", 10.0, 1 - wide / pull).error
 
 
 @pytest.mark.parametrize(("strength", "cells", "within"), [(0.5, (5, 10), 1e-6), (1.0, (10, 20), 0.03)])
@@ -280,7 +280,7 @@ def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
     pull, wide = edged_pull(separation, dx, smooth_laws.without_range, delta)
     expected = flattened_pull_off(radius=radius, contact_modulus=E, work_of_adhesion=W, hardness=H)
     assert (pull > wide) == (hard == 1.0)
-    to_edge = edge_extrapolation("griffith", 20.0, 1 - wide / pull)
+    to_edge = edge_extrapolation("jkr", 20.0, 1 - wide / pull)
     result = to_edge.apply(pull, wide)
     stated = to_edge.error * pull if pull > wide else pull - result
     assert result == pytest.approx(expected, abs=stated, rel=0)

@@ -30,7 +30,7 @@ def contact(scan: xr.Dataset) -> dict[str, xr.Dataset]:
     return {
         "direct": roughxr.direct(scan, delta=[1.0, 2.0], subregions=places, fields=True),
         "load": roughxr.direct(scan, load=np.array([100.0]), subregions=(2, 2)),
-        "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="maugis"),
+        "superposed": roughxr.superpose(catalogue, delta=np.arange(3.0), law="dugdale"),
         "adhesive": roughxr.adhesive(scan, preload=[0.0, 100.0], mesh=roughxr.Mesh("auto", accuracy=0.02)),
         "varied": roughxr.vary(scan, roughxr.direct, sphere_radius=[500, 1000], delta=[1.0]),
     }

@@ -23,7 +23,7 @@ PLACES = ([-31.0, 17.0, 52.0, -8.0], [12.0, -44.0, 33.0, 61.0])
 PAIR = {"sphere_radius": 800.0, "contact_modulus": 30.0, "work_of_adhesion": 0.2, "adhesion_range": 0.5}
 
 #: Options of the adhesive simulation that take a second or less.
-QUICK = {"law": "griffith", "mesh": roughxr.Mesh(1, step=1.0)}
+QUICK = {"law": "jkr", "mesh": roughxr.Mesh(1, step=1.0)}
 FLOW = {"friction_velocity": [1.0, 5.0]}
 
 
@@ -141,7 +141,7 @@ CALLS = {
     "summary": [on("pulls"), on("catalogue")],
     "superpose": [
         on("scan", delta=[-1.0, 2.0, 5.0], subregions=PLACES),
-        on("catalogue", delta=[-1.0, 2.0, 5.0], subregions=PLACES, law="maugis"),
+        on("catalogue", delta=[-1.0, 2.0, 5.0], subregions=PLACES, law="dugdale"),
     ],
     "tabor": [on("catalogue")],
     "tip_flags": [on("catalogue", tip_radius=10.0)],

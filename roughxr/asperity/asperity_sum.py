@@ -15,20 +15,20 @@ from ..jobs.spread import is_lazy
 from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import pull_off_search
 from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
-from ..kernels.asperity.asperity_laws import law as read_law
+from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import DUGDALE, HERTZ, JKR, read_law
 from .catalogue import asperities
-
-#: The laws with adhesion, and all laws.
-ADHESIVE = ("jkr", "maugis")
-LAWS = (*ADHESIVE, "hertz")
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
 FORMULATIONS = ASPERITY_LAWS[1:]
 
-#: The default formulation, and that of the ellipses of "maugis", which takes only these two.
-DEFAULT, _OF_MAUGIS = "energy", "self_similar"
+#: The default formulation.
+DEFAULT = "energy"
+
+#: Formulation of the ellipses of "dugdale", which takes only these two.
+_OF_RANGED = "self_similar"
 
 #: The record of the pull-off at one contact centre.
 PULL_OFF = np.dtype([("pull_off_force", float), ("pull_off_delta", float), ("contacts", int), ("truncated", bool)])
@@ -47,7 +47,7 @@ class SumOptions(NamedTuple):
 
     def kernel_law(self) -> AsperityLaw:
         """Return the law for the kernels."""
-        return read_law(self.law, self.adhesion_range) if self.law in RANGED else read_law(self.law)
+        return kernel_law(self.law, self.adhesion_range) if self.law in RANGED else kernel_law(self.law)
 
 
 def read_options(
@@ -57,11 +57,10 @@ def read_options(
 
     ``dry_range`` (nm) is that of the law without liquid, by default the pair's.
     """
-    schema.one_of(law, LAWS, "law")
     schema.one_of(formulation, FORMULATIONS, "formulation")
-    if law == "hertz" and formulation == "self_similar":
+    if law == HERTZ and formulation == "self_similar":
         raise ValueError("formulation: not used by law='hertz', found 'self_similar'; leave it out, or take law='jkr'")
-    if law in RANGED and formulation not in (DEFAULT, _OF_MAUGIS):
+    if law in RANGED and formulation not in (DEFAULT, _OF_RANGED):
         raise ValueError(
             f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
         )
@@ -74,20 +73,20 @@ def read_options(
     if (menisci := pair_menisci(ds)) is not None:  # of a longer range and a larger work than the solids
         length += menisci.part * (menisci.range - length)
     return SumOptions(
-        law=formulation if law == "jkr" else law,
+        law=formulation if law == JKR else law,
         adhesion_range=length if law in RANGED else np.nan,
         composite=formulation != "published",
         profile=PROFILES["sphere"],
         radius=radius,
         contact_modulus=modulus,
-        work_of_adhesion=0.0 if law == "hertz" else total_work(ds),
+        work_of_adhesion=0.0 if law == HERTZ else total_work(ds),
     )
 
 
 def law_attributes(law: str, formulation: str, options: SumOptions) -> dict[str, Any]:
     """Return the law's name and its parameters as attributes of a result."""
     if law in RANGED:
-        return {"law": law, "formulation": _OF_MAUGIS, "adhesion_range": options.adhesion_range}
+        return {"law": law, "formulation": _OF_RANGED, "adhesion_range": options.adhesion_range}
     return {"law": law, "formulation": formulation}
 
 
@@ -119,11 +118,13 @@ class Summands:
         return plain_asperities(self.catalogue, self.options)
 
 
-def read_summands(ds: xr.Dataset, law: str | None, formulation: str, *, coated: bool = False) -> Summands:
+def read_summands(
+    ds: xr.Dataset, law: str | None, formulation: str, *, verb: str = "superpose", coated: bool = False
+) -> Summands:
     """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
-    law = law or ("maugis" if schema.is_wet(ds) else "jkr")
+    law = read_law(law or (DUGDALE if schema.is_wet(ds) else JKR), verb)
     options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated)
     return Summands(ds, law, formulation, options, is_lazy(ds))
 
@@ -153,7 +154,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     scales = type(scales)(*(array[peaks] for array in scales))
     field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), scales)
     grid = None
-    if options.law != "hertz":
+    if options.law != HERTZ:
         grid = pull_off_search.build_grid(field, law, options.radius, options.profile)
     return Asperities(field, float(catalogue["patch_radius"]), int((~peaks).sum()), grid)
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import total_work
-from ..kernels.asperity.asperity_laws import RANGED
+from ..bodies.liquid import sphere_pull_off, total_work
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.text import warn
 from .catalogue import RESOLVED
 
@@ -42,9 +42,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
     """Warn of pull-off forces (nN) above that of the same sphere on a smooth flat, with the probable cause."""
     (radius,) = schema.pair(catalogue, "sphere_radius")
-    work = total_work(catalogue)
-    factor = 2.0 if law in RANGED else 1.5
-    smooth = factor * np.pi * work * radius
+    smooth = sphere_pull_off(total_work(catalogue), radius, stiff=ADHESION_LAWS[law].has_range)
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
         width = 2 * float(catalogue["patch_radius"])
@@ -54,5 +52,5 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "
-            f"{factor:g} πwR = {smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): {cause}"
+            f"{smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): {cause}"
         )

@@ -14,6 +14,7 @@ from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import rotation
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
 
@@ -128,7 +129,7 @@ def rolling(
             "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
             "ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], fields=True)"
         )
-    summands = read_summands(ds, "jkr", DEFAULT)
+    summands = read_summands(ds, JKR, DEFAULT)
     if not (summands.options.work_of_adhesion > 0 or push > 0):
         raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}")
     out = _asperity_moments(summands, angles, push, subregions)
@@ -246,7 +247,7 @@ def touching_cells(gap: np.ndarray, pressure: np.ndarray, side: float, opening: 
 
 def edge_opening(law: str, work: float, modulus: float, side: float) -> float:
     """Return the gap (nm) at which half of the work is done in the cohesive zone of a law without range, else 0."""
-    return float(np.sqrt(work * side / modulus)) if law == "griffith" else 0.0
+    return float(np.sqrt(work * side / modulus)) if not ADHESION_LAWS[law].has_range else 0.0
 
 
 def lever_change(record: np.ndarray, reference: np.ndarray) -> float:
@@ -286,7 +287,7 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     refine = int(ds["refinement"].max() if "refinement" in ds else ds.attrs.get("refine", 1))
     known = {name: ds[name] for name in ("pull_off_force", "pull_off_delta")}
     force = ds["force"].values
-    if ds.attrs["law"] == "griffith":  # the states' cohesive zone holds more than the extrapolated pull-off
+    if ds.attrs["law"] == JKR:  # the states' cohesive zone holds more than the extrapolated pull-off
         pressure = pressure * min(float(known["pull_off_force"]) / max(-force.min(), 1e-300), 1.0)
     states = States(x, y, pressure, touching, force, area, refine)
     return moments_of_states(states, layout, load, converged=bool(np.all(converged(ds))), **known)

@@ -12,7 +12,7 @@ from ..jobs import spread
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.units import Places
-from .asperity_sum import ADHESIVE, DEFAULT, PULL_OFF, SumOptions, exact_pull_offs, law_attributes, read_summands
+from .asperity_sum import DEFAULT, PULL_OFF, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .expectation import expectation, warn_above_smooth
 
 #: Number of centres in a task, which then takes some hundredths of a second.
@@ -30,7 +30,7 @@ def pull_off_map(
     """Return the exact pull-off of the superposed asperities at each contact centre.
 
     The sum over asperities of `superpose`, on retraction, is minimised over all displacements, to rounding (with
-    law="maugis" to 1e-6 of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
+    law="dugdale" to 1e-6 of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
 
     Parameters
     ----------
@@ -56,8 +56,7 @@ def pull_off_map(
     >>> bool((pulls.pull_off_force > 0).all()), pulls.pull_off_force.units
     (True, 'nN')
     """
-    schema.one_of(law or ADHESIVE[0], ADHESIVE, "law")
-    summands = read_summands(ds, law, DEFAULT)
+    summands = read_summands(ds, law, DEFAULT, verb="pull_off_map")
     ds = summands.ds
     law = summands.law
     options = summands.options

@@ -13,10 +13,10 @@ from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .asperity_sum import (
-    ADHESIVE,
     DEFAULT,
     Asperities,
     Summands,
@@ -68,9 +68,9 @@ def superpose(
         indented by the depth of the median place below the highest peak.
     subregions
         As in `direct`.
-    law : {"jkr", "maugis", "hertz"}, optional
+    law : {"jkr", "dugdale", "hertz"}, optional
         Adhesion of zero range, of finite range (Maugis's law between JKR and DMT, for 0.02 < λ = 1.157 μ < 50, see
-        `tabor`), or none; by default "jkr". For a humid pair "maugis" with the range and work of liquid and solids.
+        `tabor`), or none; by default "jkr". For a humid pair "dugdale" with the range and work of liquid and solids.
     formulation : {"energy", "self_similar", "published"}
         For law="jkr", the adhesion of an ellipse. "energy": the energy is stationary in both axes; "self_similar":
         Hertz's shape (the paper's derivation, corrected); "published": the paper to the letter, with λ² for λ and
@@ -100,7 +100,7 @@ def superpose(
 
     Notes
     -----
-    "maugis" neglects the attraction across a gap, before an asperity touches and after it detaches: on a surface of
+    "dugdale" neglects the attraction across a gap, before an asperity touches and after it detaches: on a surface of
     1.5 nm rms less than 1 % of the pull-off for λ > 0.5, some 5 % at λ = 0.2, and half of it at λ = 0.02.
 
     References
@@ -130,7 +130,7 @@ def superpose(
         )
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
-    events = _EVENTS | (_PULL_OFF if law in ADHESIVE else {})
+    events = _EVENTS | (_PULL_OFF if law != HERTZ else {})
     layout = Layout({"delta": deltas}, _STATES, events)
     solve = partial(spread.task_results, name="superpose", lazy=lazy)
     records = solve(_superpose, centres, layout.dtype, summands.prepared, options, layout)
@@ -138,13 +138,13 @@ def superpose(
     out["excluded_asperities"] = out["excluded_asperities"].variable[0]
     named = law_attributes(law, formulation, options)
     out.attrs = {"datum": "highest_peak", "method": "superpose", **named}
-    if law in ADHESIVE:
+    if law != HERTZ:
         out.attrs["expectation"] = expectation(summands.catalogue, options.law)
     arguments = {"subregions": subregions, **named}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
     need_small_contacts(ds, out["contact_area"])
-    if law in ADHESIVE and not lazy:
+    if law != HERTZ and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
 

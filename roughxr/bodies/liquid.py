@@ -30,6 +30,7 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
+from ..kernels.asperity.maugis import PER_TABOR
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
@@ -96,8 +97,8 @@ class Menisci(NamedTuple):
 
     @property
     def range(self) -> float:
-        """The range z₀ (nm) of a Lennard-Jones law of the same Maugis parameter, λ = 1.157 μ."""
-        return 1.157 * (2 * math.pi / 9) ** (1 / 3) * self.height
+        """The range z₀ (nm) of a Lennard-Jones law of the same Maugis parameter."""
+        return PER_TABOR * (2 * math.pi / 9) ** (1 / 3) * self.height
 
     @property
     def edge(self) -> float:
@@ -122,6 +123,11 @@ def total_work(ds: xr.Dataset) -> float:
     (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     menisci = pair_menisci(ds)
     return work if menisci is None else menisci.work + menisci.share * work
+
+
+def sphere_pull_off(work: float, radius: float, *, stiff: bool) -> float:
+    """Return the pull-off force (nN) of a sphere (nm) on a smooth flat: Bradley's of a stiff one, else JKR's."""
+    return (2.0 if stiff else 1.5) * math.pi * work * radius
 
 
 def angles(given: Any) -> tuple[float, float]:

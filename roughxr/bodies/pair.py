@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import LENNARD_JONES
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
@@ -271,7 +272,7 @@ def _own_constant(given: Any, known: dict[str, Any]) -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
     if isinstance(given, str) and not carries_units(given):
         material = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
-        return getattr(material, "hamaker", material)
+        return material if isinstance(material, float) else material.hamaker
     return single(given, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
 
 
@@ -363,13 +364,12 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
 def attraction_range(ds: xr.Dataset, law: str = "") -> float:
     """Return the range of the pair's adhesion, nm: as assigned, else 0.3.
 
-    Every law uses this one length: "exponential" as ρ, "dugdale" as the largest attracting gap, "lennard_jones",
-    "maugis" and Tabor's parameter as z₀. With a Hamaker constant A and no range, "lennard_jones" uses √(A/(16πw)), so
-    that its attraction at large gaps is that of A.
+    Every law uses this one length, see `ADHESION_LAWS`. With a Hamaker constant A and no range, "lennard_jones" uses
+    √(A/(16πw)), so that its attraction at large gaps is that of A.
     """
     if "adhesion_range" in ds.coords:
         return float(ds["adhesion_range"])
-    if law == "lennard_jones" and "hamaker_constant" in ds.coords and float(ds["work_of_adhesion"]) > 0:
+    if law == LENNARD_JONES and "hamaker_constant" in ds.coords and float(ds["work_of_adhesion"]) > 0:
         return math.sqrt(0.75) * closest_approach(ds)
     return DEFAULT_RANGE
 

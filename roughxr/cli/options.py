@@ -12,12 +12,10 @@ from typing import Any
 
 from .._version import __version__
 from ..bodies.substances import MATERIALS
+from ..vocabulary.adhesion_laws import AUTO, laws_of
 from ..vocabulary.text import did_you_mean
 from . import config
 from .words import number
-
-#: Laws of attraction, the same as in `adhesive`, repeated here so that help needs no import of the solver.
-LAWS = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
 #: Codes of `to_dem`, loads of `critical_load`, and its fluids.
 PARTICLE_CODES = ("lammps", "rock_n_roll")
@@ -162,8 +160,10 @@ def _run(commands: Any) -> None:
     group = command.add_argument_group("the simulation with adhesion")
     words = "compressive force before retraction, nN or as '50 nN'; default: 0"
     options += _add(group, ("--preload", "P", words), default=0.0, type=number)
-    words = "law of the traction across the gap; default: auto, exponential where its range matters, else griffith"
-    options += _add(group, ("--law", None, words), default="auto", choices=LAWS)
+    words = (
+        f"law of adhesion: {', '.join(laws_of('adhesive'))}; {_DEFAULT}, exponential where its range matters, else jkr"
+    )
+    options += _add(group, ("--law", "LAW", words), default=AUTO)
     words = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
     options += _add(group, ("--mesh", "N", words), default="auto", type=_cells)
     words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"

@@ -19,6 +19,7 @@ from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .adhesive_options import (
@@ -47,7 +48,7 @@ def adhesive(
     preload: Quantities | None = None,
     delta: Quantities | None = None,
     subregions: Places = None,
-    law: str = "auto",
+    law: str = AUTO,
     mesh: Mesh | int | str = "auto",
     datum: str | None = None,
     cycles: int = 1,
@@ -67,11 +68,11 @@ def adhesive(
         order and then continues until all contact is lost.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, see `regions.centres`.
-    law : {"auto", "exponential", "griffith", "dugdale", "lennard_jones"}
+    law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
         The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
-        "exponential", t = (w/ρ) exp(−u/ρ); "griffith", the limit without range (JKR's); "dugdale", a constant tension
+        "exponential", t = (w/ρ) exp(−u/ρ); "jkr", the limit without range (Griffith's); "dugdale", a constant tension
         up to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀. "auto"
-        takes "griffith" if the median of Tabor's parameter over the asperities is at least 5 and the body does not
+        takes "jkr" if the median of Tabor's parameter over the asperities is at least 5 and the body does not
         yield, else "exponential"; on a layer, by the modulus at the size of the contact. The solids of a humid pair
         attract by "exponential"; condensed liquid adds its tension up to its height.
     mesh : "auto", int or Mesh
@@ -101,11 +102,11 @@ def adhesive(
         mesh="auto" it combines ``mesh_error`` (the change from cells twice as large), ``step_error``,
         ``interpolation_error`` (the change if splines interpolate the heights between pixels) and, without range, the
         change to ``pressed_pull_off_force``. Without range, three times the change by the mesh counts: pull-offs
-        converge slowly at edges that cannot move. On one mesh the error is known for "griffith" and "dugdale" only,
+        converge slowly at edges that cannot move. On one mesh the error is known for "jkr" and "dugdale" only,
         from the contact's radius in cells, the difference between both edges (see Notes) and the change by pressing.
         On soft rough surfaces the error of one mesh is too small at one place of four.
 
-        ``pressed_pull_off_force`` (nN, of "griffith" with a preload): the pull-off after the sphere was pressed as hard
+        ``pressed_pull_off_force`` (nN, of "jkr" with a preload): the pull-off after the sphere was pressed as hard
         as it then holds. Where it differs from ``pull_off_force`` by more than half, the pull-off is a range between
         both, each with ``pull_off_error``: attraction ends before the next summits, and only pressing closes the gaps.
 
@@ -137,7 +138,7 @@ def adhesive(
 
     Notes
     -----
-    The traction of "griffith" and "dugdale" ends abruptly. It is replaced by a traction over a cohesive zone, solved
+    The traction of "jkr" and "dugdale" ends abruptly. It is replaced by a traction over a cohesive zone, solved
     with the narrowest zone that the cells resolve and with a wider one of half the slope, and the results are
     extrapolated. Fields, and states returned with them, belong to the narrower zone. If both lead to different
     contacts, or the narrower zone gives the larger pull-off (as at a rim that cannot move), its result is not
@@ -165,7 +166,7 @@ def adhesive(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="griffith")
+    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="jkr")
     >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
     ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
     """
@@ -184,7 +185,7 @@ def adhesive(
     )
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
-    need_resolved_law(adhesion, problem, ("dugdale", "lennard_jones", "exponential"))
+    need_resolved_law(adhesion, problem)
     reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)
     if fields:
@@ -226,7 +227,7 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
     if adhesion.refine != 1:
         mesh |= {"refinement_method": "band-limited"}
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
-    length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == "lennard_jones" else {}
+    length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == LENNARD_JONES else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
     limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
     return {"law": adhesion.law, **length, **mesh, **limit, "missing": missing}
@@ -295,9 +296,9 @@ def _warn_of_ranges(out: xr.Dataset) -> None:
 
 def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
     """Warn of inaccurate, truncated or incomplete places, and of a law that is cut off."""
-    if adhesion.law == "lennard_jones":
+    if adhesion.law == LENNARD_JONES:
         warn(
-            f"law='lennard_jones' is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
+            f"law={LENNARD_JONES!r} is cut off at a gap of {TAIL * adhesion.length:.3g} nm: the pull-off of a smooth "
             "sphere is 0.9 % too small, that of stiff rough bodies up to 20 %, and pull_off_error does not include "
             "this error; compare with `rigid`, which has no cut-off"
         )

@@ -18,14 +18,12 @@ from ..bodies.pair import attraction_range
 from ..kernels.halfspace.layered import contact_at_pull_off
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, read_law
 from ..vocabulary.units import whole_number
 from .cycle import MOST_CELLS, Adhesion, interaction_range, largest_cell, overlapping_cells
 from .estimates import automatic_law, median_tabor
 from .mesh import MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, places, read_problem, surface_at
-
-#: Laws of adhesion; "auto" chooses between the first two.
-LAWS_OF_ADHESION = ("auto", "exponential", "griffith", "dugdale", "lennard_jones")
 
 #: Tabor's parameter above which a sphere jumps into contact.
 _LEAST_JUMP = 0.7
@@ -41,8 +39,8 @@ _STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
 #: larger of both.
 _CELL_OF_RANGE, _CELL_OF_RADIUS = 50 / 3, 0.1
 
-#: Cells larger than `largest_cell` by this factor are refused for "exponential": pull-offs would be many times too
-#: large, and Newton's method hardly converges.
+#: Cells larger than `largest_cell` by this factor are refused for the exponential law: pull-offs would be many times
+#: too large, and Newton's method hardly converges.
 _LARGEST_EXCESS = 20.0
 
 #: A mesh whose cells are the scan's pixels.
@@ -58,7 +56,7 @@ def read_adhesion(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> A
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
-        capture=_capture(specimen) if law["law"] == "griffith" and law["work"] > 0 else 0.0,
+        capture=_capture(specimen) if law["law"] == JKR and law["work"] > 0 else 0.0,
         cycles=whole_number(cycles, "cycles", least=1),
         **law,
     )
@@ -92,7 +90,7 @@ def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
 
 
 def preload_problem(
-    ds: xr.Dataset | Specimen, *, preload: Any = 0.0, law: str = "exponential", mesh: Mesh = _AS_SCANNED
+    ds: xr.Dataset | Specimen, *, preload: Any = 0.0, law: str = EXPONENTIAL, mesh: Mesh = _AS_SCANNED
 ) -> tuple[Problem, Adhesion]:
     """Return the problem and `Adhesion` of a cycle to a preload (nN) on one mesh.
 
@@ -103,24 +101,25 @@ def preload_problem(
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
-    need_resolved_law(adhesion, problem)
+    if adhesion.law != EXPONENTIAL:  # which is refined
+        need_resolved_law(adhesion, problem)
     return problem, adhesion
 
 
 def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     """Return the law with its length and work; raise if a yielding pair is too soft for it."""
     ds = specimen.bodies
-    schema.one_of(law, LAWS_OF_ADHESION, "law")
+    law = read_law(law, "adhesive")
     yields = "hardness" in ds.coords
     (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     length = attraction_range(ds, law)
     if (menisci := pair_menisci(ds)) is not None:
         return _law_with_liquid(ds, law, menisci, length)
-    if law == "auto":
-        law = automatic_law(_tabor_parameter(specimen, length), yields=yields) if work > 0 else "griffith"
+    if law == AUTO:
+        law = automatic_law(_tabor_parameter(specimen, length), yields=yields) if work > 0 else JKR
     if yields:
         _need_hardness_above(float(ds["hardness"]), work, length, law)
-    return {"law": law, "length": np.nan if law == "griffith" else length, "work": work}
+    return {"law": law, "length": length if ADHESION_LAWS[law].has_range else np.nan, "work": work}
 
 
 def _capture(specimen: Specimen) -> float:
@@ -152,14 +151,14 @@ def snap_in_gap(length: float, parameter: float) -> float:
 
 def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
     """Return the solids' law under and beyond condensed liquid, and the liquid."""
-    if law not in ("auto", "exponential"):
-        raise ValueError(f"law: expected 'exponential' for the solids of a humid pair, found {law!r}")
+    if law not in (AUTO, EXPONENTIAL):
+        raise ValueError(f"law: expected {EXPONENTIAL!r} for the solids of a humid pair, found {law!r}")
     (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
     beyond = np.exp(-menisci.height / length)
     work *= menisci.share + (1 - menisci.share) * beyond
     if "hardness" in ds.coords:
-        _need_hardness_above(float(ds["hardness"]), work + menisci.capillary_pressure * length, length, "exponential")
-    return {"law": "exponential", "length": length, "work": work, "liquid": menisci}
+        _need_hardness_above(float(ds["hardness"]), work + menisci.capillary_pressure * length, length, EXPONENTIAL)
+    return {"law": EXPONENTIAL, "length": length, "work": work, "liquid": menisci}
 
 
 def _need_hardness_above(hardness: float, work: float, length: float, law: str) -> None:
@@ -169,7 +168,7 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
         raise ValueError(
             f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
         )
-    if law != "griffith" and hardness <= work / length:  # without range the tension is unbounded
+    if ADHESION_LAWS[law].has_range and hardness <= work / length:  # without range the tension is unbounded
         raise ValueError(
             f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
             f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
@@ -226,16 +225,14 @@ def _contact_radius(specimen: Specimen) -> float:
     return min(radius, half**2 / (2 * rise)) if rise > 0 else radius
 
 
-def need_resolved_law(adhesion: Adhesion, problem: Problem, laws=("dugdale", "lennard_jones")) -> None:
+def need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
     """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
-    if adhesion.law not in laws or adhesion.work == 0:
-        return
     cell = largest_cell(adhesion, problem)
-    cell *= _LARGEST_EXCESS if adhesion.law == "exponential" else 1.0
+    cell *= _LARGEST_EXCESS if adhesion.law == EXPONENTIAL else 1.0
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:
         refine = int(np.ceil(problem.pixel / cell))
-        other = "griffith" if adhesion.law == "exponential" else "exponential"
+        other = JKR if adhesion.law == EXPONENTIAL else EXPONENTIAL
         advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
         raise ValueError(
             f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones do not resolve its traction), "

@@ -1,7 +1,7 @@
 """Cycles of approach and retraction at one contact centre: the choice of the mesh, and the errors of the pull-off.
 
 All laws are followed by Newton's method (``kernels.adhesion.path``), which needs a traction whose slope the mesh
-resolves. Laws with an edge, the Griffith limit (all tension at contact) and Dugdale's, are solved with the steepest
+resolves. Laws with an edge, JKR's limit (all tension at contact) and Dugdale's, are solved with the steepest
 edge that the mesh resolves, and with half that slope; both results are extrapolated (`edge_extrapolation`). The cells
 are halved until two successive meshes agree on the pull-off.
 """
@@ -16,10 +16,8 @@ from ..bodies.liquid import Menisci
 from ..kernels.adhesion import path as path
 from ..kernels.adhesion import traction_laws
 from ..kernels.halfspace import displacement_control
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, DUGDALE, EXPONENTIAL, JKR
 from .problem import Place, Problem, Surface, surface_at
-
-#: Laws with an edge, which are extrapolated.
-EDGED = ("griffith", "dugdale")
 
 #: Largest slope |dt/du| of the traction at an edge, over E*/dx; the wider edge has half of it.
 _EDGE_SLOPE = 0.25
@@ -30,7 +28,7 @@ _LIQUID_EDGE = 0.25
 #: Extrapolation factor, result = steep + factor × (steep − wide): a constant, plus a number over the radius, in cells,
 #: of the smallest contact at pull-off. Smooth spheres then have JKR's pull-off, on the mean of sixteen positions on the
 #: pixels, within 0.6 % from 2.5 to 40 cells in radius (``tests/benchmarks/without_range.py``).
-_EXTRAPOLATION = {"griffith": (1.15, 6.4), "dugdale": (0.5, 0.0)}
+_EXTRAPOLATION = {JKR: (1.15, 6.4), DUGDALE: (0.5, 0.0)}
 
 #: Largest relative correction of the steeper edge's pull-off, more than that of any sphere. Beyond it the second number
 #: is dropped: edges then differ by more than their width explains, as at a summit that touches with one of them.
@@ -57,11 +55,6 @@ _LEAST_ERROR = 0.006
 #: The refinements that refine="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
 #: times as much as the others together.
 REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
-
-#: Largest w/ρ² over E*/dx of a law with a range: a cell must be stiffer than the traction's slope. On larger cells the
-#: edge of a contact jumps from cell to cell, which overestimates the pull-off (on the glass twin by 4 to 7 times at
-#: 3.7, by some per cent at 0.9 and 0.5).
-_SOFTENING = 1.0
 
 #: Sides of cells (nm) among which the largest is chosen on a layer.
 _CELLS = np.geomspace(1e-3, 1e4, 701)
@@ -94,7 +87,7 @@ class Adhesion(NamedTuple):
 
     work: float  # J/m²
     law: str
-    length: float  # nm: ρ of "exponential", z₀ of "lennard_jones", w over the strength of "dugdale"; NaN for "griffith"
+    length: float  # nm, see `ADHESION_LAWS`; NaN without range
     preloads: np.ndarray  # nN, ascending; empty where the indenter turns back at the last displacement
     refine: int  # 0: refine until ``accuracy`` is met
     accuracy: float  # NaN: take the first mesh, without an estimate of its error
@@ -102,7 +95,7 @@ class Adhesion(NamedTuple):
     cycles: int = 1  # at each place, each on the shape left by the cycle before
     liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
-    capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; of "griffith" only
+    capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
 
     @property
     def whole_work(self) -> float:
@@ -124,25 +117,19 @@ def law_on_cells(adhesion: Adhesion, problem: Problem, steepness: float = 1.0) -
     """Return the law on unit cells of unit modulus; ``steepness`` is the slope of an edge over the mesh's largest."""
     per_unit = problem.dx / problem.contact_modulus
     slope = _EDGE_SLOPE * (problem.film.stiffness if problem.film else 1.0)
-    w, length = adhesion.work * per_unit, adhesion.length
+    w = adhesion.work * per_unit
     if adhesion.liquid is not None:
-        return _law_with_liquid(w, length, adhesion.liquid, per_unit, slope)
+        return _law_with_liquid(w, adhesion.length, adhesion.liquid, per_unit, slope)
     if w == 0:
         return traction_laws.smooth_law(exponential=(_NO_WORK, 1.0))
-    if adhesion.law == "exponential":
-        return traction_laws.smooth_law(exponential=(w, length))
-    if adhesion.law == "lennard_jones":
-        return traction_laws.smooth_law(waals=(w, length))
-    if adhesion.law == "griffith":
-        return traction_laws.without_range(w, slope * steepness)
-    return traction_laws.dugdale(w, length, slope * steepness)
+    return traction_laws.LAWS[adhesion.law](w, adhesion.length, slope * steepness)
 
 
 def _law_with_liquid(w: float, length: float, liquid: Menisci, per_unit: float, slope) -> traction_laws.SmoothLaw:
     """Return the sum of the solids' and the liquid's tractions, the liquid's edge as steep as the mesh resolves."""
     tension, height = liquid.capillary_pressure * per_unit, liquid.height
     width = np.clip(2.0 * tension / slope, _LIQUID_EDGE * height, 3.0 * height)
-    solids = {"exponential": (w, length)} if w > 0 else {}
+    solids = {EXPONENTIAL: (w, length)} if w > 0 else {}
     return traction_laws.smooth_law(step=traction_laws.widened_step(tension, height, width), **solids)
 
 
@@ -219,7 +206,7 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
 
     Changes beyond `_LARGEST_DIFFERENCE` belong to different contacts and are left out.
     """
-    if not cycles.wider or cycles.law != "griffith":
+    if not cycles.wider or cycles.law != JKR:
         return 0.0
     steep, wide = (pull_off_forces(cycles._replace(paths=paths, wider=[])) for paths in (cycles.paths, cycles.wider))
     rises = 1 - wide / np.where(steep > 0, steep, np.nan)
@@ -228,7 +215,7 @@ def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
 
 def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
     """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
-    if law != "griffith":
+    if law != JKR:
         return change
     return np.maximum(change + _further_changes(change), _LEAST_ERROR)
 
@@ -253,7 +240,7 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     the preload, and is pressed again.
     """
     pulls = pull_off_forces(cycles)
-    if adhesion.law != "griffith" or np.isnan(adhesion.accuracy) or not adhesion.preloads.size:
+    if adhesion.law != JKR or np.isnan(adhesion.accuracy) or not adhesion.preloads.size:
         return np.full(pulls.size, np.nan)
     wide = pull_off_forces(cycles._replace(paths=cycles.wider, wider=[]))  # may settle on more summits
     load, pressed = 0.0, np.nanmax(np.append(pulls, wide), initial=0.0)
@@ -313,7 +300,7 @@ def _single_mesh_error(cycles: Cycles) -> np.ndarray:
     errors = np.fmax(np.fmax(_edge_errors(cycles), _slow_error(cycles)), radius_errors)
     with np.errstate(invalid="ignore", divide="ignore"):
         limited = np.abs(pulls - steep) > 0.99 * _LARGEST_CORRECTION * steep  # edges differ by more than their width
-        return errors + np.where(limited | (cycles.law == "dugdale"), np.abs(pulls - steep) / pulls, 0.0)
+        return errors + np.where(limited | (cycles.law == DUGDALE), np.abs(pulls - steep) / pulls, 0.0)
 
 
 def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
@@ -335,11 +322,10 @@ def resolving_cell(adhesion: Adhesion, problem: Problem) -> float:
 
 def largest_cell(adhesion: Adhesion, problem: Problem) -> float:
     """Return the largest cells (nm) that are stiffer than the slope of the traction; inf without range."""
-    if adhesion.law == "griffith" or adhesion.work == 0:
+    law = ADHESION_LAWS[adhesion.law]
+    if not law.has_range or adhesion.work == 0:
         return np.inf
-    part = {"exponential": _SOFTENING, "lennard_jones": _SOFTENING / traction_laws.WALL}
-    part["dugdale"] = 0.75 * _EDGE_SLOPE  # so that part of the step remains with the wider edge
-    largest = part[adhesion.law] * problem.contact_modulus * adhesion.length**2 / adhesion.work
+    largest = law.largest_cell * problem.contact_modulus * adhesion.length**2 / adhesion.work
     if problem.layer is None:
         return largest
     softening = problem.layer.softening(0.5 * _CELLS)  # of cells as contacts of half their side
@@ -401,7 +387,7 @@ def cycles_on(
     surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False, steepest_only: bool = False
 ) -> Cycles:
     """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
-    edges = (1.0, 0.5) if adhesion.law in EDGED and adhesion.work > 0 and not steepest_only else (1.0,)
+    edges = (1.0, 0.5) if ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0 and not steepest_only else (1.0,)
     laws = [law_on_cells(adhesion, problem, steepness) for steepness in edges]
     paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
     return Cycles(surface, problem, paths, wider[0] if wider else [], adhesion.law)
@@ -435,7 +421,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -
         cap=cap,
         limit=limit,
         residual_height=residual_height,
-        from_contact=adhesion.law == "griffith" and adhesion.work > 0,
+        from_contact=adhesion.law == JKR and adhesion.work > 0,
         capture=adhesion.capture,
         film=problem.film,
     )
@@ -490,7 +476,7 @@ def edge_extrapolation(law: str, radius: float, change: float) -> Extrapolation:
     by √2, hence a factor of 1/(2^{n/2} − 1). Dugdale's edge widens by 2, hence 1/(2ⁿ − 1). Spheres of many cells give
     n = 1.8 and 1.6. Without range, few cells add a number over the radius, which is fitted (``_EXTRAPOLATION``).
     """
-    if change > 0 and law == "griffith":  # as at a rim that cannot move
+    if change > 0 and law == JKR:  # as at a rim that cannot move
         return Extrapolation(0.0, _RIM_ERROR * change)
     if abs(change) > _LARGEST_DIFFERENCE:
         return Extrapolation(0.0, abs(change))

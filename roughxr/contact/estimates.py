@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..asperity.asperity_sum import ADHESIVE
 from ..asperity.catalogue import asperities
 from ..bodies.layer import film_of
 from ..bodies.liquid import pair_menisci
@@ -15,11 +14,8 @@ from ..kernels.asperity import maugis
 from ..kernels.halfspace.layered import contact_at_pull_off
 from ..specimen import Specimen
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import EXPONENTIAL, HERTZ, JKR, SHORT_RANGE
 from ..vocabulary.units import Quantity, positive
-
-#: Least Tabor parameter at which the range of adhesion may be neglected (Johnson & Greenwood, J. Colloid Interf. Sci.
-#: 192 (1997) 326); below, the error of Griffith's limit is some per cent or more.
-SHORT_RANGE = 5.0
 
 #: Least P″ over P′/depth for an estimate: half of a paraboloid's. A flat top or mesh noise would divide by nearly zero.
 _LEAST_CURVATURE = 0.25
@@ -63,7 +59,7 @@ def elastic_pull_off(ds: xr.Dataset, *, smoothing: Quantity = 2.0) -> xr.Dataset
         names = ", ".join(map(str, ds.variables))
         raise ValueError(f"expected a sweep with 'force' and 'contact_area' along 'delta', found variables: {names}")
     (w,) = schema.pair(ds, "work_of_adhesion")
-    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law") in ADHESIVE:
+    if ds.attrs.get("method") == "adhesive" or ds.attrs.get("law", HERTZ) != HERTZ:
         raise ValueError("expected a sweep without adhesion (of direct, or law='hertz'), found one with; take pull_off")
     if ds.sizes["delta"] < 8:
         raise ValueError(f"delta: expected a sweep of at least eight displacements, found {ds.sizes['delta']}")
@@ -137,7 +133,7 @@ def pair_attractions(ds: xr.Dataset) -> list[tuple[float, float]]:
 def tabor(ds: xr.Dataset) -> xr.Dataset:
     """Return the catalogue with Tabor's parameter of each asperity under the assigned sphere.
 
-    Above about 5 the Griffith limit (JKR) holds, below about 0.1 the limit of long range (DMT). A humid pair has the
+    Above about 5 JKR's limit holds, below about 0.1 the limit of long range (DMT). A humid pair has the
     larger parameter of the solids under the liquid and of the liquid.
 
     Parameters
@@ -193,6 +189,6 @@ def automatic_law(parameter: float, *, yields: bool = False, humid: bool = False
     Examples
     --------
     >>> automatic_law(132.0), automatic_law(0.8), automatic_law(132.0, yields=True), automatic_law(float("nan"))
-    ('griffith', 'exponential', 'exponential', 'exponential')
+    ('jkr', 'exponential', 'exponential', 'exponential')
     """
-    return "griffith" if parameter >= SHORT_RANGE and not (yields or humid) else "exponential"
+    return JKR if parameter >= SHORT_RANGE and not (yields or humid) else EXPONENTIAL

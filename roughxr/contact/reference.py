@@ -20,6 +20,7 @@ from ..bodies.pair import contact_modulus, hamaker_constant
 from ..kernels.adhesion import potentials
 from ..kernels.asperity import asperity_laws, ellipse, elliptic_jkr, maugis
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import LENNARD_JONES, read_law
 from ..vocabulary.units import Quantities, Quantity, positive
 from .estimates import elastic_pull_off, tabor
 
@@ -517,7 +518,7 @@ def rabinovich(
 
 @_takes_quantities
 def gaussian_work(
-    *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = "lennard_jones", cut: float = 4.0
+    *, rms: Quantity, length: Quantity, work_of_adhesion: Quantity = 1.0, law: str = LENNARD_JONES, cut: float = 4.0
 ) -> float:
     """Return the work of adhesion between Gaussian heights and a rigid flat: the largest mean of the potential.
 
@@ -546,8 +547,8 @@ def gaussian_work(
     >>> round(roughxr.reference.gaussian_work(rms=0.3, length=0.3), 4)
     0.0795
     """
-    schema.one_of(law, tuple(potentials.POTENTIALS), "law")
-    return potentials.gaussian_mean(potentials.potential(law, work_of_adhesion, length), rms, cut)
+    potential = potentials.potential(read_law(law, "rigid"), work_of_adhesion, length)
+    return potentials.gaussian_mean(potential, rms, cut)
 
 
 def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -> tuple[float, float]:

@@ -11,23 +11,18 @@ from ..asperity.catalogue import asperities
 from ..bodies import liquid
 from ..bodies.pair import attraction_range, closest_approach
 from ..kernels.adhesion import potentials
+from ..kernels.asperity.maugis import PER_TABOR
 from ..scans import level, regions, smooth
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import EXPONENTIAL, HAMAKER, JKR, LONG_RANGE, SHORT_RANGE, read_law
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import Places
 from . import reference
-from .estimates import SHORT_RANGE, automatic_law, median_tabor, pair_attractions
+from .estimates import automatic_law, median_tabor, pair_attractions
 from .problem import known_hardness
 from .rigid.attraction import read_options
 from .rigid.bodies import rigid
-
-#: Largest Tabor parameter of bodies that may be taken as rigid (Johnson & Greenwood, J. Colloid Interface Sci. 192
-#: (1997) 326).
-_RIGID_TABOR = 0.1
-
-#: Maugis's λ over Tabor's μ of the same work and range.
-_MAUGIS_OVER_TABOR = 1.157
 
 #: Largest share of the adhesion force from outside contact for which a sum over asperities is recommended.
 _MOST_BEYOND_CONTACT = 0.5
@@ -68,7 +63,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     -----
     Asperities with a Tabor parameter below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
     neglected. A sum over asperities is then fast and valid, if less than half of the adhesion force comes from outside
-    contact. Otherwise take the adhesive simulation, with the law that its "auto" chooses: without range ("griffith")
+    contact. Otherwise take the adhesive simulation, with the law that its "auto" chooses: without range ("jkr")
     from 5 on; of finite range ("exponential") below, with a hardness, and for a humid pair. The attribute ``law`` names
     it.
 
@@ -105,7 +100,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if humid:
-        result["sphere_maugis"] = _MAUGIS_OVER_TABOR * _tabor(radius, modulus, *attractions[-1])
+        result["sphere_maugis"] = PER_TABOR * _tabor(radius, modulus, *attractions[-1])
     hardness, _ = known_hardness(bodies)
     if np.isfinite(hardness):
         result["yields"] = result["peak_pressure"] > hardness
@@ -125,7 +120,7 @@ def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
 
 
 def _recommended(tabor: float, beyond: float) -> str:
-    if tabor < _RIGID_TABOR:
+    if tabor < LONG_RANGE:
         return "rigid"
     return "superpose" if tabor >= SHORT_RANGE and beyond < _MOST_BEYOND_CONTACT else "adhesive"
 
@@ -148,14 +143,14 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
 
 def _with_law(tabor: float, **kind: bool) -> str:
     """Return the simulation's law and the reason for it, in words."""
-    if automatic_law(tabor, **kind) == "griffith":
-        return "with law='griffith': the range of adhesion is negligible, but the contacts interact"
+    if automatic_law(tabor, **kind) == JKR:
+        return f"with law={JKR!r}: the range of adhesion is negligible, but the contacts interact"
     why = "summits deform by about as much as the range of adhesion"
     if kind["humid"]:
         why = "the liquid attracts across gaps"
     elif tabor >= SHORT_RANGE:
         why = "for bodies that yield the adhesive traction must be finite"
-    return f"with law='exponential', of finite range: {why}"
+    return f"with law={EXPONENTIAL!r}, of finite range: {why}"
 
 
 def _resolved(pixels: float) -> str:
@@ -170,7 +165,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 
 
 def formulas(
-    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = "hamaker", refine: int = 8
+    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = HAMAKER, refine: int = 8
 ) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, and by the sum over the scan itself.
 
@@ -214,6 +209,7 @@ def formulas(
     (1.0, True)
     """
     specimen = need_sphere(ds)
+    law = read_law(law, "rigid")
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
     pull_offs = _humid_formulas if schema.is_wet(specimen.bodies) else _dry_formulas
     result, inputs = pull_offs(specimen, law, _inputs(specimen))
@@ -231,7 +227,7 @@ def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tupl
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
-    left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law="hamaker")
+    left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law=HAMAKER)
     result = {
         "bradley": 2 * np.pi * w * radius,
         "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),

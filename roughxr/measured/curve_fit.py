@@ -23,15 +23,11 @@ from scipy import optimize, stats
 from ..jobs.spread import finish, task_results
 from ..kernels.asperity import jkr, maugis
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import AUTO, DMT, DUGDALE, HERTZ, JKR, LONG_RANGE, SHORT_RANGE, law_by_tabor, read_law
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, fraction, positive, single
 from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
 from .force_curves import evaluated_retraction, recorded_curves, retraction_pull
-
-LAWS = ("auto", "jkr", "maugis", "dmt")
-
-#: Tabor's parameter: DMT's law below the first value, JKR's above the second.
-_DMT_BELOW, _JKR_ABOVE = 0.1, 5.0
 
 #: Points of a branch; largest number of bins of a contact, and smallest number of its samples.
 _POINTS, _BINS, _LEAST_CONTACT = 1500, 150, 10
@@ -81,7 +77,7 @@ def fit_curve(
     ds: xr.Dataset,
     *,
     sphere_radius: Quantity,
-    law: str = "auto",
+    law: str = AUTO,
     adhesion_range: Quantity = 0.3,
     spring_constant: Quantity | None = None,
     spring_constant_error: float = 0.1,
@@ -97,7 +93,7 @@ def fit_curve(
         gives the work of adhesion; the branch "loading", if there is one, adds to the modulus, or gives it alone.
     sphere_radius : number or quantity
         nm.
-    law : {"auto", "jkr", "maugis", "dmt"}
+    law : {"auto", "jkr", "dugdale", "dmt"}
         The law of contact. "auto" uses JKR's if Tabor's parameter is above 5, DMT's if it is below 0.1, both for all
         moduli in the interval, else Maugis's transition with Dugdale's attraction.
     adhesion_range : number or quantity
@@ -157,7 +153,7 @@ def fit_curve(
     """
     ds = schema.entered(ds)
     radius, reach = positive(sphere_radius, "nm", "sphere_radius"), positive(adhesion_range, "nm", "adhesion_range")
-    schema.one_of(law, LAWS, "law")
+    law = read_law(law, "fit_curve")
     fraction(confidence, "confidence")
     errors = {"spring_constant_error": spring_constant_error, "sensitivity_error": sensitivity_error}
     for name, error in errors.items():
@@ -222,7 +218,7 @@ class _Curve(NamedTuple):
         """Return force and indentation along the stable branch of a law."""
         R = self.radius
         units = jkr.ellipse_units(0.5 / R, 0.5 / R, 1.0, modulus, w)
-        if law != "maugis":
+        if law != DUGDALE:
             return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
         tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, self.reach)
         P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
@@ -265,8 +261,8 @@ class _Curve(NamedTuple):
 _RATIOS = 1 + np.geomspace(1e6, 3e-7, _POINTS)
 _A = np.geomspace(jkr.END_A, 300.0, _POINTS)
 _REDUCED = {
-    "jkr": (_A**3 - 2 * _A**1.5, _A**2 - 4 / 3 * np.sqrt(_A)),
-    "dmt": (np.r_[0.0, _A**3] - 4 / 3, np.r_[0.0, _A**2]),
+    JKR: (_A**3 - 2 * _A**1.5, _A**2 - 4 / 3 * np.sqrt(_A)),
+    DMT: (np.r_[0.0, _A**3] - 4 / 3, np.r_[0.0, _A**2]),
 }
 
 
@@ -308,12 +304,13 @@ def _fit(
 def _fit_both(curve: _Curve, law: str, level: float) -> np.ndarray:
     """Return the fit of one law to all parts of a curve."""
     radius, reach, retraction = curve.radius, curve.reach, curve.parts[0]
-    used = "maugis" if law == "auto" else law
+    used = DUGDALE if law == AUTO else law
     best = _best_fit(curve, used)
     ends = _intervals(curve, used, best, level, np.zeros(2))
     extremes = [maugis.tabor(0.5 / radius, 0.5 / radius, np.exp(end), np.exp(best.x[1]), reach) for end in ends[0]]
-    if law == "auto" and (extremes[1] > _JKR_ABOVE or extremes[0] < _DMT_BELOW):
-        used, transition = ("jkr" if extremes[1] > _JKR_ABOVE else "dmt"), best.x[:2]
+    if law == AUTO and (extremes[1] > SHORT_RANGE or extremes[0] < LONG_RANGE):
+        used = JKR if extremes[1] > SHORT_RANGE else DMT
+        transition = best.x[:2]
         best = _fitted(best.x, partial(curve.residuals, law=used))
         ends = _intervals(curve, used, best, level, best.x[:2] - transition)
     is_limited = np.isfinite(ends[0][1])
@@ -403,17 +400,17 @@ def _hertz_alone(hertz: _Hertz | None, pull: Any, radius: float, reason: str) ->
     modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
     work = pull.pull_off_at_most / (1.5 * np.pi * radius)
     values = *modulus, np.nan, 0.0, work, hertz.contact_point, np.nan
-    out[()] = (*values, hertz.rms, hertz.noise, np.nan, "hertz", "", f"{reason}: w has an upper limit only")
+    out[()] = (*values, hertz.rms, hertz.noise, np.nan, HERTZ, "", f"{reason}: w has an upper limit only")
     return out
 
 
 def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relative: float) -> np.ndarray:
     """Return Hertz's modulus of the approach with the work of the pull-off force, and how the branches disagree."""
     modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
-    used = "maugis" if law == "auto" else law
+    used = DUGDALE if law == AUTO else law
     works = np.exp([curve.start(used, np.log(each))[1] for each in modulus])
     tabor = float(maugis.tabor(0.5 / curve.radius, 0.5 / curve.radius, modulus[0], works[0], curve.reach))
-    name = ("jkr" if tabor > _JKR_ABOVE else "dmt" if tabor < _DMT_BELOW else "maugis") if law == "auto" else law
+    name = law_by_tabor(tabor) if law == AUTO else law
     note = (
         f"approach and retraction follow no one law: {joint['law']} through both misses the force by "
         f"{float(joint['force_rms']):.2g} nN rms, {float(joint['misfit']):.2g} times the baseline's, and gives E* "
@@ -422,7 +419,7 @@ def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relativ
     out = joint.copy()
     work_ends = works[0], works.min() * np.exp(-relative), works.max() * np.exp(relative)
     values = *modulus, *work_ends, hertz.contact_point, tabor, hertz.rms
-    out[()] = (*values, hertz.noise, joint["misfit"], f"hertz+{name}", "", note)
+    out[()] = (*values, hertz.noise, joint["misfit"], f"{HERTZ}+{name}", "", note)
     return out
 
 
@@ -502,7 +499,7 @@ def _intervals(
         sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
         modulus = sides[0][0] - abs(other[0]), sides[1][0] + abs(other[0])
         works += sides[0][1] + sides[1][1]
-        if law == "maugis" and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
+        if law == DUGDALE and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
             works += np.log(curve.pull / np.pi / curve.radius / np.array([2.0, 1.5])).tolist()
         half = _half_width(np.delete(best.jac, 0, axis=1), 0, level)
     half = np.hypot(half, np.sqrt(level) * other[1])

@@ -12,6 +12,7 @@ from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
 from ..statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
+from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.numbers import number, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
@@ -27,7 +28,7 @@ METHOD_WORDS = {
     "self_similar": "superposed, self-similar",
     "energy": "superposed asperities",
     "direct": "simulation without adhesion",
-    "hertz": "superposed, without adhesion",
+    HERTZ: "superposed, without adhesion",
 }
 
 _MICRO = 1e-3  # µm per nm

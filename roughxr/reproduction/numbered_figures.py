@@ -15,6 +15,7 @@ from ..figures.style import BLACK, GREY, SMALL, axes, label_axes, panels, stroke
 from ..scans import regions
 from ..statistics import debris
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import HERTZ
 
 Run = Mapping[str, xr.Dataset]
 
@@ -168,7 +169,7 @@ def _superposed(run: Run):
     """Draw the mean forces without adhesion by both methods at places without debris, and their ratios."""
     direct = run["solutions/direct"]
     clean = {"subregion": np.flatnonzero(~debris(run["asperities"], direct).values)}
-    keys = {"the paper's sum": "hertz", "corrected sum": "hertz_corrected"}
+    keys = {"the paper's sum": HERTZ, "corrected sum": "hertz_corrected"}
     swept = slice(0, float(direct["delta"].max()))
     sums = {name: run[f"solutions/{key}"].isel(clean).sel(delta=swept) for name, key in keys.items()}
     solutions = {"direct simulation": direct.isel(clean), **sums}
@@ -203,7 +204,7 @@ def surpassing_delta(force: xr.DataArray, smooth: xr.DataArray) -> float:
 
 def _strongest_place(run: Run):
     """Draw the force at one place by both laws and on a smooth surface: the crossing, and below the attraction."""
-    keys = {"paper's sum, Hertz": "hertz", "paper's sum, JKR": "published", "least energy, JKR": "energy"}
+    keys = {"paper's sum, Hertz": HERTZ, "paper's sum, JKR": "published", "least energy, JKR": "energy"}
     place = {"subregion": [strongest_place(run)]}
     laws = {name: run[f"solutions/{key}"].isel(place)[["force"]] for name, key in keys.items()}
     smooth = smooth_sphere(run["solutions/published"])

@@ -23,6 +23,7 @@ from ..specimen import specimen_of
 from ..statistics import debris
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.units import whole_number
 from .numbered_figures import counted_equally, paper_figures, smooth_sphere, strongest_place, surpassing_delta
 from .printed import CONTACT, PAIR, SCAN, TWIN
@@ -142,7 +143,7 @@ def corrections(task: Task) -> dict[str, xr.Dataset]:
     pull_off = schema.label(xr.Dataset({"pull_off_force": (dims, np.array(forces))}, names))
     return {
         "statistics/corrections": pull_off,
-        "solutions/hertz_corrected": superpose(corrected, delta=task.plan.sweep, law="hertz", **task.options),
+        "solutions/hertz_corrected": superpose(corrected, delta=task.plan.sweep, law=HERTZ, **task.options),
     }
 
 
@@ -201,7 +202,7 @@ def contact_table(run: Run) -> pd.DataFrame:
     """Return pull-offs by method and forces without adhesion, with the printed ones in the first columns."""
     table = report.contact_table(counted_equally(run))
     columns = {method: _strongest_rows(run, method) for method in table} | {"direct": _direct_rows(run)}
-    for method, sum_without_adhesion in (("published", "hertz"), ("energy", "hertz_corrected")):
+    for method, sum_without_adhesion in (("published", HERTZ), ("energy", "hertz_corrected")):
         columns[method] |= _agreement_rows(run, sum_without_adhesion)
     return _with_printed(pd.concat([table, pd.DataFrame(columns)]).rename_axis("quantity"), CONTACT)
 

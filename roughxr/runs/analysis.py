@@ -57,6 +57,7 @@ from ..studies.roughness_scale import quietly, scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import HERTZ, read_law
 from ..vocabulary.numbers import number
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
@@ -167,7 +168,7 @@ def run(
     schema.pair(specimen.bodies, "contact_modulus")  # its sums over asperities need half spaces
     words = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
-    adhesion = {"preload": force, "law": law, "mesh": read_mesh(mesh, _usual_mesh(specimen))}
+    adhesion = {"preload": force, "law": read_law(law, "adhesive"), "mesh": read_mesh(mesh, _usual_mesh(specimen))}
     adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer}
     if particle:
         print_line("resting positions of the particle")
@@ -321,7 +322,7 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
-    dry = {"law": "hertz", "formulation": plan.superposed[0]}
+    dry = {"law": HERTZ, "formulation": plan.superposed[0]}
     groups = {
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import total_work
+from ..bodies.liquid import sphere_pull_off, total_work
 from ..jobs.records import converged
-from ..kernels.asperity.asperity_laws import RANGED
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
 from ..vocabulary.text import warn
 
 #: Variables by which solvers state the error of their pull-off.
@@ -87,7 +87,7 @@ def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
     force = ds["force"]
     if force.sizes["delta"] < 2:
         raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
-    elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == "hertz"
+    elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == HERTZ
     if elastic and (force.chunks is not None or not (force < 0).any()):
         raise ValueError(
             "expected a sweep with adhesion, found one without; take reference.elastic_pull_off, which estimates the "
@@ -128,8 +128,8 @@ def _solver_pull_off(ds: xr.Dataset) -> xr.Dataset:
 def smooth_pull_off(ds: xr.Dataset) -> float:
     """Return the pull-off force (nN) of the same sphere on a smooth flat: 3/2 π w R, or 2 π w R for a stiff pair.
 
-    Stiff are `rigid`, laws with a range and humid pairs, whose menisci act over distances larger than the deformation.
-    For a humid pair, w is the work of the liquid and of the solids under it.
+    Stiff are `rigid`, sums over asperities with a range, and humid pairs, whose menisci act over distances larger than
+    the deformation. For a humid pair, w is the work of the liquid and of the solids under it.
 
     Parameters
     ----------
@@ -151,8 +151,9 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     19071
     """
     (radius,) = schema.pair(ds, "sphere_radius")
-    stiff = schema.is_wet(ds) or ds.attrs.get("method") == "rigid" or ds.attrs.get("law") in RANGED
-    return (2.0 if stiff else 1.5) * np.pi * total_work(ds) * radius
+    summed_with_range = ds.attrs.get("method") == "superpose" and ds.attrs["law"] == DUGDALE
+    stiff = schema.is_wet(ds) or ds.attrs.get("method") == "rigid" or summed_with_range
+    return sphere_pull_off(total_work(ds), radius, stiff=stiff)
 
 
 def reduction(ds: xr.Dataset) -> xr.Dataset:

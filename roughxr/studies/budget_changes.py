@@ -15,11 +15,12 @@ import xarray as xr
 
 from ..contact.adhesive_options import preload_problem
 from ..contact.batch import place_cases, pull_offs
-from ..contact.cycle import EDGED, resolving_cell
+from ..contact.cycle import resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
 from ..jobs.progress import print_line
 from ..particles.resting_places import resettled
 from ..statistics.sampling import SHARE, shares
+from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from .assumptions import FACTORS
 from .roughness_scale import quietly
 
@@ -144,12 +145,12 @@ def _changed_and_reference(
     if factor == "interpolation":
         reference = base._replace(cells=np.maximum(base.cells, 2))
         return value, (reference._replace(splined=True), reference)
-    if factor == "range of adhesion" and base.law == "griffith":
-        raise ValueError("this law, Griffith's limit, has no range")
+    if factor == "range of adhesion" and not ADHESION_LAWS[base.law].has_range:
+        raise ValueError(f"the law {base.law} has no range")
     change = FACTORS[factor].change
     assert change is not None
     words, ds = change(base.ds, value)
-    finer = 1 if base.law in EDGED else needed_cells(ds, base.preload, base.law, _SLACK)
+    finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, _SLACK)
     reference = base._replace(cells=np.maximum(base.cells, finer))
     return words, (reference._replace(ds=ds), reference)
 

@@ -21,7 +21,6 @@ from ..bodies.liquid import total_work
 from ..bodies.pair import attraction_range
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import longest_step
-from ..contact.cycle import EDGED
 from ..contact.mesh import Mesh, read_mesh
 from ..contact.rigid.bodies import rigid
 from ..scans import regions
@@ -29,6 +28,7 @@ from ..specimen import specimen_of
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
 from .assumptions import FACTORS, HUMID, pair_factors
@@ -125,7 +125,7 @@ def error_budget(
     >>> import roughxr
     >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
-    >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="griffith")
+    >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="jkr")
     >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
     (True, 'not computed: left out of the settings')
     """
@@ -165,7 +165,7 @@ def budget_of(
     bare = ds.assign_coords(adhesion_range=attraction_range(ds))
     law = solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
-    if law not in EDGED:
+    if not ADHESION_LAWS[law].has_edge:
         cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
     count = some.sizes["subregion"]
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
@@ -241,7 +241,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
 
 def _entry(factor: str, cases: Sequence[Case], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
-    part = _SLOW_PART if law == "griffith" else _BIAS_PART
+    part = _SLOW_PART if law == JKR else _BIAS_PART
     known = [case for case in cases if case.change.places]
     if not known:
         return _not_computed(cases[0].reason if cases else "left out of the settings")

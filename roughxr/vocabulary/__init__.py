@@ -1,11 +1,12 @@
 """The vocabulary: names, units and signs of all variables, conversion of units, and formatting of numbers.
 
-table       the table of names
-schema      validation of input, labels of results, pixels and heights of a scan
-provenance  the history of a Dataset
-text        escaping of control characters, suggestions for misspelt words, warnings
-units       conversion of input, by pint
-numbers     formatting of numbers
+table           the table of names
+adhesion_laws   the table of laws of adhesion
+schema          validation of input, labels of results, pixels and heights of a scan
+provenance      the history of a Dataset
+text            escaping of control characters, suggestions for misspelt words, warnings
+units           conversion of input, by pint
+numbers         formatting of numbers
 """
 
 import lazy_loader

@@ -15,7 +15,7 @@ from roughxr.contact.adhesion import adhesive
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.6747}
 
 #: Law and refinement of the cycles that press by 4 nm.
-PRESSED = (("exponential", 4), ("griffith", 2), ("griffith", 4))
+PRESSED = (("exponential", 4), ("jkr", 2), ("jkr", 4))
 
 
 def pressed():
@@ -23,7 +23,7 @@ def pressed():
     warnings.simplefilter("ignore", UserWarning)
     scan = roughxr.open_sample("glass").contact.assign_pair(**PAIR, adhesion_range=0.3)
     options = {"delta": [4.0], "datum": "first_contact"}
-    for law in ("exponential", "griffith"):
+    for law in ("exponential", "jkr"):
         adhesive(scan, subregions=(1, 1), law=law, mesh=1, **options)  # compile
     for law, refine in PRESSED:
         wall, processor = time.perf_counter(), time.process_time()

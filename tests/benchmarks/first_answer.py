@@ -23,7 +23,7 @@ from pathlib import Path
 
 CALLS = {
     "direct": "scan.contact.direct(delta=[5, 10, 15], subregions=([312.5], [937.5]))",
-    "adhesive": "scan.contact.adhesive(delta=[5, 10, 15], subregions=([312.5], [937.5]), law='griffith', mesh=1)",
+    "adhesive": "scan.contact.adhesive(delta=[5, 10, 15], subregions=([312.5], [937.5]), law='jkr', mesh=1)",
     "superpose": "scan.contact.superpose(delta=[0, 5, 10, 15], subregions=(2, 2))",
     "asperities": "scan.contact.asperities()",
 }

@@ -37,7 +37,7 @@ def main():
     }
     solves = {
         "direct": lambda ds: ds.contact.direct(delta=[5.08, 10.0, 15.4], **at).load(),
-        "adhesive": lambda ds: ds.contact.adhesive(law="griffith", mesh=1, **at).load(),
+        "adhesive": lambda ds: ds.contact.adhesive(law="jkr", mesh=1, **at).load(),
     }
     for name, solve in solves.items():
         if given.only not in (None, name):

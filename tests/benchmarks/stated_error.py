@@ -112,7 +112,7 @@ def main():
         if options.only not in (None, name):
             continue
         stated, true, refinement = covered(
-            scan, options.places, options.accuracy, "griffith" if name.startswith("soft") else "auto"
+            scan, options.places, options.accuracy, "jkr" if name.startswith("soft") else "auto"
         )
         meshes = ", ".join(f"{int(np.sum(refinement == n))} at {n}" for n in np.unique(refinement))
         print(

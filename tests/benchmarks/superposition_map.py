@@ -15,9 +15,10 @@ import dask
 import numpy as np
 
 import roughxr
-from roughxr.asperity.asperity_sum import FORMULATIONS, LAWS
+from roughxr.asperity.asperity_sum import FORMULATIONS
 from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.scans.synthetic import self_affine
+from roughxr.vocabulary.adhesion_laws import laws_of
 
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 
@@ -85,8 +86,8 @@ def sweep(scan):
     catalogue = catalogue.isel(asperity=np.tile(np.arange(catalogue.sizes["asperity"]), copies)[:20_000])
     catalogue["x"] = catalogue.x + 1e-6 * np.arange(20_000)  # each once
     deltas = np.linspace(-5, 25, 250)
-    for law in (*FORMULATIONS, "maugis", "hertz"):
-        options = {"law": law} if law in LAWS else {"formulation": law}
+    for law in (*FORMULATIONS, "dugdale", "hertz"):
+        options = {"law": law} if law in laws_of("superpose") else {"formulation": law}
         with dask.config.set(scheduler="synchronous"):
             whole = spent(lambda o=options: roughxr.superpose(catalogue, delta=deltas, subregions=(8, 8), **o))
         print(f"{law:18} 64 x 250 x 20,000: {1e3 * whole:.0f} ms")

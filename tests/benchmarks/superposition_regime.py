@@ -68,7 +68,7 @@ def surface_of(hurst, rolloff, cutoff, rms, seed, radius, work):
 def measured(scan, subregions=(2, 2), press=None):
     """Return the direct pull-off, the mean over the places, and how it was resolved."""
     press = press or float(scan.height.std()) + 1.0
-    options = {"mesh": roughxr.Mesh(refinement(scan), step=0.4), "law": "griffith"}
+    options = {"mesh": roughxr.Mesh(refinement(scan), step=0.4), "law": "jkr"}
     cycle = adhesive(scan, delta=[press], subregions=subregions, datum="first_contact", **options)
     return {
         "refine": options["mesh"].refine,
@@ -181,7 +181,7 @@ def tell(rows):
 def tell_twin():
     """Print the same of the glass twin, its direct pull-off measured now."""
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, surface_energy=0.6747, **ELASTIC)
-    cycle = adhesive(scan, delta=[4.0], subregions=(8, 8), mesh=2, law="griffith", datum="first_contact")
+    cycle = adhesive(scan, delta=[4.0], subregions=(8, 8), mesh=2, law="jkr", datum="first_contact")
     direct = float(cycle.pull_off_force.mean())
     ratios = {name: round(value / direct, 2) for name, value in summed(scan, (8, 8)).items()}
     print(f"glass twin: direct {direct:.0f} nN; superposed / direct {ratios}")

@@ -65,10 +65,10 @@ def four_bumps():
 def row(name, ds, places, exact=None, finer=None, **options):
     """Print one case."""
     begin = time.process_time()
-    found = ds.contact.adhesive(subregions=places, law="griffith", **options)
+    found = ds.contact.adhesive(subregions=places, law="jkr", **options)
     spent = time.process_time() - begin
     if exact is None:
-        exact = ds.contact.adhesive(subregions=places, law="griffith", mesh=finer).pull_off_force.values
+        exact = ds.contact.adhesive(subregions=places, law="jkr", mesh=finer).pull_off_force.values
     ratio, stated = found.pull_off_force.values / exact, found.pull_off_error.values
     held = np.mean(np.abs(1 / ratio - 1) <= stated)
     figures = f"{np.round(ratio, 4)}, stated {np.round(stated, 3)}, covered {held:.0%}"
@@ -80,7 +80,7 @@ def spheres(cells):
     off, held = [], []
     for place in MORE:
         ds, exact = bump(cells, place)
-        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="griffith", mesh=1)
+        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="jkr", mesh=1)
         off.append(float(found.pull_off_force[0]) / exact - 1)
         held.append(abs(1 / (1 + off[-1]) - 1) <= float(found.pull_off_error[0]))
     mean, square, largest = np.mean(off), np.sqrt(np.mean(np.square(off))), np.abs(off).max()
@@ -93,7 +93,7 @@ def spheres(cells):
 
 def rough(name, ds, places):
     """Print how far rough places are off on single meshes, from one of eight cells to a pixel."""
-    finest = ds.contact.adhesive(subregions=places, law="griffith", mesh=8).pull_off_force.values
+    finest = ds.contact.adhesive(subregions=places, law="jkr", mesh=8).pull_off_force.values
     for refine in (1, 2, 4):
         row(f"{name}, refine={refine}", ds, places, finest, mesh=refine)
 

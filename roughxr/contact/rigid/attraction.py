@@ -11,10 +11,8 @@ from ...bodies.pair import DEFAULT_RANGE, attraction_range, closest_approach
 from ...kernels.adhesion import potentials
 from ...specimen import Specimen
 from ...vocabulary import schema
+from ...vocabulary.adhesion_laws import HAMAKER
 from ..problem import Problem
-
-#: Laws of attraction.
-RIGID_LAWS = tuple(potentials.POTENTIALS)
 
 #: Rise of the indenter at the window's edge: this many nm or this many ranges of heights, whichever is more. The
 #: surface beyond is taken as its mean plane.
@@ -38,13 +36,12 @@ class Options(NamedTuple):
 def read_options(specimen: Specimen, law: str) -> Options:
     """Return the options of `rigid`; raise if nothing attracts."""
     ds = specimen.bodies
-    schema.one_of(law, RIGID_LAWS, "law")
     (w,) = schema.pair(ds, "work_of_adhesion", humid=True)
     menisci = pair_menisci(ds)
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
-    wavelength = float(ds["retardation"]) if law == "hamaker" and "retardation" in ds.coords else np.inf
-    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == "hamaker" else attraction_range(ds, law)
+    wavelength = float(ds["retardation"]) if law == HAMAKER and "retardation" in ds.coords else np.inf
+    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == HAMAKER else attraction_range(ds, law)
     potential = potentials.potential(law, w, length, wavelength)
     if menisci is not None:
         potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)

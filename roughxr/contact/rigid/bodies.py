@@ -10,6 +10,7 @@ from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
 from ...specimen import Specimen, specimen_of
 from ...vocabulary import schema
+from ...vocabulary.adhesion_laws import HAMAKER, read_law
 from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
 from ..problem import first_touches, read_problem
@@ -28,7 +29,7 @@ def rigid(
     *,
     delta: Quantities | None = None,
     subregions: Places = None,
-    law: str = "hamaker",
+    law: str = HAMAKER,
     refine: int = 1,
     datum: str = "highest_peak",
     fields: bool = False,
@@ -96,6 +97,7 @@ def rigid(
     ({'subregion': 4, 'delta': 60}, True)
     """
     specimen = specimen_of(ds)
+    law = read_law(law, "rigid")
     refine = whole_number(refine, "refine", least=1, most=64)
     options = read_options(specimen, law)
     options = options._replace(area=options.area / refine**2)
@@ -103,7 +105,7 @@ def rigid(
     steps = _default_deltas(specimen) if delta is None else delta
     problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=refine)
     out = solve_places(specimen, positions, problem, options, fields=fields)
-    length = {"closest_approach" if law == "hamaker" else "adhesion_range": options.law.length}
+    length = {"closest_approach" if law == HAMAKER else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", "law": law, "refine": refine, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so close"
     arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "refine": refine}

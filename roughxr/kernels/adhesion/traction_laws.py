@@ -99,6 +99,15 @@ def widened_step(tension, length, width):
     return tension, begin, begin + width
 
 
+#: Laws by name, of work w and length, whose edge is as steep as |dt/du| = ``fall`` where they have one.
+LAWS = {
+    "exponential": lambda w, length, fall: smooth_law(exponential=(w, length)),
+    "jkr": lambda w, length, fall: without_range(w, fall),
+    "dugdale": dugdale,
+    "lennard_jones": lambda w, length, fall: smooth_law(waals=(w, length)),
+}
+
+
 @kernel
 def traction(u, law):
     """Return t(u) ≥ 0, and −dt/du."""

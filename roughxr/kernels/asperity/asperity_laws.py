@@ -4,7 +4,7 @@ hertz               no adhesion
 published           generalized JKR to the letter of Cheng, Dunn & Brach, eqs. 15-24: λ² where λ is due
 self_similar        the same derivation corrected: an ellipse of Hertz's shape at every load
 energy              shape free, energy stationary in both axes (``elliptic_jkr``)
-maugis              between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
+dugdale             between JKR and DMT (``maugis``): the sphere's law in the self-similar ellipse's units
 
 An adhesive asperity stays in contact below δ = 0, down to the end of its stable branch; beyond, P = a = b = 0. The
 published law is the self-similar law with λw for w. With w = 0 every law is Hertz's, and ends at δ = 0.
@@ -32,8 +32,8 @@ from roughxr.kernels.jit import kernel
 
 #: Laws without range, and those with a range.
 ASPERITY_LAWS = ("hertz", "published", "self_similar", "energy")
-RANGED = ("maugis",)
-HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, MAUGIS = range(5)
+RANGED = ("dugdale",)
+HERTZ, PUBLISHED, SELF_SIMILAR, ENERGY, DUGDALE = range(5)
 
 
 class AsperityLaw(NamedTuple):
@@ -42,7 +42,7 @@ class AsperityLaw(NamedTuple):
     code: int
     spline: np.ndarray  # coefficients of the branch (``elliptic_table.Table``)
     marks: np.ndarray
-    range: float  # nm: z₀ of maugis; NaN for the others
+    range: float  # nm: z₀ of dugdale; NaN for the others
 
 
 class Scales(NamedTuple):
@@ -68,7 +68,7 @@ class Contact(NamedTuple):
 def law(name, length=np.nan):
     """Return the law with a name of ``ASPERITY_LAWS`` or ``RANGED``, with its table, read on first use."""
     if name in RANGED:
-        return AsperityLaw(MAUGIS, *maugis.table(), float(length))
+        return AsperityLaw(DUGDALE, *maugis.table(), float(length))
     code = ASPERITY_LAWS.index(name)
     return AsperityLaw(code, *(elliptic_table.table() if code == ENERGY else EMPTY), np.nan)
 
@@ -85,7 +85,7 @@ def asperity_scales(A, B, E_star, w, law):
     unit = jkr.ellipse_units(A, B, lam, E_star, lam * w if law.code == PUBLISHED else w)
     if law.code < ENERGY:
         return Scales(unit.a, unit.P, unit.delta, lam, jkr.END_DELTA, 0.0)
-    if law.code == MAUGIS:
+    if law.code == DUGDALE:
         row = maugis.table_row(maugis.parameter(maugis.tabor(A, B, E_star, w, law.range)))
     else:
         row = table_row(B / A)

@@ -33,6 +33,9 @@ FILE = Path(__file__).with_name("maugis_table.npz")
 ACROSS = 80
 _PER_LOG = ACROSS / log(LARGEST / SMALLEST)
 
+#: Maugis's λ over Tabor's μ, with Dugdale's σ₀ the largest traction of Lennard-Jones, 16w/(9√3 z0).
+PER_TABOR = 1.157
+
 #: JKR's units in Maugis's.
 _A, _P, _DELTA = 1.5 ** (1 / 3), 1.5, 1.5 ** (2 / 3)
 
@@ -45,8 +48,8 @@ def tabor(A, B, E_star, w, z0):
 
 @kernel
 def parameter(tabor):
-    """Return Maugis's λ of Tabor's μ, with Dugdale's σ₀ the largest traction of Lennard-Jones, 16w/(9√3 z0)."""
-    return 1.157 * tabor
+    """Return Maugis's λ of Tabor's μ."""
+    return PER_TABOR * tabor
 
 
 @kernel
