@@ -69,7 +69,7 @@ _MESH_ERROR, _DEVIATIONS = 0.5, 3.0
 
 #: Relative error without range on a film that changes the contact, times the film's thickness in cells: the width of
 #: the cohesive zone must be small beside the thickness. Smooth spheres on films of 2 to 20 cells are off by 0.1 of it
-#: over the thickness if compressible, by 0.2 if not (``tests/benchmarks/layered.py``).
+#: over the thickness if compressible, by 0.2 if not (``tests/benchmarks/without_range.py``).
 _FILM_ERROR = 0.2
 
 #: Largest number of cells within the range of adhesion.

@@ -91,6 +91,24 @@ def spheres(cells):
     )
 
 
+def smooth_films():
+    """Print how far smooth spheres on soft films of few cells are off, times the film's thickness in cells."""
+    for poisson_ratio in (0.3, 0.49):
+        for cells in (2, 5, 10, 20):
+            layer = roughxr.Layer(float(cells), young_modulus=1.0, poisson_ratio=poisson_ratio)
+            pair = {"sphere_radius": 500, "young_modulus": 75, "poisson_ratio": 0.2, "work_of_adhesion": 0.05}
+            ds = scan_of(np.zeros((101, 101)), 1.0).contact.assign_pair(**pair, layer=layer)
+            pull_offs = {
+                refine: ds.contact.adhesive(subregions=([0.0], [0.0]), law="jkr", mesh=refine) for refine in (1, 4)
+            }
+            ratio = float(pull_offs[1].pull_off_force[0] / pull_offs[4].pull_off_force[0])
+            print(
+                f"film of {cells} cells, Poisson's ratio {poisson_ratio:g}: off by {ratio - 1:+.1%}, "
+                f"{abs(ratio - 1) * cells:.2f} / cells, stated {float(pull_offs[1].pull_off_error[0]):.1%}",
+                flush=True,
+            )
+
+
 def rough(name, ds, places):
     """Print how far rough places are off on single meshes, from one of eight cells to a pixel."""
     finest = ds.contact.adhesive(subregions=places, law="jkr", mesh=8).pull_off_force.values
@@ -112,6 +130,7 @@ def main():
     for modulus, work in ((2e-3, 0.05), (0.5, 0.05), (3.0, 0.1)):
         ds, exact = bump(10.0, PLACES[2], radius=10000.0, modulus=modulus, work=work)
         row(f"sphere, E* {modulus:g} GPa", ds, middle, exact, mesh=1)
+    smooth_films()
     row("four bumps", four_bumps(), middle, finer=4, preload=500.0, mesh=2)
     made = roughxr.scans.synthetic.self_affine((256, 256), 10.0, rms=3, hurst=0.8, rolloff=500, cutoff=50, seed=11)
     for name, scan, work in (("glass twin", roughxr.open_sample("glass"), 1.35), ("self-affine", made, 0.5)):

@@ -137,6 +137,9 @@ def _newton(body, delta, state, near):
         if not exact:
             worst, potential = _quick_residual(body.quick, body.separation, body.law, delta, state)
             exact = worst <= body.tolerance
+            if exact and body.tolerance >= _EXACT_RESIDUAL:  # single precision is finer than such a tolerance
+                body.displacement[:] = body.quick.box[:, : state.gap.shape[1]]
+                return Convergence(turn, products, worst, True)
         if exact:
             worst, potential = _exact_residual(body, delta, state)
         if exact and worst <= body.tolerance:
