@@ -153,7 +153,7 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
     if adhesion.refine:
         cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
-        error = _with_settling(_single_mesh_error(cycles), pull_off_forces(cycles), pressed)
+        error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
         return cycles, {"refinement": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
@@ -197,7 +197,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
     stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
     numerical = np.sqrt(sum(error**2 for error in stated.values()))
-    errors["pull_off_error"] = _with_settling(numerical, pull_off_forces(cycles), pressed)
+    errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
     return cycles, {"refinement": n, "pressed_pull_off_force": pressed, **errors}
 
 
@@ -240,7 +240,7 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     the preload, and is pressed again.
     """
     pulls = pull_off_forces(cycles)
-    if adhesion.law != JKR or np.isnan(adhesion.accuracy) or not adhesion.preloads.size:
+    if not _is_pressed(adhesion):
         return np.full(pulls.size, np.nan)
     wide = pull_off_forces(cycles._replace(paths=cycles.wider, wider=[]))  # may settle on more summits
     load, pressed = 0.0, np.nanmax(np.append(pulls, wide), initial=0.0)
@@ -252,15 +252,20 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     return np.where(light, pressed, pulls)
 
 
-def _with_settling(errors: np.ndarray, pulls: np.ndarray, pressed: np.ndarray) -> np.ndarray:
-    """Return the errors of pull-offs with their changes by pressing, except for ranges.
+def _is_pressed(adhesion: Adhesion) -> bool:
+    """Return whether places are solved once more after the sphere was pressed."""
+    return adhesion.law == JKR and not np.isnan(adhesion.accuracy) and adhesion.preloads.size > 0
+
+
+def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
+    """Return the errors of pull-offs with their changes by pressing, except for ranges; NaN if these are not known.
 
     Larger errors of a range belong to other contacts, which the range includes.
     """
-    changes = settling_changes(pulls, pressed)
-    return np.where(
-        changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, np.nan_to_num(changes))
-    )
+    if not _is_pressed(adhesion):
+        return errors
+    changes = settling_changes(pull_off_forces(cycles), pressed)
+    return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
 
 
 def settling_changes(pulls: Any, pressed: Any) -> Any:
