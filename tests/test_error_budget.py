@@ -7,13 +7,12 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, figures, report
-from roughxr.statistics.headline import REMEDIES, UNSEEN
 from roughxr.studies import budget_changes
-from roughxr.studies.assumptions import FACTORS
+from roughxr.studies.assumptions import CHANGES
 from roughxr.studies.budget_changes import mean_change
-from roughxr.studies.extrapolation import PLACES
-from roughxr.studies.uncertainty_budget import SAMPLING, budget_of, error_budget
+from roughxr.studies.uncertainty_budget import budget_of, error_budget
 from roughxr.vocabulary import numbers
+from roughxr.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
 
 from .verb_calls import unlabelled
 
@@ -239,8 +238,28 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     assert report.headline({"scan": rough}) == ""
 
 
-def test_every_source_of_error_has_its_remedy():
-    assert {*FACTORS, SAMPLING, PLACES, UNSEEN} == set(REMEDIES)
+def test_every_source_of_error_has_a_remedy_but_the_law_of_menisci():
+    assert [name for name, source in ERROR_SOURCES.items() if not source.remedy] == [THIN]
+    assert set(CHANGES) | {"mesh", "preload", "interpolation"} == set(CHANGED)
+
+
+@pytest.mark.parametrize("known", [{}, {"adhesion_range": 0.5}])
+def test_budget_and_best_estimate_take_the_same_deviations(known):
+    """Of ln(mean) in the estimate, of the mean in the budget; the range is less certain if the work alone is known."""
+    flat = roughxr.scans.synthetic.self_affine((40, 40), 10, rms=0.6, hurst=0.8, rolloff=80, cutoff=60, seed=1)
+    stated = {"sphere_radius": 300, "contact_modulus": 10, "work_of_adhesion": 0.03, "hardness": 3.0, **known}
+    ds = roughxr.assign_pair(flat, **stated)
+    options = {"subregions": (3, 3), "places": 1, **QUICK}
+    budget = error_budget(ds, **options)
+    estimate = roughxr.extrapolated(ds, **options)
+    names = [name for name in budget.entry.values if name in CHANGES and budget.relative_error.sel(entry=name) >= 0]
+    assert {"range of adhesion", "hardness", "work of adhesion", "sphere radius"} <= set(names)
+    for name in names:
+        expected = np.log1p(float(budget.relative_error.sel(entry=name)))
+        assert float(estimate.relative_error.sel(entry=name)) == pytest.approx(expected, rel=1e-6, abs=1e-9), name
+    deviation = KNOWN_RANGE if known else UNKNOWN_RANGE
+    by_slope = abs(float(budget.slope.sel(entry="range of adhesion"))) * np.log(deviation)
+    assert float(estimate.relative_error.sel(entry="range of adhesion")) == pytest.approx(by_slope, rel=1e-6)
 
 
 def test_a_scan_that_is_noise_has_no_headline_but_the_reason(rough, solved):

@@ -6,7 +6,7 @@ import xarray as xr
 
 import roughxr
 from roughxr.scans.synthetic import self_affine
-from roughxr.statistics.headline import UNSEEN
+from roughxr.vocabulary.error_sources import UNSEEN
 
 TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
 SUMMED = {"subregions": (6, 6)}

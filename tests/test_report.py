@@ -15,9 +15,9 @@ from roughxr import archive, cli, figures, report
 from roughxr.report.summary import critical_median
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
-from roughxr.statistics.headline import UNSEEN
 from roughxr.statistics.sampling import by_share
 from roughxr.vocabulary import numbers, schema
+from roughxr.vocabulary.error_sources import UNSEEN
 
 from .browser import BROWSER, NO_BROWSER, Browser
 from .surfaces import bare_runs

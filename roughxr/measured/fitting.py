@@ -12,9 +12,9 @@ from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..contact.adhesion import adhesive
-from ..statistics.headline import UNSEEN
 from ..statistics.sampling import samples
 from ..vocabulary import schema
+from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 

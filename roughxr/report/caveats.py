@@ -13,8 +13,8 @@ from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off
 from ..statistics.headline import mesh_error
-from ..studies.assumptions import TIP_RADIUS
 from ..vocabulary import schema
+from ..vocabulary.error_sources import TIP_RADIUS
 from ..vocabulary.numbers import number, percent
 from .run_tables import METHOD_WORDS, debris_flags
 from .summary import BUDGET

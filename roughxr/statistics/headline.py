@@ -8,38 +8,12 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.error_sources import ERROR_SOURCES, PLACES, UNSEEN
 from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions
 from .uncertainty import FEWEST_SAMPLES, not_shown
-
-#: Source of error: the roughness that the scan does not show.
-UNSEEN = "unseen roughness"
-
-#: Sources of error, and what narrows the interval.
-REMEDIES = {
-    "places": "more places, or a larger scan",
-    "sampling": "more places, or a larger scan",
-    "mesh": "a finer mesh",
-    "preload": "a measured preload",
-    "levelling": "a larger scan, whose background is known",
-    "interpolation": "a scan with finer pixels",
-    "tip radius": "a sharper tip",
-    "noise": "less noise, by several scans or a slower one",
-    "range of adhesion": "a known adhesion range of this pair",
-    "work of adhesion": "a measured work of adhesion of this pair, for example by pull-off forces",
-    "modulus": "a measured modulus of the softer body",
-    "layer thickness": "a measured thickness of the layer",
-    "sphere radius": "a measured radius of the sphere",
-    "hardness": "a measured hardness of the softer body",
-    "humidity": "a measured humidity",
-    "contact angle": "measured contact angles",
-    UNSEEN: "a second scan{width} on pixels of 2 to 5 nm",
-}
-
-#: Sources of error of the surface and its simulation; the others are those of the pair of bodies.
-_OF_SCAN = ("preload", "levelling", "interpolation", "tip radius", "noise", "mesh")
 
 #: Half width of a normal 95 % interval, in standard deviations.
 HALF_WIDTH = 1.96
@@ -198,8 +172,8 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     factor = float(estimate["roughness_factor"])
     spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
-    scan_deviations = deviations[deviations.index.isin(_OF_SCAN)]
-    pair_deviations = deviations.drop([UNSEEN, "places", *scan_deviations.index], errors="ignore")
+    scan_deviations = deviations[[ERROR_SOURCES[name].of_scan for name in deviations.index]]
+    pair_deviations = deviations.drop([UNSEEN, PLACES, *scan_deviations.index], errors="ignore")
     reduction = deviations**2 - remaining**2
     next_step = str(reduction.idxmax())
     width_ratio = np.sqrt(max(1 - reduction[next_step] / max(float((deviations**2).sum()), 1e-300), 0.0))
@@ -280,7 +254,7 @@ def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]
     sentences = [f"Mean pull-off {mean}{errors}) for the surface as scanned{_air(summary)}."]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
-        words = "choice of places" if source == "sampling" else source
+        words = ERROR_SOURCES[source].label or source
         sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
     return sentences
 
@@ -338,11 +312,12 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
         counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
         return f"Next: solve more places, or scan a larger area, since {counts} {effect}."
     source = summary.attrs.get("narrowing_source", summary.attrs.get("largest_source", ""))
-    if source not in REMEDIES:
+    remedy = ERROR_SOURCES[source].remedy if source else ""
+    if not remedy:
         return ""
     radius = summary.coords.get("sphere_radius")
     width = "" if radius is None else f", {number(float(radius), 'nm', 2)} wide"
-    sentence = f"The interval narrows most with {REMEDIES[source].format(width=width)}"
+    sentence = f"The interval narrows most with {remedy.format(width=width)}"
     if np.isfinite(value["narrowed_low"]):
         _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
         sentence += f" (to some {ends})"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,10 +15,8 @@ from ..contact.problem import known_hardness
 from ..scans import level
 from ..scans.tip import erode, impossible_share
 from ..vocabulary import schema
+from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, RANGE, UNKNOWN_RANGE
 from ..vocabulary.numbers import percent
-
-#: Radius (nm) of the tip whose effect is removed.
-TIP_RADIUS = 10.0
 
 #: Part of a tip's effect, sharper than the tip can image, above which it is that of noise.
 _NOISE_SHARE = 0.5
@@ -85,49 +83,38 @@ def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
     return f"{radius:g} nm", erode(ds, tip_radius=radius).assign_coords(tip_radius=radius)
 
 
-class Factor(NamedTuple):
-    """An assumption: settings changed by its typical uncertainty, their description, and the change of scan or pair."""
-
-    settings: tuple
-    words: str
-    change: Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]] | None = None  # None: only the solve changes
-    is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
+def _with_added_humidity(ds: xr.Dataset, added: float) -> tuple[str, xr.Dataset]:
+    return f"{added:+.3g}", ds.assign_coords(humidity_coordinates(ds, float(ds["humidity"]) + added))
 
 
-#: By name, with the uncertainties of a careful experiment. The range is only increased: two thirds of it would need
-#: finer cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of
-#: the time without a change of the result.
-FACTORS: dict[str, Factor] = {
-    "mesh": Factor((2,), "cells and steps smaller by a factor of {}"),
-    "preload": Factor((0.1,), "preload {}"),
-    "levelling": Factor(("quadratic",), "another levelling: {}", lambda ds, method: (method, level(ds, method=method))),
-    "interpolation": Factor(("splines",), "heights between pixels interpolated by {}"),
-    "tip radius": Factor(
-        (TIP_RADIUS,),
-        "effect of a tip of {} radius removed from the scan",
-        _without_tip,
-    ),
-    "noise": Factor((1.0,), "noise of {} added, as much as neighbouring lines allow", _with_noise),
-    "range of adhesion": Factor((4 / 3,), "range of adhesion {}", _scale_coordinate("adhesion_range"), True),
-    "work of adhesion": Factor((0.8, 1.2), "work of adhesion {}", _scale_coordinate("work_of_adhesion"), True),
-    "modulus": Factor((1.1,), "contact modulus {}", _stiffer, True),
-    "layer thickness": Factor((0.9, 1.1), "layer thickness {}", _scale_coordinate("layer_thickness"), True),
-    "sphere radius": Factor((1.05,), "radius {}", _scale_coordinate("sphere_radius"), True),
-    "hardness": Factor((0.75, 1.25), "hardness {}", _with_hardness_factor, True),
-    "humidity": Factor(
-        (-0.05, 0.05),
-        "humidity {}",
-        lambda ds, more: (f"{more:+.3g}", ds.assign_coords(humidity_coordinates(ds, float(ds["humidity"]) + more))),
-    ),
-    "contact angle": Factor((-5.0, 5.0), "contact angles {}", _with_larger_angles),
+#: Changes of scan or pair by a source of error and its setting, each with the setting in words. Of the sources without
+#: one only the solution changes.
+CHANGES: dict[str, Callable[[xr.Dataset, Any], tuple[str, xr.Dataset]]] = {
+    "levelling": lambda ds, method: (method, level(ds, method=method)),
+    "tip radius": _without_tip,
+    "noise": _with_noise,
+    RANGE: _scale_coordinate("adhesion_range"),
+    "work of adhesion": _scale_coordinate("work_of_adhesion"),
+    "modulus": _stiffer,
+    "layer thickness": _scale_coordinate("layer_thickness"),
+    "sphere radius": _scale_coordinate("sphere_radius"),
+    "hardness": _with_hardness_factor,
+    "humidity": _with_added_humidity,
+    "contact angle": _with_larger_angles,
 }
 
 #: Factors of a humid pair.
 HUMID = ("humidity", "contact angle")
 
 
-def pair_factors(ds: xr.Dataset) -> list[str]:
-    """Return the factors of a pair: hardness and layer only if assigned, those of liquid only for a humid pair."""
-    absent = {*(() if "hardness" in ds.coords else ("hardness",)), *(() if schema.is_wet(ds) else HUMID)}
+def pair_factors(ds: xr.Dataset) -> dict[str, tuple]:
+    """Return a pair's factors and settings: hardness and layer only if assigned, of liquid only for a humid pair."""
+    absent = set() if schema.is_wet(ds) else {*HUMID}
+    absent |= set() if "hardness" in ds.coords else {"hardness"}
     absent |= set() if schema.is_coated(ds) else {"layer thickness"}
-    return [name for name in FACTORS if name not in absent]
+    return {name: ERROR_SOURCES[name].settings for name in CHANGED if name not in absent}
+
+
+def range_deviation(ds: xr.Dataset) -> float:
+    """Return the standard deviation of the range of adhesion, as a factor."""
+    return KNOWN_RANGE if {"adhesion_range", "hamaker_constant"} & set(ds.coords) else UNKNOWN_RANGE

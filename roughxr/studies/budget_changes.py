@@ -21,7 +21,8 @@ from ..jobs.progress import print_line
 from ..particles.resting_places import resettled
 from ..statistics.sampling import SHARE, shares
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-from .assumptions import FACTORS
+from ..vocabulary.error_sources import MESH, RANGE
+from .assumptions import CHANGES
 from .roughness_scale import quietly
 
 #: Largest size of the cells over the size that a law needs; larger cells are refined.
@@ -133,7 +134,7 @@ def _changed_and_reference(
     base: Base, factor: str, value: Any, pull: float, meshes: np.ndarray
 ) -> tuple[str, tuple[Base, Base]]:
     """Return a setting in words, the changed case and its reference; raise if the setting is impossible."""
-    if factor == "mesh":
+    if factor == MESH:
         if (meshes * value > MOST_REFINED).all():
             raise ValueError(f"it needs more than {MOST_REFINED} cells per pixel, found {value * meshes.min():g}")
         reference = base._replace(cells=meshes)
@@ -145,11 +146,9 @@ def _changed_and_reference(
     if factor == "interpolation":
         reference = base._replace(cells=np.maximum(base.cells, 2))
         return value, (reference._replace(splined=True), reference)
-    if factor == "range of adhesion" and not ADHESION_LAWS[base.law].has_range:
+    if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
         raise ValueError(f"the law {base.law} has no range")
-    change = FACTORS[factor].change
-    assert change is not None
-    words, ds = change(base.ds, value)
+    words, ds = CHANGES[factor](base.ds, value)
     finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, _SLACK)
     reference = base._replace(cells=np.maximum(base.cells, finer))
     return words, (reference._replace(ds=ds), reference)

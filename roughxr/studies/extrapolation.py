@@ -25,18 +25,15 @@ from ..contact.regimes import need_sphere
 from ..particles import resting
 from ..scans import level, regions
 from ..specimen import Specimen
-from ..statistics.headline import UNSEEN, mean_pull_off, mesh_error
+from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
 from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
 from ..vocabulary import schema
+from ..vocabulary.error_sources import MESH, PLACES, SAMPLING, UNSEEN
 from ..vocabulary.numbers import number
 from ..vocabulary.units import Places, Quantity, positive, whole_number
-from .assumptions import FACTORS, noise_limit, pair_factors
+from .assumptions import CHANGES, noise_limit
 from .roughness_scale import quietly
-from .uncertainty_budget import SAMPLING, budget_of
-
-#: Entries of the interval beside those of the budget and of unseen roughness.
-PLACES = "places"
-MESH = "mesh"
+from .uncertainty_budget import budget_of
 
 #: ln(factor) = −_FALL h u of one scan, with the standard deviation h √((_MISSED b)² + (_SCATTER u)²) for wavelengths to
 #: b; _MISSED is in 1/nm. Set on AFM maps by ``tests/benchmarks/real_below_the_pixel.py``.
@@ -76,13 +73,6 @@ _FEWEST_PIXELS = 10
 
 #: Largest ratio of heights or slopes of the second scan to those of all parts of the first one as large.
 _LARGEST_RATIO = 2.0
-
-#: Standard deviations of ln(range of adhesion): of van der Waals attraction, and where the work alone is assigned.
-_RANGE_ERROR = np.log(1.25)
-_UNKNOWN_RANGE_ERROR = np.log(2.0)
-
-#: Half width of a normal 95 % interval, in standard deviations.
-_HALF_WIDTH = 1.96
 
 
 class RoughnessFactor(NamedTuple):
@@ -177,9 +167,8 @@ def extrapolated(
     _refuse_resting(centres, finer)
     solved = quietly(adhesive, scan, subregions=centres, preload=preload, law=law, mesh=mesh)
     mesh = read_mesh(mesh, Mesh())
-    settings = {name: FACTORS[name].settings for name in pair_factors(scan) if FACTORS[name].change is not None}
     force = float(read_preloads(preload)[0])
-    budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, settings=settings)
+    budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
     estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_error": force_error, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
     arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
@@ -224,10 +213,10 @@ def real_pull_off(
     if measured is not None and not is_at_rest:
         factors.append(_measured_factor(measured, force_error))
     unseen = _combined_factor(factors)
-    errors = {PLACES: np.log(high / low) / (2 * _HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(ds, budget)}
+    errors = {PLACES: np.log(high / low) / (2 * HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(budget)}
     if not np.isfinite(errors.get(MESH, np.nan)):
-        errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / _HALF_WIDTH
-    shared = _HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
+        errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH
+    shared = HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
     factor = float(np.exp(unseen.log))
     remaining = {UNSEEN: unseen.error if finer is not None else min(unseen.error, second_scan_error(lowering))}
     out = xr.Dataset(
@@ -245,7 +234,7 @@ def real_pull_off(
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
     shown = _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
-    spread = np.exp(_HALF_WIDTH * unseen.error)
+    spread = np.exp(HALF_WIDTH * unseen.error)
     ends = " … ".join(number(each, digits=2) for each in (factor / spread, factor * spread))
     out.attrs = {
         "known": f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer.",
@@ -275,17 +264,12 @@ def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
         )
 
 
-def _pair_errors(ds: xr.Dataset, budget: xr.Dataset | None) -> dict[str, float]:
+def _pair_errors(budget: xr.Dataset | None) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the entries of a budget other than the choice of places."""
     if budget is None:
         return {}
-    columns = (budget[name].values for name in ("entry", "relative_error", "slope"))
-    errors = {str(name): np.log1p(value) for name, value, _ in zip(*columns) if name != SAMPLING and value >= 0}
-    if (name := "range of adhesion") in errors:
-        is_known = {"adhesion_range", "hamaker_constant"} & set(ds.coords)
-        deviation = _RANGE_ERROR if is_known else _UNKNOWN_RANGE_ERROR
-        errors[name] = abs(float(budget["slope"].sel(entry=name))) * deviation
-    return errors
+    errors = budget["relative_error"].to_series().drop(SAMPLING, errors="ignore").dropna()
+    return {str(name): np.log1p(error) for name, error in errors.items()}
 
 
 def one_scan_factor(lowering: float, pixel: float, end: float) -> RoughnessFactor:
@@ -335,7 +319,7 @@ def _measured_factor(measured: xr.Dataset, force_error: float) -> RoughnessFacto
     ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
     if not np.isfinite([ratio, low, high]).all():
         raise ValueError("measured: expected an interval of the ratio, found none; measure more places")
-    scatter = np.log(high / low) / (2 * _HALF_WIDTH)
+    scatter = np.log(high / low) / (2 * HALF_WIDTH)
     error = float(np.hypot.reduce([scatter, force_error, _TRANSFER_ERROR]))
     return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
 

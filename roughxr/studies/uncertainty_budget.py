@@ -11,7 +11,7 @@ and `scale_dependence`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,18 +29,19 @@ from ..statistics import bootstrap
 from ..statistics.sampling import by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
+from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
-from .assumptions import FACTORS, HUMID, pair_factors
+from .assumptions import HUMID, pair_factors, range_deviation
 from .budget_changes import Base, Case, Change, changes, mean_change, needed_cells
 from .roughness_scale import quietly
 
-#: Names of the entries for the choice of places, and for the energy that the law of thin menisci neglects.
-SAMPLING, THIN = "sampling", "thin menisci"
+#: Part of a known bias that is counted as uncertainty, of the mesh about the change by still finer meshes: their order
+#: of convergence lies between one and two.
+_BIAS_PART = 0.5
 
-#: Entries whose change is a known bias, and the part of it that is counted as uncertainty: about the change by still
-#: finer meshes, whose order of convergence lies between one and two, or is a half without range on soft rough bodies.
-_BIASES, _BIAS_PART, _SLOW_PART = ("mesh", THIN), 0.5, 1.5
+#: The same without range on soft rough bodies, whose order is a half.
+_SLOW_PART = 1.5
 
 #: Places at which the error of thin menisci is computed.
 _MENISCUS_PLACES = 4
@@ -93,8 +94,8 @@ def error_budget(
         As in `adhesive` at preload 0, which computes the mean at all centres. Changes are solved on the coarsest mesh
         that the law allows, and compared to the base on that mesh.
     settings : mapping of str to sequence, optional
-        The uncertainty of each factor, by default that of `FACTORS`: "mesh" (factor by which cells are finer and steps
-        shorter), "preload" (added, in mean pull-offs), "levelling" ("plane" or "quadratic"), "interpolation"
+        The uncertainty of each factor, by default one standard deviation: "mesh" (factor by which cells are finer and
+        steps shorter), "preload" (added, in mean pull-offs), "levelling" ("plane" or "quadratic"), "interpolation"
         ("splines"), "tip radius" (nm, of the tip removed), "noise" (in parts of its upper limit), "range of adhesion",
         "work of adhesion", "modulus", "layer thickness", "sphere radius" and "hardness" (factors; thickness and
         hardness where assigned), of a humid pair "humidity" and "contact angle" (added, degrees). A factor that is left
@@ -148,19 +149,21 @@ def budget_of(
     mesh: Mesh,
     settings: Mapping[str, Sequence] | None = None,
     finer: xr.Dataset | None = None,
+    only: Collection[str] = CHANGED,
 ) -> xr.Dataset:
-    """Return the budget of a simulation at all places, ``solved`` on ``mesh``.
+    """Return the budget of a simulation at all places, ``solved`` on ``mesh``, by default by ``only`` some factors.
 
     ``finer``, if given, is the simulation at some of the places with cells and steps halved, for the entry of the mesh.
     """
-    own = pair_factors(ds)
-    settings = {name: FACTORS[name].settings for name in own} if settings is None else dict(settings)
+    usual = pair_factors(ds)
+    by_default = settings is None
+    settings = {name: usual[name] for name in usual if name in only} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
     entries: dict[str, _Entry] = {}
     mean = float(by_share(pulls).mean())
-    if finer is not None and "mesh" in settings:
-        del settings["mesh"]
-        entries["mesh"] = _entry("mesh", [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
+    if finer is not None and MESH in settings:
+        del settings[MESH]
+        entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
     some = regions.sample(solved, places)
     bare = ds.assign_coords(adhesion_range=attraction_range(ds))
     law = solved.attrs["law"]
@@ -170,8 +173,10 @@ def budget_of(
     count = some.sizes["subregion"]
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
     cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
-    for name in dict.fromkeys([*own, *settings]):
+    for name in dict.fromkeys([*usual, *settings]):
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
+    if by_default:
+        entries[RANGE] = _scaled(entries[RANGE], range_deviation(ds))
     if schema.is_wet(ds):
         entries[THIN] = _thin_menisci(ds, solved)
     return _labelled(ds, solved, {SAMPLING: _sampling(pulls)} | entries, mean, count)
@@ -222,7 +227,7 @@ def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> Case:
     at = [list(zip(ds["subregion_x"].values, ds["subregion_y"].values)) for ds in (solved, finer)]
     base = solved.isel(subregion=[at[0].index(place) for place in at[1]])
     change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
-    return Case("mesh", 2, "2", change)
+    return Case(MESH, 2, "2", change)
 
 
 def _sampling(force: xr.DataArray) -> _Entry:
@@ -246,17 +251,27 @@ def _entry(factor: str, cases: Sequence[Case], count: int, law: str) -> _Entry:
     if not known:
         return _not_computed(cases[0].reason if cases else "left out of the settings")
     change = max((case.change for case in known), key=lambda change: abs(change.value))
-    how = FACTORS[factor].words.format(" and ".join(case.words for case in known))
+    how = ERROR_SOURCES[factor].words.format(" and ".join(case.words for case in known))
     if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
         how += " (the pixels are too coarse to show it)"
-    if factor in _BIASES:
+    if factor == MESH:
         how += f"; this known bias is subtracted from the mean, and {part:g} times its size counts as error"
-    return _Entry(change, f"{how}; {_count(change.places, count)}", factor in _BIASES, _slope(factor, known), part)
+    return _Entry(change, f"{how}; {_count(change.places, count)}", factor == MESH, _slope(factor, known), part)
+
+
+def _scaled(entry: _Entry, deviation: float) -> _Entry:
+    """Return the entry of a parameter that changes by this factor up or down, by its slope; unchanged without one."""
+    if not entry.change.value:
+        return entry
+    larger = float(np.sign(entry.slope) * np.expm1(abs(entry.slope) * np.log(deviation)))
+    error = entry.change.error * abs(larger / entry.change.value)
+    how = f"{entry.how}; scaled to × {deviation:g}"
+    return entry._replace(change=Change(larger, error, entry.change.places), how=how)
 
 
 def _slope(factor: str, cases: Sequence[Case]) -> float:
     """Return d ln F / d ln parameter through the cases, or from the base to a single case."""
-    if not FACTORS[factor].is_ratio or all(case.setting == 1 for case in cases):
+    if not ERROR_SOURCES[factor].is_ratio or all(case.setting == 1 for case in cases):
         return np.nan
     ratio = np.log([case.setting for case in cases])
     change = np.log1p([case.change.value for case in cases])
@@ -285,7 +300,7 @@ def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> No
     if total_work(ds) <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
     for factor in settings or ():
-        schema.one_of(factor, FACTORS, "settings")
+        schema.one_of(factor, CHANGED, "settings")
         if factor in HUMID and not schema.is_wet(ds):
             raise ValueError(
                 f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
