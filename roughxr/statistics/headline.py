@@ -172,7 +172,7 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
     factor = float(estimate["roughness_factor"])
     spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
-    scan_deviations = deviations[[ERROR_SOURCES[name].of_scan for name in deviations.index]]
+    scan_deviations = deviations[[ERROR_SOURCES[name].is_of_scan for name in deviations.index]]
     pair_deviations = deviations.drop([UNSEEN, PLACES, *scan_deviations.index], errors="ignore")
     reduction = deviations**2 - remaining**2
     next_step = str(reduction.idxmax())

@@ -25,7 +25,7 @@ class ErrorSource(NamedTuple):
     settings: tuple = ()  # changes by about one standard deviation; empty if the error is no change of an assumption
     words: str = ""  # of a change
     is_ratio: bool = False  # the setting multiplies a parameter, so that the pull-off has a slope with it
-    of_scan: bool = False  # of the surface and its simulation; else of the pair of bodies
+    is_of_scan: bool = False  # of the surface and its simulation; else of the pair of bodies
     label: str = ""  # in a sentence, where the key is not
 
 
@@ -33,22 +33,22 @@ class ErrorSource(NamedTuple):
 #: cells and eight times the time. Modulus and radius are changed in one direction only, which saves a sixth of the time
 #: without a change of the result.
 ERROR_SOURCES = {
-    MESH: ErrorSource("a finer mesh", (2,), "cells and steps smaller by a factor of {}", of_scan=True),
-    "preload": ErrorSource("a measured preload", (0.1,), "preload {}", of_scan=True),
+    MESH: ErrorSource("a finer mesh", (2,), "cells and steps smaller by a factor of {}", is_of_scan=True),
+    "preload": ErrorSource("a measured preload", (0.1,), "preload {}", is_of_scan=True),
     "levelling": ErrorSource(
-        "a larger scan, whose background is known", ("quadratic",), "another levelling: {}", of_scan=True
+        "a larger scan, whose background is known", ("quadratic",), "another levelling: {}", is_of_scan=True
     ),
     "interpolation": ErrorSource(
-        "a scan with finer pixels", ("splines",), "heights between pixels interpolated by {}", of_scan=True
+        "a scan with finer pixels", ("splines",), "heights between pixels interpolated by {}", is_of_scan=True
     ),
     "tip radius": ErrorSource(
-        "a sharper tip", (TIP_RADIUS,), "effect of a tip of {} radius removed from the scan", of_scan=True
+        "a sharper tip", (TIP_RADIUS,), "effect of a tip of {} radius removed from the scan", is_of_scan=True
     ),
     "noise": ErrorSource(
         "less noise, by several scans or a slower one",
         (1.0,),
         "noise of {} added, as much as neighbouring lines allow",
-        of_scan=True,
+        is_of_scan=True,
     ),
     RANGE: ErrorSource("a known adhesion range of this pair", (4 / 3,), "range of adhesion {}", True),
     "work of adhesion": ErrorSource(
