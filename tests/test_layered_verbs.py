@@ -7,6 +7,7 @@ import xarray as xr
 import roughxr
 from roughxr import Layer
 from roughxr.bodies.layer import film_of, stiffened
+from roughxr.report.report_page import pair_facts
 from roughxr.scans.synthetic import self_affine
 from roughxr.studies.assumptions import pair_factors
 
@@ -189,10 +190,28 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
     for refused in ("pull_off_map", "rolling", "regime"):
         with pytest.raises(ValueError, match="layer: expected a half space, found a layer of 20 nm"):
             getattr(thin.contact, refused)()
-    with pytest.raises(ValueError, match="layer: expected a half space"):
-        roughxr.run(thin, "never.nc")
     with pytest.raises(ValueError, match="found a layer with its own moduli"):
         thin.contact.vary(roughxr.direct, contact_modulus=[30, 40])
+
+
+def test_a_run_on_a_layer_does_all_but_the_sums_over_half_spaces(scan, tmp_path, capsys):
+    ds = scan.contact.assign_pair(sphere_radius=30, materials="silica/silicon", layer="5 nm silica")
+    groups = roughxr.run(ds, tmp_path / "run.nc", subregions=(2, 1), budget=0, mesh=1)
+    assert not {"statistics/energy", "solutions/hertz", "statistics/regime", "statistics/formulas"} & set(groups)
+    moments = groups["solutions/rolling"]
+    assert (moments.resisting_moment > 0).any() and (groups["solutions/direct"].force > 0).any()
+    facts = dict(pair_facts(groups["scan"]))
+    assert facts["layer thickness"] == "5 nm"
+    assert "resisting moment" in capsys.readouterr().out
+
+
+def test_text_is_a_layer_of_a_thickness_and_a_material(scan):
+    pair = {"sphere_radius": 500, "materials": "glass/silicon"}
+    as_text = scan.contact.assign_pair(**pair, layer="20 nm silica")
+    assert film_of(as_text) == film_of(scan.contact.assign_pair(**pair, layer=Layer("20 nm", "silica")))
+    for wrong in ("20 nm", "silica", 20, "20 nm sillica"):
+        with pytest.raises(ValueError, match=r"layer: expected thickness and one of .*, such as '5 nm silica'"):
+            scan.contact.assign_pair(**pair, layer=wrong)
 
 
 def test_rigid_bodies_do_not_depend_on_a_layer(scan):

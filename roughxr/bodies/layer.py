@@ -10,6 +10,7 @@ import xarray as xr
 from ..kernels.halfspace.layered import Film
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity
+from .substances import MATERIALS
 
 #: Coordinates of a layer and of its base, and those of a pair that are moduli.
 _COORDINATES = ("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio")
@@ -49,6 +50,19 @@ class Layer:
     material: str | None = None
     young_modulus: Quantity | None = None
     poisson_ratio: Quantity | None = None
+
+
+def read_layer(layer: Layer | str) -> Layer:
+    """Return a layer, also of text such as "5 nm silica", its thickness and material; raise if it is neither."""
+    if isinstance(layer, Layer):
+        return layer
+    thickness, _, material = str(layer).strip().rpartition(" ")
+    if not isinstance(layer, str) or not thickness or material not in MATERIALS:
+        raise ValueError(
+            f"layer: expected thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica', or "
+            f"roughxr.Layer('200 nm', young_modulus='2 MPa', poisson_ratio=0.5), found {layer!r}"
+        )
+    return Layer(thickness, material)
 
 
 def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:

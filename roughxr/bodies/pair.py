@@ -17,7 +17,7 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
-from .layer import Layer
+from .layer import Layer, read_layer
 from .liquid import HumidAir
 
 
@@ -115,7 +115,7 @@ def assign_pair(
     retardation: Quantity | None = None,
     hardness: Quantity | None = None,
     humidity: Quantity | HumidAir | None = None,
-    layer: Layer | None = None,
+    layer: Layer | str | None = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -158,8 +158,8 @@ def assign_pair(
         condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
         weakens the solids' own attraction. Water counts in full above 19 % relative humidity, less below, and not at
         all below 3 %, where menisci are thinner than a molecule. Without a humidity the pair is dry.
-    layer : Layer, optional
-        A layer bonded to the scan's body, as ``Layer("50 nm", "silica")``. The pair is then the indenter and the body
+    layer : Layer or str, optional
+        A layer bonded to the scan's body, as "50 nm silica" or `Layer`. The pair is then the indenter and the body
         below the layer, in this order: ``materials="glass/silicon"`` or ``young_modulus=(75, 130)``, ``inf`` for a
         rigid one. ``contact_modulus`` of the result is that of indenter and layer; adhesion and hardness of named
         materials are theirs, too.
@@ -196,6 +196,7 @@ def assign_pair(
     moduli = (young_modulus, poisson_ratio)
     coating = {}
     if layer is not None:
+        layer = read_layer(layer)
         moduli, coating = _coated(layer, bodies, contact_modulus, young_modulus, poisson_ratio)
         named = () if layer.material is None else substances.named_pair(layer.material)[:1]
         bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
@@ -224,7 +225,7 @@ def assign_pair(
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
     given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    given |= {"layer_material": layer.material} if layer else {}
+    given |= {"layer_material": layer.material} if isinstance(layer, Layer) else {}
     given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
     return schema.record(schema.label(out), "assign_pair", **(given | values))
 

@@ -49,6 +49,7 @@ _BODIES = (
         "W...",
         "J/m²; default: that of --materials; with --humidity also two values: dry, under liquid",
     ),
+    ("--layer", "LAYER", "a layer bonded to the scan's body: thickness and material, such as '5 nm silica'"),
     ("--hardness", "H", "hardness of the softer body, GPa: the upper limit of pressure; default: elastic bodies"),
     ("--adhesion-range", "RHO", "interaction range of the attraction, nm; default: 0.3"),
     ("--hamaker-constant", "A", "Hamaker constant of the pair, such as '65 zJ', instead of --work-of-adhesion"),

@@ -31,6 +31,7 @@ from ..asperity.catalogue import asperities
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies import liquid
+from ..bodies.layer import film_of
 from ..bodies.pair import elastic
 from ..contact.adhesion import UnresolvedContact, adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
@@ -43,6 +44,7 @@ from ..contact.rigid.bodies import rigid
 from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, print_line, rough_duration
 from ..jobs.records import loading
+from ..kernels.halfspace.layered import contact_at_pull_off
 from ..particles import critical_load, resting
 from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
@@ -86,6 +88,9 @@ class Plan(NamedTuple):
 
 #: Largest contact diameter of a smooth sphere without load, over the scan's side: wider ones leave any rough scan.
 _WIDEST_CONTACT = 3.0
+
+#: Radius of JKR's contact without load over that at pull-off.
+_WITHOUT_LOAD = 4 ** (1 / 3)
 
 #: Stages that are not shown.
 _SILENT = Stages({}, {})
@@ -165,7 +170,6 @@ def run(
     specimen = specimen_of(scan)
     if finer is not None:
         second_scan(specimen.scan, finer)  # refused before minutes are spent
-    schema.pair(specimen.bodies, "contact_modulus")  # its sums over asperities need half spaces
     words = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", words, lambda force: force >= 0)
     adhesion = {"preload": force, "law": read_law(law, "adhesive"), "mesh": read_mesh(mesh, _usual_mesh(specimen))}
@@ -267,6 +271,11 @@ class Task(NamedTuple):
         return schema.is_wet(self.specimen.bodies)
 
     @property
+    def is_coated(self) -> bool:
+        """Whether a layer is bonded to the scan's body: sums over asperities and formulas take half spaces."""
+        return schema.is_coated(self.specimen.bodies)
+
+    @property
     def adheres(self) -> bool:
         """Whether anything attracts."""
         return _adheres(self.specimen)
@@ -322,14 +331,14 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
-    dry = {"law": HERTZ, "formulation": plan.superposed[0]}
     groups = {
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),
         "solutions/smooth": loading(direct(flat, delta=plan.direct_deltas)),
-        # without yield, to show its effect by comparison
-        "solutions/hertz": superpose(elastic(catalogue), delta=plan.sweep, **dry, **task.options),
     }
+    if not task.is_coated:  # without yield, to show its effect by comparison
+        dry = {"law": HERTZ, "formulation": plan.superposed[0]}
+        groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, **dry, **task.options)
     if "branch" in solved.dims:  # where the body yields
         groups["solutions/retraction"] = solved.sel(branch="retraction", drop=True)
     return groups
@@ -447,8 +456,9 @@ def _need_pull_off(first: xr.Dataset) -> None:
 
 def _refuse_soft(specimen: Specimen) -> None:
     """Raise if JKR's contact of the smooth sphere without load is much wider than the scan."""
-    radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus")
-    wide = 2 * (4.5 * np.pi * liquid.total_work(specimen.bodies) * radius**2 / modulus) ** (1 / 3)
+    radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus", coated=True)
+    work = liquid.total_work(specimen.bodies)
+    wide = 2 * _WITHOUT_LOAD * contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))[0]
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > _WIDEST_CONTACT * side:
@@ -490,7 +500,7 @@ def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     # without warnings about the cell size, which the report gives for all methods
     summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}
-    if task.has_sphere:
+    if task.has_sphere and not task.is_coated:
         some = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
         groups["statistics/regime"] = quietly(regime, specimen, subregions=some, refine=refine)
         groups["statistics/formulas"] = quietly(formulas, specimen, subregions=some, refine=refine)
@@ -504,6 +514,10 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
     inner = inner if inner.sizes["subregion"] else last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
     return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
+
+
+def _has_asperity_sums(task: Task) -> bool:
+    return not task.is_wet and not task.is_coated
 
 
 class Part(NamedTuple):
@@ -525,8 +539,8 @@ PARTS = (
     Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
     Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
-    # neighbours' menisci merge: no sum over asperities
-    Part("superposition", "superposed asperities", lambda task: not task.is_wet, 3.0, 0.0, _superposed_asperities),
+    # neighbours' menisci merge, and layers are no half spaces: no sum over asperities
+    Part("superposition", "superposed asperities", _has_asperity_sums, 3.0, 0.0, _superposed_asperities),
     Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
 )
 
