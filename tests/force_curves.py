@@ -3,6 +3,7 @@
 import struct
 
 import numpy as np
+import xarray as xr
 
 RADIUS, MODULUS, WORK, STIFFNESS = 2000.0, 40.0, 0.02, 1.0
 PULL = 1.5 * np.pi * WORK * RADIUS
@@ -74,6 +75,15 @@ def retraction_with_fringes(rng, amplitude, *, shape="sine"):
     return z, force + pull * (amplitude * wave + tilt + drift + rng.normal() + noise), pull
 
 
+def weak_retractions(rng, pulls, noise=1.0):
+    """Return retractions that end with a jump from each pull, on white noise, as a Dataset."""
+    piezo = np.linspace(400.0, 0.0, 800)
+    force = np.where(piezo > 300.0, 0.5 * (piezo - 300.0) - np.asarray(pulls)[:, None], 0.0)
+    force += rng.normal(0, noise, force.shape)
+    dims = ("subregion", "sample")
+    return xr.Dataset({"piezo": ("sample", piezo, {"units": "nm"}), "force": (dims, force, {"units": "nN"})})
+
+
 def cycle(rng, n=800, **options):
     """Return piezo (nm) and force (nN) of both branches."""
     there = np.linspace(-800.0, 150.0, n)
@@ -105,6 +115,83 @@ def _contents(path, number, side, both):
     header = {"spring constant": STIFFNESS, "sensitivity": 5e-8, "imaging mode": "force-distance", "enum": number}
     header |= {"position x": (number // side) * 5e-7, "position y": (number % side) * 5e-7, "path": path}
     return data, header | {"point count": force.size}
+
+
+#: NanoScope's size of a count, V; its sensitivities of deflection, piezo and height sensor, nm/V.
+VOLTS_PER_COUNT = 0.000375
+DEFLECTION_SENSITIVITY = 50.0
+PIEZO_SENSITIVITY = 12.5
+SENSOR_SENSITIVITY = 80.0
+
+
+def write_nanoscope_curves(
+    path, cycles, *, dtype="<i4", bits=0, sensor=False, volume=False, capture=False, trigger=True, lacking=""
+):
+    """Write cycles as NanoScope's force curves: extension, then retraction, both from contact outwards."""
+    heights, forces = ([part for both in cycles for part in parts(both)] for parts in (_outwards(0), _outwards(1)))
+    counts = np.concatenate(forces) / (STIFFNESS * DEFLECTION_SENSITIVITY * VOLTS_PER_COUNT) * 2**bits
+    channels = [("DeflectionError", "DeflSens", counts)]
+    if sensor:
+        channels.append(("ZSensor", "ZsensSens", np.concatenate(heights) / (SENSOR_SENSITIVITY * VOLTS_PER_COUNT)))
+    size = cycles[0][0][0].size
+    threshold = float(forces[0].max() - np.median(forces[0][-size // 4 :])) / (STIFFNESS * DEFLECTION_SENSITIVITY)
+    ramp = np.ptp(heights[0]) / PIEZO_SENSITIVITY
+    head = ["\\*Force file list", "\\Start context: FVOL" if volume else "\\Start context: FOL"]
+    head += ["\\*Scanner list", f"\\@Sens. Zsens: V {PIEZO_SENSITIVITY} nm/V", "\\*Ciao scan list"]
+    head += ["\\Operating mode: Image"] if capture else [f"\\Operating mode: Force{' Volume' * volume}"]
+    head += ["\\PeakForce Capture: Allow", "\\Peak Force Amplitude: 100"] if capture else []
+    head += ["\\Sample Points: 256", f"\\Sync Distance QNM: {size}"] if capture else []
+    head += ["\\Scan Size: 2000 nm", "\\Samps/line: 256"]
+    head += [f"\\@Sens. DeflSens: V {DEFLECTION_SENSITIVITY} "]  # some versions leave out nm/V
+    head += [f"\\@Sens. ZsensSens: V {SENSOR_SENSITIVITY} nm/V", "\\*Ciao force list"]
+    head += [f"\\Trigger mode: {'Relative' if trigger else 'Off'}"]
+    head += [f"\\@4:Trig Threshold Deflection: V [Sens. DeflSens] ({VOLTS_PER_COUNT} V/LSB) {threshold:.6f} V"]
+    offset = 8192
+    for title, sensitivity, values in channels:
+        length = values.size * np.dtype(dtype).itemsize
+        head += ["\\*Ciao force image list", f"\\Data offset: {offset}", f"\\Data length: {length}", "\\Bytes/pixel: 2"]
+        head += [f"\\Samps/line: {size} {size}", f"\\Spring Constant: {STIFFNESS}"]
+        head += [f'\\@4:Image Data: S [{title}] "{title}"']
+        head += [f"\\@4:Z scale: V [Sens. {sensitivity}] ({VOLTS_PER_COUNT} V/LSB) 2.500000 V"]
+        head += [f"\\@4:Ramp Size: V [Sens. Zsens] (0.006713765 V/LSB) {ramp:.6f} V"]
+        offset += length
+    if volume or capture:
+        side = round(len(cycles) ** 0.5)
+        head += ["\\*Ciao image list", f"\\Samps/line: {side}", f"\\Number of lines: {side}", "\\Scan Size: 2 2 ~m"]
+    text = "\r\n".join(line for line in head if not (lacking and lacking in line)) + "\r\n\\*File list end\r\n\x1a"
+    data = b"".join(np.round(values).astype(dtype).tobytes() for _, _, values in channels)
+    path.write_bytes(text.encode("latin-1").ljust(8192, b"\0") + data)
+    return path
+
+
+def _outwards(part):
+    """Return a function of a cycle that gives piezo or force of both branches from contact outwards."""
+    return lambda both: (both[0][part][::-1], both[1][part])
+
+
+def write_jpk_text(path, both, unit="N"):
+    """Write a cycle as JPK's programs export text, with a pause in contact."""
+    scale = {"N": 1e-9, "m": 1e-9 / STIFFNESS, "V": 1e-9 / (STIFFNESS * 50e-9)}[unit]
+    pause = np.full(50, both[0][0][-1]), np.full(50, both[0][1][-1])
+    lines = ["# TEXT EXPORT", "# xPosition: 2.0E-6", "# yPosition: 3.0E-6", "#"]
+    for segment, (piezo, force) in zip(("extend", "pause", "retract"), (both[0], pause, both[1])):
+        lines += [f"# segment: {segment}", "# columns: height vDeflection strainGaugeHeight time"]
+        lines += ["# sensitivity: 5.0E-8", f"# springConstant: {STIFFNESS}", f"# units: m {unit} m s", "#"]
+        lines += [f"{-2e-9 * z:.12e} {f * scale:.10e} {-1e-9 * z:.12e} 0.1" for z, f in zip(piezo, force)] + [""]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def write_nanoscope_text(path, both, *, unit="pN", head=True):
+    """Write a cycle as NanoScope Analysis exports text."""
+    scale = {"pN": 1e3, "nm": 1 / STIFFNESS, "V": 1 / (STIFFNESS * DEFLECTION_SENSITIVITY)}[unit]
+    lines = ['"\\?Force file list"', f'"\\@Sens. DeflSens: V {DEFLECTION_SENSITIVITY} nm/V"'] if head else []
+    lines += [f'"\\Spring Constant: {STIFFNESS}"', '"\\*Force file list end"'] if head else []
+    lines += [f"Time_s_Ex\tCalc_Ramp_Ex_nm\tCalc_Ramp_Rt_nm\tDefl_{unit}_Ex\tDefl_{unit}_Rt\t"]
+    rows = np.c_[both[0][0] * 0, both[0][0], both[1][0], both[0][1] * scale, both[1][1] * scale]
+    lines += ["\t".join(f"{value:.9e}" for value in row) + "\t" for row in rows]
+    path.write_text("\n".join(lines) + "\n")
+    return path
 
 
 def write_workshop(path, both, volts=True):

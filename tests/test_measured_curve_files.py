@@ -198,10 +198,9 @@ def test_curves_opened_as_a_scan_are_told_for_what_they_are(tmp_path, volume, ca
         with pytest.raises(UnreadableScan, match=f"{name}: .*found force-distance curves .*roughxr measured"):
             roughxr.open_scan(tmp_path / name)
         assert main(["info", str(tmp_path / name)]) == 1 and "roughxr measured" in capsys.readouterr().err
-    (tmp_path / "nano.spm").write_bytes(b"\\*Force file list\r\n\\Version: 0x09400103\r\n" + bytes(1000))
-    for read in (roughxr.open_scan, roughxr.open_pull_off, roughxr.measured.open_curves):
-        with pytest.raises(UnreadableScan, match=r"Bruker's force curves .* not read: export"):
-            read(tmp_path / "nano.spm")
+    made.write_nanoscope_curves(tmp_path / "nano.spm", [both])
+    with pytest.raises(UnreadableScan, match=r"found force-distance curves \(nanoscope\)"):
+        roughxr.open_scan(tmp_path / "nano.spm")
 
 
 def test_without_afmformats_the_extra_is_named(volume, monkeypatch):

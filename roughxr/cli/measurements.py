@@ -17,7 +17,8 @@ from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pu
 from ..report.summary import PLACES
 from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
-from ..vocabulary.numbers import is_too_wide, number, with_error, with_interval
+from ..statistics.sampling import sample_bounds
+from ..vocabulary.numbers import bounds_in_words, is_too_wide, number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -44,16 +45,35 @@ def describe(options: Namespace) -> None:
     print(f"places: {'known' if 'subregion_x' in ds.coords else 'not known'}")
     if "reason" in ds:
         _print_curves(ds, "used")
-    force = ds["pull_off_force"].dropna("subregion")
-    if force.size == 1:
+    bounds = sample_bounds(ds, "pull_off_force")
+    low, high = bounds[:, np.isfinite(bounds[0])]
+    if low.size == 1 and low[0] < high[0]:
+        print(f"\npull-off force: {bounds_in_words(low[0], high[0])}")
+    elif low.size == 1:
         error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
-        parts = with_error(float(force[0]), error)[: 2 if error > 0 else 1]
+        parts = with_error(float(low[0]), error)[: 2 if error > 0 else 1]
         print(f"\npull-off force: {' ± '.join(parts)} nN")
-    elif force.size:
-        print("\npull-off force, nN, with its 95 % interval:")
-        print(_with_intervals(statistics.bootstrap(ds, "pull_off_force"), {"estimate": ""}))
+    elif low.size:
+        _print_statistics(statistics.bootstrap(ds, "pull_off_force"))
     if options.output:
         print(f"written to {exports.to_table(ds, options.output)}")
+
+
+def _print_statistics(table: xr.Dataset) -> None:
+    """Print mean, standard deviation and quantiles of pull-off forces with their intervals."""
+    if "limits" not in table.attrs:
+        print("\npull-off force, nN, with its 95 % interval:")
+        print(_with_intervals(table, {"estimate": ""}))
+        return
+    print(f"\nknown by limits: {table.attrs['limits']}; 95 % intervals hold wherever these forces lie")
+    print(f"law of the likelihood with censoring: {table.attrs['law']}")
+    by_law = table.assign(low=table["likelihood_low"], high=table["likelihood_high"])
+    shown = {"pull-off force": table, "by a likelihood with censoring": by_law}
+    rows = {}
+    for name in table["statistic"].values.tolist():
+        ends = [_with_ends(part.sel(statistic=name), "estimate") for part in shown.values()]
+        rows[_STATISTICS.get(name, name)] = [bounds_in_words(*ends[0][1:]), with_interval(*ends[1], name="")]
+    print(pd.DataFrame.from_dict(rows, orient="index", columns=list(shown)).to_string(justify="left"))
 
 
 def _print_curves(ds: xr.Dataset, accepted: str) -> None:
@@ -120,12 +140,14 @@ def compare_with_run(options: Namespace) -> None:
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size
-    known = int(own["pull_off_force"].count())
+    low, high = sample_bounds(own, "pull_off_force")
+    known = int(np.isfinite(low).sum())
+    limited = int((low < high).sum())
     print(
         f"neighbouring places are alike: the {int(predicted['pull_off_force'].count())} predicted count as "
         f"{predicted_places:.0f} independent ones, the {known} measured as {measured_places:.0f}"
-        + f"; {count - known} of {count} measured without a pull-off are left out"
-        * (known < count)
+        + f"; {count - known} of {count} measured without a pull-off are left out" * (known < count)
+        + f"; {limited} of {count} measured are limits, which count from 0 to the limit" * (limited > 0)
     )
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from .. import statistics
 from ..statistics.laws import LAWS, law_density
-from ..statistics.sampling import density_units, samples
+from ..statistics.sampling import density_units, limits_in_words, sample_bounds
 from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
+from ..vocabulary.numbers import quantity
 from .style import (
     BLACK,
     DASHED,
@@ -75,23 +76,30 @@ def distribution(
     import seaborn
 
     ax = axes(ax)
-    look = {"label": label, **stroke(order)}
-    values = np.asarray(ds[name].values, dtype=float)
-    values = values[np.isfinite(values)]
+    bounds = sample_bounds(ds, name)
+    bounds = bounds[:, np.isfinite(bounds[0])]
+    values = bounds[np.isfinite(bounds)]
+    units = ds[name].attrs.get("units", "1")
+    limits = limits_in_words(bounds, lambda end: quantity(end, units, 2))
+    words = "; ".join(filter(None, [label, limits])) or None
+    look = {"label": words, **stroke(order)}
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, look["color"], order, interval)
-    if values.size < fewest:
-        seaborn.ecdfplot(x=values, ax=ax, marker="o", **look)
+    if bounds.shape[1] < fewest:
+        seaborn.ecdfplot(x=bounds[1], ax=ax, marker="o", **look)
+        if limits:  # the share lies between both
+            seaborn.ecdfplot(x=bounds[0], ax=ax, **{**stroke(order), "linewidth": 0.8})
         ax.set(ylim=(0, 1.03), ylabel="share of samples below")
         label_axis(ax.xaxis, name)
         return legend(ax)
     if isinstance(bins, str):
         bins = np.histogram_bin_edges(values, bins=bins)
         bins = bins if bins.size <= _MOST_BINS + 1 else np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
-    edges = statistics.pdf(ds, name, bins=bins).attrs["bin_edges"]
-    sample = samples(ds, name, quiet=True)
+    density = statistics.pdf(ds, name, bins=bins)
+    edges = density.attrs["bin_edges"]
     bars = {"stat": "density", "element": "step", "alpha": 0.18, "linewidth": 0.8}
-    seaborn.histplot(x=sample.values, weights=sample.weights, bins=edges.tolist(), ax=ax, **bars, **look)
+    share = density.values * np.diff(edges)
+    seaborn.histplot(x=density[name].values, weights=share, bins=edges.tolist(), ax=ax, **bars, **look)
     if len(laws):
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
@@ -104,6 +112,7 @@ def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confid
     """Draw the mean and its interval by bootstrap along the upper edge, one row for each distribution."""
     interval = statistics.bootstrap(ds, name, statistics=["mean"], confidence=confidence)
     low, mean, high = (float(interval[part].item()) for part in ("low", "estimate", "high"))
+    high = np.nan if np.isinf(high) else high
     row = 1.03 + 0.05 * order
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)

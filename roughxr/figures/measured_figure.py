@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from ..measured import compare
+from ..statistics.sampling import sample_bounds
 from .distributions import FEWEST_SAMPLES, distribution
 from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
 
@@ -21,7 +22,7 @@ def predicted_and_measured(
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     forces = {"predicted": predicted, "measured": measured}
     alike = {"fewest": FEWEST_SAMPLES}
-    if any(int(ds["pull_off_force"].notnull().sum()) < FEWEST_SAMPLES for ds in forces.values()):
+    if any(np.isfinite(sample_bounds(ds, "pull_off_force")[0]).sum() < FEWEST_SAMPLES for ds in forces.values()):
         alike["fewest"] = 1 + max(ds["pull_off_force"].size for ds in forces.values())
     for order, (words, ds) in enumerate(forces.items()):
         distribution(ds, "pull_off_force", ax=left, label=words, order=order, **alike)
@@ -34,22 +35,27 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw measured against predicted quantiles, from `compare`, with the line on which both are equal.
 
     Quantiles of 1 to 99 %, those of 5, 50 and 95 % filled; the ratio of the means, where it is known, is a dashed line.
+    Bars are the bounds of quantiles of forces that are known by limits.
     """
     ax = axes(ax)
     predicted = ds["predicted_quantile"].values
     measured = ds["measured_quantile"].values
-    both = np.concatenate([predicted, measured])
-    ends = np.array([both.min(), both.max()])
+    low, high = (ds.get(f"measured_quantile_{end}", ds["measured_quantile"]).values for end in ("low", "high"))
+    both = np.concatenate([predicted, low, high[np.isfinite(high)]])
+    ends = np.array([np.nanmin(both), np.nanmax(both)])
     ax.plot(ends, ends, color=GREY, linewidth=0.9, label="equal")
     if "mean" in ds["statistic"]:
         ratio = float(ds["ratio"].sel(statistic="mean"))
         span = np.array([predicted.min(), predicted.max()])
         ax.plot(span, ratio * span, color=BLACK, linewidth=0.8, linestyle=DASHED, label=f"means: × {ratio:.2g}")
     ax.plot(predicted, measured, color=BLUE, marker="o", markersize=2.2, linewidth=0, markerfacecolor="none")
+    ax.vlines(predicted, low, np.minimum(high, ends[1]), color=BLUE, linewidth=0.6, alpha=0.4)
     marked = ds.sel(probability=[0.05, 0.5, 0.95], method="nearest")
     at = marked["predicted_quantile"].values, marked["measured_quantile"].values
     ax.plot(*at, color=BLUE, marker="o", markersize=4.0, linewidth=0, label="5, 50, 95 % quantiles")
     label_axis(ax.xaxis, "predicted_quantile")
     label_axis(ax.yaxis, "measured_quantile")
-    above = float(np.median(measured)) > float(np.median(predicted))  # the points lie above the line, or below it
+    above = float(np.median(low + np.minimum(high, ends[1])) / 2) > float(
+        np.median(predicted)
+    )  # the points lie above the line, or below it
     return legend(ax, loc="lower right" if above else "upper left")

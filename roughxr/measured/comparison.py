@@ -9,9 +9,12 @@ import numpy as np
 import xarray as xr
 
 from ..statistics import bootstrap
+from ..statistics.censoring import finite_ends, with_infinity
+from ..statistics.densities import shares_up_to
 from ..statistics.places import independent_places
-from ..statistics.sampling import Samples, samples, without_weights
+from ..statistics.sampling import AT_LEAST, AT_MOST, DETECTION, Samples, limits_in_words, samples, without_weights
 from ..vocabulary import schema
+from ..vocabulary.numbers import quantity
 from .registration import best_match
 
 _NAME = "pull_off_force"
@@ -50,19 +53,23 @@ def compare(
     Dataset
         Along ``statistic``: ``predicted`` and ``measured`` with ``…_low`` and ``…_high``, and ``ratio``, measured over
         predicted, with its interval; NaN if either is not positive. Along ``probability``: ``predicted_quantile`` and
-        ``measured_quantile``. ``distribution_distance``, Kolmogorov's, and its ``distribution_p_value``, for the
-        effective numbers of independent samples ``predicted_places`` and ``measured_places``. If both places are known,
-        and the predicted places are on a grid or equal the measured ones: ``shift_x``, ``shift_y`` (nm), to be added to
-        the measured places, at most a quarter of the grid's extent; ``place_correlation`` (of normal scores) and
-        ``place_p_value``; if this is below 0.01, also ``predicted_force`` and ``measured_force`` along the measured
-        ``subregion``, else the shift is NaN. The attribute ``places`` states which case applies.
+        ``measured_quantile``; if some forces are limits NaN where the quantile depends on them, which then lies between
+        ``measured_quantile_low`` and ``measured_quantile_high``. ``distribution_distance``, Kolmogorov's, and its
+        ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
+        ``measured_places``. If both places are known, and the predicted places are on a grid or equal the measured
+        ones: ``shift_x``, ``shift_y`` (nm), to be added to the measured places, at most a quarter of the grid's extent;
+        ``place_correlation`` (of normal scores) and ``place_p_value``; if this is below 0.01, also ``predicted_force``
+        and ``measured_force`` along the measured ``subregion``, else the shift is NaN. The attribute ``places`` states
+        which case applies.
 
     Notes
     -----
-    Intervals are those of a bootstrap. For the ratio, the errors of both are taken as independent and their
-    logarithms added in squares (Donner & Zou, Stat. Methods Med. Res. 21 (2012) 347): at the same places of one surface
-    it is wider than necessary. The p-value is for the number of independent places of the mean; tails have more, so
-    that the test may miss differences but hardly reports false ones.
+    Intervals are those of a bootstrap. Forces that are known by limits enter as in `bootstrap`: intervals hold wherever
+    they lie between 0 and the limit, and the distance of the distributions is the least that the limits allow. For the
+    ratio, the errors of both are taken as independent and their logarithms added in squares (Donner & Zou, Stat.
+    Methods Med. Res. 21 (2012) 347): at the same places of one surface it is wider than necessary. The p-value is for
+    the number of independent places of the mean; tails have more, so that the test may miss differences but hardly
+    reports false ones.
 
     Examples
     --------
@@ -77,12 +84,18 @@ def compare(
     out = _statistics(both, list(statistics), resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
+        if forces.bounds is not None:
+            low, high = with_infinity(np.quantile(finite_ends(forces.bounds), _LEVELS, axis=1).T)
+            out[f"{name}_quantile"] = ("probability", np.where(low == high, low, np.nan))
+            out[f"{name}_quantile_low"] = ("probability", low)
+            out[f"{name}_quantile_high"] = ("probability", high)
+            out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, quantity)
     placed, how = _compared_places(*both)
     out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)).merge(placed))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
-    out.attrs = {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
+    out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
     out.attrs |= {"places": how, "missing": "NaN where a value is not positive, or no shift is found"}
     return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
 
@@ -113,6 +126,12 @@ def _statistics(both: list[Samples], statistics: list[str], resamples: int) -> x
 
 def _intervals(forces: Samples, statistics: list[str], resamples: int, seed: int) -> list:
     ds = xr.Dataset({_NAME: ("subregion", forces.values)})
+    if forces.bounds is not None and forces.censored is not None:
+        low, high = forces.bounds
+        ds[_NAME] = ds[_NAME].where(low == high)
+        ds[AT_MOST] = ("subregion", np.where((low < high) & np.isfinite(high), high, np.nan))
+        ds[DETECTION] = ("subregion", forces.censored[1])
+        ds[AT_LEAST] = ("subregion", np.where(np.isinf(high), low, np.nan))
     if forces.places is not None:
         ds = ds.assign_coords(
             dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in forces.places.T)))
@@ -122,13 +141,16 @@ def _intervals(forces: Samples, statistics: list[str], resamples: int, seed: int
 
 
 def _ratio(predicted: list, measured: list) -> list:
-    """Return the ratio of two estimates and its interval, with independent errors of the logarithms."""
+    """Return the ratio of two estimates and its interval, with independent errors of the logarithms.
+
+    Without a measured estimate, each end of the measured interval takes its place. An end at 0 is that of a limit.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
-        p, p_low, p_high, m, m_low, m_high = (
-            np.log(np.where(ends > 0, ends, np.nan)) for _, ends in (*predicted, *measured)
-        )
-    low = m - p - np.hypot(m - m_low, p_high - p)
-    high = m - p + np.hypot(m_high - m, p - p_low)
+        p, p_low, p_high = (np.log(np.where(ends > 0, ends, np.nan)) for _, ends in predicted)
+        m, m_low, m_high = (np.log(np.where(ends >= 0, ends, np.nan)) for _, ends in measured)
+        low = np.where(np.isneginf(m_low), m_low, m - p - np.hypot(m - m_low, p_high - p))
+    middle = np.where(np.isnan(m), m_high, m)
+    high = middle - p + np.hypot(m_high - middle, p - p_low)
     return [("statistic", np.exp(ends)) for ends in (m - p, low, high)]
 
 
@@ -136,7 +158,10 @@ def _distribution_test(predicted: Samples, measured: Samples) -> dict[str, Any]:
     """Return the distance of two distributions, and its p-value for their effective numbers of independent places."""
     from scipy.stats import ks_2samp, kstwobign
 
-    distance = float(ks_2samp(predicted.values, measured.values, method="asymp").statistic)
+    if measured.bounds is None and predicted.bounds is None:
+        distance = float(ks_2samp(predicted.values, measured.values, method="asymp").statistic)
+    else:
+        distance = _least_distance(predicted, measured)
     counts = [independent_places(forces.values, forces.places) for forces in (predicted, measured)]
     size = np.sqrt(counts[0] * counts[1] / sum(counts))
     return {
@@ -145,6 +170,16 @@ def _distribution_test(predicted: Samples, measured: Samples) -> dict[str, Any]:
         "predicted_places": counts[0],
         "measured_places": counts[1],
     }
+
+
+def _least_distance(predicted: Samples, measured: Samples) -> float:
+    """Return the least difference of the cumulative distributions at any value, wherever limited values lie."""
+    ends = [
+        np.tile(forces.values, (2, 1)) if forces.bounds is None else forces.bounds for forces in (predicted, measured)
+    ]
+    points = np.unique(np.concatenate([side.ravel() for side in ends]))
+    largest, least = ([shares_up_to(side[end], points) for side in ends] for end in (0, 1))
+    return float(max(0.0, (least[0] - largest[1]).max(), (least[1] - largest[0]).max()))
 
 
 def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset, str]:
@@ -162,6 +197,7 @@ def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset,
     if by_chance:
         return ds, "not compared: no shift of the measured map correlates better than by chance"
     ds["predicted_force"] = ("subregion", match.predicted)
-    ds["measured_force"] = ("subregion", measured.values)
+    is_exact = True if measured.bounds is None else measured.bounds[0] == measured.bounds[1]
+    ds["measured_force"] = ("subregion", np.where(is_exact, measured.values, np.nan))
     axes: dict[str, Any] = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
     return ds.assign_coords(subregion=np.arange(measured.values.size), **axes), "shift found"

@@ -1,4 +1,4 @@
-"""Force-distance curves and force volumes in microscopes' files, read through afmformats (extra ``curves``)."""
+"""Force-distance curves and force volumes in microscopes' files, most of them read through afmformats."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..scans.force_curve_formats import TEXTS, ZIP, curve_format
 from ..scans.netcdf import HDF5
 from ..scans.plain import decoded, separators
 from ..vocabulary.units import factor, positive
-from . import curve_reader
+from . import curve_reader, exported_curves
 from .forces import Calibration, has_units
 from .segments import approach_and_retraction
 
@@ -112,8 +112,14 @@ def _needed(path: Path, kind: str, answer: dict[str, Any], stated: dict[str, flo
 
 
 def _ask_reader(path: Path, kind: str, known: dict[str, float], **which: int) -> dict[str, Any]:
+    if kind in exported_curves.READERS:
+        try:
+            return exported_curves.read(path, kind, known, **which)
+        except (ValueError, KeyError) as error:
+            raise UnreadableScan(path, str(error)) from error
+    texts = {name: words for name, words in TEXTS.items() if name not in exported_curves.READERS}
     return read_in_process(
-        path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, texts=TEXTS, **which
+        path, curve_reader, "afmformats", extra="curves", kind=kind, known=known, texts=texts, **which
     )
 
 

@@ -57,8 +57,8 @@ def read(
     try:
         name, curves = _opened(path, kind, *given, stat.st_mtime_ns, stat.st_size)
         if last is None:
-            return {"format": name, "curves": [_stated(curve["metadata"]) for curve in curves]}
-        return {"samples": [_samples(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
+            return {"format": name, "curves": [stated_values(curve["metadata"]) for curve in curves]}
+        return {"samples": [samples(curve, curve.get("kind", kind)) for curve in curves[first:last]]}
     except errors.MissingMetaDataError as error:
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
@@ -217,11 +217,12 @@ def _asylum(path: str, known: dict[str, float]) -> dict[str, Any]:
     return {"metadata": header, "data": data if bent is None else {**data, "force": bent * header["spring constant"]}}
 
 
-def _stated(metadata: Any) -> dict[str, float]:
+def stated_values(metadata: Any) -> dict[str, float]:
+    """Return the values of a curve's header that are known."""
     return {name: float(metadata[name]) for name in _HEADER_VALUES if name in metadata and np.isfinite(metadata[name])}
 
 
-def _samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
+def samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
     """Return the piezo's travel towards the surface, the force, and the file's segments of a curve."""
     data = curve["data"]() if callable(curve["data"]) else curve["data"]
     names = list(data.keys())
@@ -231,5 +232,5 @@ def _samples(curve: dict[str, Any], kind: str) -> dict[str, np.ndarray]:
     piezo, force = (np.asarray(values, dtype=float) for values in (-np.asarray(data[travel]), data["force"]))
     if piezo.shape != force.shape:
         raise ValueError(f"expected as many heights as forces, found {piezo.size} and {force.size}")
-    samples = {"piezo": piezo, "force": force}
-    return samples | {name: np.asarray(data[name]) for name in ("segment", "paused") if name in names}
+    both = {"piezo": piezo, "force": force}
+    return both | {name: np.asarray(data[name]) for name in ("segment", "paused") if name in names}

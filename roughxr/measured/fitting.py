@@ -12,9 +12,10 @@ from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import samples
+from ..statistics.sampling import limits_in_words, samples
 from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
+from ..vocabulary.numbers import quantity
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
@@ -52,7 +53,7 @@ def fit_pair(
     ds : Dataset
         A scan of the measured surface, with an assigned pair; all but its work of adhesion is fixed.
     measured : Dataset
-        With ``pull_off_force``, from `open_pull_off`; all positive.
+        With ``pull_off_force``, from `open_pull_off`; all positive. Curves that give a limit only are censored data.
     method : {"adhesive", "superposed"}
         Method of prediction: the direct simulation, which takes some seconds for each place and each of about six
         values; or `pull_off_map`, in seconds.
@@ -76,8 +77,8 @@ def fit_pair(
         ``fitted_work_of_adhesion`` (J/m²) with the ends of its interval, ``fitted_work_low`` and ``fitted_work_high``;
         NaN beyond the values that could be solved. These lie along ``trial_work_of_adhesion`` with
         ``quantile_distance``, 0 if all quantiles from 5 to 95 % agree. ``spread_ratio``, 1 if the surface explains the
-        measured spread; ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d ln w / d ln of the contact
-        modulus. The attribute ``not_identifiable`` states in words the limits of the fit.
+        measured spread (NaN if some forces are limits); ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d
+        ln w / d ln of the contact modulus. The attribute ``not_identifiable`` states in words the limits of the fit.
 
     Raises
     ------
@@ -134,6 +135,9 @@ def fit_pair(
     out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
     out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
     out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
+    if forces.bounds is not None:
+        out.attrs["limits"] = limits_in_words(forces.bounds, quantity)
+        out.attrs["law_of_measured"] = "log-normal, with censoring"
     out.attrs["not_identifiable"] = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, method=method, **given, **options)
@@ -195,7 +199,9 @@ def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) ->
     notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]
     notes += ["the range of adhesion is the assumed one"]
     covered = f"{fitted.values[0]:.3g} to {fitted.values[-1]:.3g}"
-    if np.isnan(fitted.value):
+    if fitted.low == 0:
+        notes += ["fewer than three forces are measured, the others are limits: only the upper end is fitted"]
+    elif np.isnan(fitted.value):
         notes += [f"the best value is at the end of the range tried, {covered}: start nearer to it, or check the pair"]
     elif np.isnan(fitted.low) or np.isnan(fitted.high):
         notes += [f"the interval reaches beyond the values that could be solved, {covered}"]

@@ -100,6 +100,7 @@ class _Retraction(NamedTuple):
     work_of_separation: float = np.nan
     largest_rupture: float = np.nan
     ruptures: float = np.nan
+    detection_limit: float = np.nan
     force_noise: float = np.nan
     contact_point: float = np.nan
     contact_slope: float = np.nan
@@ -132,7 +133,8 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
         (nm), from zero force to the largest tension, less the bending of the cantilever if its spring constant is
         known; ``work_of_separation``
         (nN nm), done by the piezo against the adhesion force; ``largest_rupture`` (nN) and ``ruptures``, the largest
-        sudden loss of tension and their number, which need no baseline; ``force_noise`` (nN); ``contact_point`` (nm),
+        sudden loss of tension and their number, which need no baseline; ``detection_limit`` (nN), the smallest depth of
+        the force that counts as a pull; ``force_noise`` (nN); ``contact_point`` (nm),
         the piezo's travel at zero force; ``contact_slope`` (nN/nm), in the upper half of the contact;
         ``baseline_offset`` (nN) at the contact point and ``baseline_tilt`` (nN/nm), of the line to subtract from the
         recorded force; ``reason``, why a curve has no pull-off, which is then NaN.
@@ -240,6 +242,7 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     result = _Retraction(
         largest_rupture=max(heights, default=np.nan),
         ruptures=len(heights),
+        detection_limit=pull.threshold,
         force_noise=line.noise,
         baseline_tilt=line.tilt,
     )
@@ -273,7 +276,12 @@ class Pull(NamedTuple):
     @property
     def is_measured(self) -> bool:
         """Whether the force is lower than noise and baseline explain."""
-        return self.depth >= max(_SIGNIFICANCE * self.line.noise, _LEAST_ERRORS * self.error)
+        return self.depth >= self.threshold
+
+    @property
+    def threshold(self) -> float:
+        """The smallest depth that noise and baseline do not explain, nN."""
+        return max(_SIGNIFICANCE * self.line.noise, _LEAST_ERRORS * self.error)
 
     @property
     def limit(self) -> float:
@@ -509,6 +517,7 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
     first, last = _samples_near(force[:end], at, noise)
     steep = end == force.size and last - first < _LEAST_LOW
+    best = _Minimum(np.nan, np.inf, (0, 0))
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
@@ -516,8 +525,11 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
             step = abs(force[at] - force[at - 1])
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
         low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=ends[1] == end)
+        best = low if low.error < best.error else best
+        if (first, last) == low.reach:
+            break
         first, last = low.reach
-    return low.force, low.error
+    return best.force, best.error
 
 
 def _samples_near(force: np.ndarray, at: int, noise: float) -> tuple[int, int]:
@@ -567,7 +579,7 @@ def _parabola(
     sharp = 0.0 if detached else _SHARP * max(rise, 0.0)
     return _Minimum(
         float(row @ coefficients) - sharp,
-        float(np.linalg.norm([error, sharp, unseen / np.sqrt(12)])),
+        float(np.linalg.norm([error, 2 * sharp, unseen / np.sqrt(12)])),
         (ends[0] + reach[0], ends[0] + reach[1]),
     )
 

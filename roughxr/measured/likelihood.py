@@ -9,6 +9,10 @@ with the spreads s and σ over n measured and m predicted independent places, ε
 Student's t for Welch's number of degrees of freedom. The fit and both ends of its interval are roots on the logarithm
 of the quantity, each solved until a solved value is near it. Differences in the shape of the distributions are
 reported, not fitted.
+
+Measured forces that are known by their limits are censored: the mean of the logarithms and its error are then those of
+a likelihood with a log-normal law. With fewer than three known forces, only the upper end of the interval is fitted, as
+if each force were at its limit.
 """
 
 from __future__ import annotations
@@ -18,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..statistics.censoring import limited_quantile
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, without_weights
 
@@ -44,6 +49,16 @@ class Predicted(NamedTuple):
     error: float = 0.0
 
 
+class Measured(NamedTuple):
+    """Logarithms of measured forces: mean, its variance by scatter, number of independent ones, and quantiles."""
+
+    mean: float
+    variance: float
+    independent: float
+    quantiles: np.ndarray  # NaN if some forces are limits
+    is_upper_bound: bool = False  # the forces are at most as large
+
+
 class Fitted(NamedTuple):
     """The fitted value and its interval; NaN beyond the values that could be solved."""
 
@@ -62,24 +77,39 @@ def fit_mean(
     forces: Samples, predict: Callable[[float], Predicted], start: float, *, confidence: float, error: float
 ) -> Fitted:
     """Return the value whose predicted forces agree in the mean, with its interval."""
-    search = _Search(
-        np.log(without_weights(forces, "fit_pair").values), predict, _independent(forces), confidence, error
-    )
+    search = _Search(_log_forces(without_weights(forces, "fit_pair")), predict, confidence, error)
     search.solve(np.log(start), required=True)
     gap = -float(search.difference[0])
     search.solve(np.log(start) + float(np.clip(gap if abs(gap) > _CLOSE_ENOUGH else np.log(1.5), *_FARTHEST)))
+    if search.measured.is_upper_bound:
+        return search.fitted(np.nan, -np.inf, search.root(-1.0))
     best = search.root(0.0)
     low, high = (search.root(sign) if np.isfinite(best) else np.nan for sign in (1.0, -1.0))
     return search.fitted(best, low, high)
 
 
+def _log_forces(forces: Samples) -> Measured:
+    """Return what is fitted of the measured forces."""
+    independent = _independent(forces)
+    if forces.bounds is None or forces.censored is None:
+        ln_force = np.log(forces.values)
+        return Measured(ln_force.mean(), ln_force.var(ddof=1) / independent, independent, _ln_quantiles(ln_force))
+    unknown = np.full(_LEVELS.size, np.nan)
+    if np.isinf(forces.bounds).any():
+        raise ValueError("measured: expected forces or upper limits, found lower limits; increase the detector's range")
+    median, error = limited_quantile("log_normal", forces.censored, 0.5, independent)
+    if np.isnan(median):
+        ln_limit = np.log(forces.bounds[1])
+        return Measured(ln_limit.mean(), ln_limit.var(ddof=1) / independent, independent, unknown, True)
+    return Measured(np.log(median), error**2, independent, unknown)
+
+
 class _Search:
     """The solved values of the quantity, as logarithms, and the comparison of their forces."""
 
-    def __init__(self, ln_force: np.ndarray, predict, independent: float, confidence: float, error: float):
-        self.ln_force = ln_force
+    def __init__(self, measured: Measured, predict, confidence: float, error: float):
+        self.measured = measured
         self.predict = predict
-        self.independent = independent
         self.confidence = confidence
         self.error = error
         self.known: dict[float, Predicted] = {}
@@ -107,18 +137,18 @@ class _Search:
     @property
     def difference(self) -> np.ndarray:
         """Predicted less measured mean logarithm."""
-        return self.predicted.mean(axis=-1) - self.ln_force.mean()
+        return self.predicted.mean(axis=-1) - self.measured.mean
 
     def half_width(self) -> np.ndarray:
         """Return the half width of the interval of the difference, at each value."""
         from scipy.stats import t
 
         places = _independent(next(iter(self.known.values())).forces)
-        own = self.ln_force.var(ddof=1) / self.independent
+        own = self.measured.variance
         theirs = self.predicted.var(axis=-1, ddof=1) / places
         shared = np.nan_to_num([known.error for known in self.known.values()])
         whole = own + theirs + self.error**2 + shared**2
-        freedom = whole**2 / np.maximum(own**2 / (self.independent - 1) + theirs**2 / (places - 1), 1e-30)
+        freedom = whole**2 / np.maximum(own**2 / (self.measured.independent - 1) + theirs**2 / (places - 1), 1e-30)
         return t.ppf(0.5 + self.confidence / 2, np.minimum(freedom, 1e6)) * np.sqrt(whole)
 
     def root(self, sign: float) -> float:
@@ -150,7 +180,8 @@ class _Search:
     def fitted(self, best: float, low: float, high: float) -> Fitted:
         """Return the fit with its interval, and the distance of the distributions."""
         k = int(np.argmin(np.abs(self.x - best))) if np.isfinite(best) else int(np.argmin(np.abs(self.difference)))
-        measured, predicted = (_ln_quantiles(values) for values in (self.ln_force, self.predicted))
+        measured = self.measured.quantiles
+        predicted = _ln_quantiles(self.predicted)
         slopes = np.gradient(self.difference, self.x) if len(self.known) > 1 else [np.nan]
         return Fitted(
             value=float(np.exp(best)),
@@ -158,7 +189,7 @@ class _Search:
             high=float(np.exp(high)),
             exponent=float(slopes[k]),
             spread_ratio=float(measured.std() / predicted[k].std()) if predicted[k].std() > 1e-12 else np.nan,
-            mean=float(self.ln_force.mean()),
+            mean=float(self.measured.mean),
             values=np.exp(self.x),
             distance=np.sqrt(np.mean((predicted - measured) ** 2, axis=-1)),
             left_out=tuple(np.exp(sorted(self.failed))),

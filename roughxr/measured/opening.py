@@ -15,10 +15,10 @@ from ..jobs.progress import subregion_bar
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
 from ..scans.plain import decoded
-from ..statistics.sampling import map_samples
+from ..statistics.sampling import AT_LEAST, AT_MOST, DETECTION, map_samples, sample_bounds
 from ..vocabulary import schema
 from ..vocabulary.text import warn
-from ..vocabulary.units import Quantities, Quantity
+from ..vocabulary.units import Quantities, Quantity, factor
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .force_curves import curves_pull_off
 from .force_tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
@@ -69,7 +69,8 @@ def open_pull_off(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured; coordinates
+        ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured, or only a
+        limit, ``pull_off_at_most``; coordinates
         ``subregion_x``, ``subregion_y`` (nm) if places are known, for an image as in a scan of that file, and
         ``file`` if there are several. For curves also the other variables of `curves_pull_off`. Attributes:
         ``measured`` ("table", "adhesion image" or "force-distance curves"), file name, SHA-256, channel, and the
@@ -157,11 +158,12 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, given: Ca
 
 
 def _with_source(path: Path, ds: xr.Dataset) -> xr.Dataset:
-    """Add the file's name and checksum; raise if every value is missing."""
-    if ds["pull_off_force"].isnull().all():
+    """Add the file's name and checksum; raise if every value is missing, and no limit is known."""
+    if np.isnan(sample_bounds(ds, "pull_off_force")).all():
         raise UnreadableScan(path, f"expected pull-off forces, found missing values only{_unusable_reasons(ds)}")
     source = {"source_file": path.name, "source_sha256": files.file_hash(path)}
-    return ds.assign_attrs(missing="NaN where nothing was measured", **source)
+    missing = "NaN where nothing was measured" + ", or a limit, pull_off_at_most" * (AT_MOST in ds)
+    return ds.assign_attrs(missing=missing, **source)
 
 
 def _read_curve_file(path: Path, kind: str, given: Calibration) -> xr.Dataset:
@@ -198,6 +200,10 @@ def _read_force_table(path: Path, image: _Selection, place_units: str | None, gi
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, given)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
+    for limit in (
+        other for other in columns if other.name in (AT_MOST, AT_LEAST, DETECTION) and converts(other.units, "nN")
+    ):
+        ds[limit.name] = ("subregion", limit.values * factor(str(limit.units), "nN"))
     places = place_columns(path, columns, column)
     if places and place_units is None and not any(place.units for place in places.values()):
         named = ", ".join(repr(place.name) for place in places.values())

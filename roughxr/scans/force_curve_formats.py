@@ -12,7 +12,16 @@ from .channel import UnreadableScan, first_bytes, is_igor
 NANOSCOPE = b"\\*Force file list"
 
 #: Words in the first lines of text files of curves, by format.
-TEXTS = {"afmformats": b"# afmformats", "workshop": b"Force-Distance Curve", "chiaro": b"Device:\tChiaro"}
+TEXTS = {
+    "afmformats": b"# afmformats",
+    "workshop": b"Force-Distance Curve",
+    "chiaro": b"Device:\tChiaro",
+    "jpk text": b"# TEXT EXPORT",
+    "nanoscope text": b'Force file list"',
+}
+
+#: Columns that NanoScope Analysis exports without a header.
+_NANOSCOPE_COLUMNS = b"Calc_Ramp_Ex_"
 
 #: First bytes of a zip file.
 ZIP = b"PK\x03\x04"
@@ -22,20 +31,18 @@ METADATA = ("index.json", "meta.yml")
 
 
 def curve_format(path: Path) -> str:
-    """Return the format of a file's force curves, empty if there are none; raise for NanoScope's."""
+    """Return the format of a file's force curves, empty if there are none."""
     head = first_bytes(path, 4096)
     if head.startswith(NANOSCOPE):
-        raise UnreadableScan(
-            path,
-            "found Bruker's force curves (NanoScope), which are not read: export the curves as text from NanoScope "
-            "Analysis, or give `roughxr measured` a table of pull-off forces or a PeakForce adhesion image",
-        )
+        return "nanoscope"
     if head.startswith(ZIP):
         names = _zip_names(path)
         return "jpk" if "header.properties" in names and any("segments/" in name for name in names) else ""
     if is_igor(head):  # images have a third dimension, of channels
         samples, columns, layers, _ = struct.unpack("<4i" if head[0] else ">4i", head[132:148])
         return "igor" if samples > columns > 1 and layers == 0 else ""
+    if _NANOSCOPE_COLUMNS in head:
+        return "nanoscope text"
     return next((name for name, words in TEXTS.items() if words in head), "")
 
 

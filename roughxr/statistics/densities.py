@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
+from ..vocabulary.numbers import quantity
 from ..vocabulary.units import carries_units, plain
-from .sampling import density_units, other_dimensions, samples
+from .sampling import Samples, density_units, limits_in_words, other_dimensions, samples
 
 
 def pdf(
@@ -35,7 +36,8 @@ def pdf(
     DataArray
         ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, and along the other dimensions
         with the same bins, with the coordinate ``cdf``; the attributes contain ``bin_rule``, ``bin_edges`` and the
-        numbers of all ``samples`` and of ``missing`` ones.
+        numbers of all ``samples`` and of ``missing`` ones. A pull-off force that is known to lie below a limit counts
+        with equal density from 0 to the limit; the attribute ``limits`` counts them.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Examples
@@ -55,8 +57,10 @@ def pdf(
         return _pdf_along(ds, name, others[0], bins)
     some = samples(ds, name)
     units = ds[name].attrs.get("units", "1")
-    edges = _bin_edges(some.values, bins, units)
-    values = np.histogram(some.values, bins=edges, density=True, weights=some.weights)[0]
+    ends = some.values if some.bounds is None else some.bounds[np.isfinite(some.bounds)]
+    edges = _bin_edges(ends, bins, units)
+    shares = _bin_shares(some, edges)
+    values = shares / (shares.sum() * np.diff(edges))
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
@@ -64,7 +68,26 @@ def pdf(
     out.attrs = {"units": density_units(units), "long_name": "probability density", "method": "histogram"}
     out.attrs |= {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
     out.attrs |= {"samples": some.values.size, "missing": some.missing}
-    return out
+    return out.assign_attrs(_limits(some, units))
+
+
+def _limits(some: Samples, units: str) -> dict[str, str]:
+    """Return an attribute that counts the samples that are limits, none if there are none."""
+    words = limits_in_words(some.bounds, lambda value: quantity(value, units))
+    return {"limits": words} if words else {}
+
+
+def _bin_shares(some: Samples, edges: np.ndarray) -> np.ndarray:
+    """Return the weight of the samples in each bin; limits are spread evenly over their bounds."""
+    weights = np.ones(some.values.size) if some.weights is None else some.weights
+    if some.bounds is None:
+        return np.histogram(some.values, bins=edges, weights=weights)[0]
+    low, high = some.bounds
+    is_spread = (low < high) & np.isfinite(high)
+    shares = np.histogram(some.values[~is_spread], bins=edges, weights=weights[~is_spread])[0]
+    low, high = some.bounds[:, is_spread]
+    below = np.clip((edges[:, None] - low) / (high - low), 0, 1) @ weights[is_spread]
+    return shares + np.diff(below)
 
 
 def _bin_edges(values: np.ndarray, bins: Any, units: str) -> np.ndarray:
@@ -99,7 +122,8 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     -------
     DataArray
         ``cdf``, the share of the samples up to and including each value, along the variable's own name: one entry
-        for each distinct sample, ascending, and 1 at the last.
+        for each distinct sample, ascending, and 1 at the last. If some pull-off forces are known by limits, it is the
+        least share that they allow; the coordinate ``cdf_high`` is the largest.
 
     Examples
     --------
@@ -110,9 +134,20 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     """
     ds = schema.entered(ds)
     some = samples(ds, name)
-    points, group = np.unique(some.values, return_inverse=True)
-    share = np.cumsum(np.bincount(group, some.weights))
-    axis = (name, points, dict(ds[name].attrs))
-    out = xr.DataArray(share / share[-1], dims=name, coords={name: axis}, name="cdf")
+    low, high = (some.values, some.values) if some.bounds is None else some.bounds
+    points = np.unique(np.concatenate([low, high]))
+    axis = (name, points[np.isfinite(points)], dict(ds[name].attrs))
+    out = xr.DataArray(shares_up_to(high, axis[1], some.weights), dims=name, coords={name: axis}, name="cdf")
+    if some.bounds is not None:
+        out.coords["cdf_high"] = (name, shares_up_to(low, axis[1], some.weights), schema.attributes("cdf_high"))
     out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
+    out.attrs |= _limits(some, ds[name].attrs.get("units", "1"))
     return out.assign_attrs(samples=some.values.size, missing=some.missing)
+
+
+def shares_up_to(values: np.ndarray, points: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+    """Return the share of values up to and including each point."""
+    order = np.argsort(values)
+    counted = np.ones(values.size) if weights is None else weights[order]
+    total = np.concatenate([[0.0], np.cumsum(counted)])
+    return total[np.searchsorted(values[order], points, side="right")] / total[-1]

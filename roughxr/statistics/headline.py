@@ -9,10 +9,17 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.error_sources import ERROR_SOURCES, PLACES, UNSEEN
-from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
+from ..vocabulary.numbers import (
+    bounds_in_words,
+    number,
+    percent,
+    quantity,
+    value_and_interval,
+    with_interval,
+)
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
-from .sampling import at_first_preload, by_share, conditions
+from .sampling import at_first_preload, by_share, conditions, sample_bounds, with_limits
 from .uncertainty import FEWEST_SAMPLES, not_shown
 
 #: Half width of a normal 95 % interval, in standard deviations.
@@ -44,6 +51,8 @@ SCALARS = {
     "wall_shear_stress": ("Pa", "wall shear stress of air that detaches the sphere, median place"),
     "wall_shear_stress_low": ("Pa", "lower end of its 95 % interval"),
     "wall_shear_stress_high": ("Pa", "upper end of its 95 % interval"),
+    "likelihood_low": ("nN", "lower end of its 95 % interval by a likelihood with censoring"),
+    "likelihood_high": ("nN", "upper end of its 95 % interval by a likelihood with censoring"),
     "places": ("1", "number of places that adhere"),
     "solved_places": ("1", "number of places that were solved"),
     "independent_places": ("1", "number of independent places with as accurate a mean"),
@@ -75,7 +84,9 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Dataset
         The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
         the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
-        ``smooth_share``; NaN if unknown, as the ends are for too few independent places.
+        ``smooth_share``; NaN if unknown, as the ends are for too few independent places. If some measured forces are
+        known by limits, ``low`` … ``high`` holds wherever they lie below them, and ``likelihood_low`` …
+        ``likelihood_high`` is the interval by a likelihood with censoring, as in `bootstrap`.
 
     Raises
     ------
@@ -128,18 +139,29 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
             "expected places along subregion, found a single force; take the answer before the mean over places, or "
             "of one place, isel(subregion=0)"
         )
-    known = int(force.notnull().sum())
-    if not (force > 0).any():
+    bounds = sample_bounds(pull, "pull_off_force")
+    known = int(np.isfinite(bounds[0]).sum())
+    if not (bounds[1] > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
-    ends = bootstrap(pull[["pull_off_force"]], "pull_off_force", statistics=["mean"]) if known > 1 else None
-    names = ("low", "high", "independent_places")
-    low, high, independent = (np.nan if ends is None else float(ends[name].item()) for name in names)
+    ends = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if known > 1 else None
+    names = ("low", "high", "independent_places", "likelihood_low", "likelihood_high")
+    low, high, independent, *by_likelihood = (
+        np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names
+    )
     mean = float(by_share(force).mean())
+    limits: dict[str, str] = {}
+    if ends is not None and "limits" in ends.attrs:
+        mean = float(ends["estimate"].item())
+        limits = {name: ends.attrs[name] for name in ("limits", "law")}
+    if ends is None and np.isnan(mean):
+        low, high = (float(np.nanmax(end)) for end in bounds)
     smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
     scalars = {
         "pull_off_force": mean,
         "low": low,
         "high": high,
+        "likelihood_low": by_likelihood[0],
+        "likelihood_high": by_likelihood[1],
         "places": known,
         "solved_places": force.size,
         "independent_places": independent,
@@ -149,6 +171,8 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
     out = schema.record(with_units(xr.Dataset(scalars, coords=schema.travelling(pull))), "answer", pull)
+    out.attrs |= limits
+    out.attrs |= {"measured": pull.attrs["measured"]} if "measured" in pull.attrs else {}
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
 
 
@@ -251,7 +275,8 @@ def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]
         cells = f"overestimated by about {percent(error)} due to the size of cells"
         errors = f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
     mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
-    sentences = [f"Mean pull-off {mean}{errors}) for the surface as scanned{_air(summary)}."]
+    of = "as measured" if "measured" in summary.attrs else "for the surface as scanned"
+    sentences = [f"Mean pull-off {mean}{errors}) {of}{_air(summary)}.", _limit_words(summary, value)]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
         words = ERROR_SOURCES[source].label or source
@@ -263,9 +288,23 @@ def _mean_words(summary: xr.Dataset, value: Mapping[str, float], name: str = "")
     """Return the mean as scanned with its interval and number of places."""
     mean = value["pull_off_force"]
     places = _places_in_words(summary)
+    if "limits" in summary.attrs or np.isnan(mean):
+        counted = f"{name}, {places}" if name else places
+        return f"{bounds_in_words(value['low'], value['high'])} ({counted})"
     if np.isnan(value["low"]):
         return f"{quantity(mean)} ({places})"
     return f"{with_interval(mean, value['low'], value['high'], name=name).removesuffix(')')}, {places})"
+
+
+def _limit_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
+    """Return a sentence on the forces that are limits, and on the mean by a likelihood; empty without limits."""
+    if "limits" not in summary.attrs:
+        return ""
+    words = f"Known by limits: {summary.attrs['limits']}; the interval holds wherever they lie."
+    if np.isnan(value["pull_off_force"]):
+        return words
+    mean = with_interval(value["pull_off_force"], value["likelihood_low"], value["likelihood_high"])
+    return f"{words} By a likelihood with censoring, of a {summary.attrs['law']} law: {mean}."
 
 
 def _air(summary: xr.Dataset) -> str:
@@ -310,7 +349,12 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     if np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low) and np.isnan(value["best_estimate"]):
         effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
         counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
-        return f"Next: solve more places, or scan a larger area, since {counts} {effect}."
+        steps = "solve more places, or scan a larger area"
+        if "limits" in summary.attrs:
+            steps = "measure with less noise or a softer cantilever, or more places"
+        elif "measured" in summary.attrs:
+            steps = "measure more places, or a larger area"
+        return f"Next: {steps}, since {counts} {effect}."
     source = summary.attrs.get("narrowing_source", summary.attrs.get("largest_source", ""))
     remedy = ERROR_SOURCES[source].remedy if source else ""
     if not remedy:

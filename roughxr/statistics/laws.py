@@ -69,7 +69,8 @@ def fit(
         ``shape`` the standard deviation of the logarithm), ``shape`` (1; NaN for a law without), ``log_likelihood``,
         ``aic``, ``aic_difference`` to the best, ``akaike_weight``, ``ks_distance`` (largest distance between empirical
         and fitted cumulative probability), and ``ks_p_value``; NaN if a law is not defined for the samples. Places are
-        taken as independent; if they are not, ``ks_p_value`` is too small and differences in AIC are too large.
+        taken as independent; if they are not, ``ks_p_value`` is too small and differences in AIC are too large. Pull-
+        off forces that are known by their limits are censored; then ``ks_distance`` and ``ks_p_value`` are NaN.
 
     References
     ----------
@@ -91,17 +92,20 @@ def fit(
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")
-    values = without_weights(samples(ds, name), "fit").values
+    sample = without_weights(samples(ds, name), "fit")
+    values = sample.values
     if values.size < 3 or np.ptp(values) == 0:
         raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
     tested = values  # for the simulated goodness of fit
+    simulations = 0 if sample.bounds is not None else simulations
     if simulations and values.size > _MOST_SIMULATED:
         warn(
             f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, "
             "all other results from all"
         )
         tested = np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
-    rows = np.array([_fit_law(LAWS[law], values, tested, simulations) for law in laws])
+    bounds = np.array([values, values]) if sample.censored is None else sample.censored
+    rows = np.array([_fit_law(LAWS[law], bounds, tested, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})
     out["aic_difference"] = out["aic"] - out["aic"].min()
     weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
@@ -120,16 +124,48 @@ def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
     return LAWS[law].scipy(*(float(fitted[name]) for name in names)).pdf(points)
 
 
-def _fit_law(law: Law, values: np.ndarray, tested: np.ndarray, simulations: int) -> list[float]:
-    """Return the `_RESULTS` of one law."""
+def log_likelihood(law: Law, parameters: tuple, bounds: np.ndarray) -> np.ndarray:
+    """Return the logarithm of the likelihood of samples, each known or within its bounds.
+
+    Parameters may be arrays of one shape, which the result has then.
+    """
+    low, high = bounds
+    is_known = low == high
+    columns = [np.asarray(parameter, dtype=float)[..., None] for parameter in parameters]
+    total = law.scipy.logpdf(low[is_known], *columns).sum(axis=-1)
+    limits, counts = np.unique(bounds[:, ~is_known], axis=1, return_counts=True)
+    with np.errstate(divide="ignore"):
+        between = np.log(law.scipy.cdf(limits[1], *columns) - law.scipy.cdf(limits[0], *columns))
+    return total + (between * counts).sum(axis=-1)
+
+
+def fitted_parameters(law: Law, bounds: np.ndarray) -> tuple[float, ...]:
+    """Return the parameters of the law of highest likelihood."""
+    from scipy.stats import CensoredData
+
+    low, high = bounds
+    is_known = low == high
+    options = {"floc": 0.0} if law.positive else {}
+    if is_known.all():
+        return tuple(map(float, law.scipy.fit(low, **options)))
+    is_open = np.isinf(high)
+    interval = np.c_[low, high][~is_known & ~is_open]
+    data = CensoredData(uncensored=low[is_known], right=low[is_open], interval=interval)
+    return tuple(map(float, law.scipy.fit(data, **options)))
+
+
+def _fit_law(law: Law, bounds: np.ndarray, tested: np.ndarray, simulations: int) -> list[float]:
+    """Return the `_RESULTS` of one law; without tests of its fit if some samples are limits."""
     from scipy import stats
 
-    if law.positive and values.min() <= 0:
+    low, high = bounds
+    is_exact = (low == high).all()
+    known = low[low == high]
+    if np.unique(known).size < 2 or (law.positive and known.min() <= 0):
         return [np.nan] * len(_RESULTS)
-    parameters = tuple(map(float, law.scipy.fit(values, **({"floc": 0.0} if law.positive else {}))))
-    frozen = law.scipy(*parameters)
-    likelihood = float(frozen.logpdf(values).sum())
-    distance = stats.ks_1samp(values, frozen.cdf).statistic
+    parameters = fitted_parameters(law, bounds)
+    likelihood = float(log_likelihood(law, parameters, bounds))
+    distance = stats.ks_1samp(low, law.scipy(*parameters).cdf).statistic if is_exact else np.nan
     shape = parameters[0] if law.positive else np.nan
     chance = np.nan
     if simulations:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,26 +20,43 @@ SAMPLES = tuple(PLACES)
 #: Coordinate of resting positions: share of particles at each, the default weight.
 SHARE = "landing_share"
 
+#: Variables with the limits of the pull-off forces that are known by them alone.
+AT_MOST = "pull_off_at_most"
+AT_LEAST = "pull_off_at_least"
+
+#: Smallest force that is detected: for a likelihood, a force below its limit is censored there, since limits above it
+#: would count forces that are known twice.
+DETECTION = "detection_limit"
+
 #: Shares that differ by less, relative to the largest, are equal.
 _EQUAL_SHARES = 1e-9
 
 
 class Samples(NamedTuple):
-    """Finite values, their weights (None: equal), their places (None: unknown), and the number of missing values."""
+    """Finite values, their weights (None: equal), their places (None: unknown), and the number of missing values.
+
+    A sample that is a limit has the middle of its bounds as value, or the lower of them if there is no upper.
+    """
 
     values: np.ndarray
     weights: np.ndarray | None
     places: Any  # (samples, 2), nm, or None
     missing: int
     on_debris: np.ndarray | None = None  # None: unknown, or landing shares are known
+    bounds: np.ndarray | None = None  # (2, samples), equal where a value is known; None if all are
+    censored: np.ndarray | None = None  # the same for a likelihood: below what is detected
 
 
 def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
-    """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``."""
+    """Return the finite samples of a variable, with a warning of missing ones unless ``quiet``.
+
+    Pull-off forces that are known by their limits are samples, too.
+    """
     weights = unequal_shares(ds[name]) if name in ds else None
     ds = map_samples(ds, name)
     dim = sample_dimension(ds, name)
-    values = np.asarray(ds[name].values, dtype=float)
+    bounds = sample_bounds(ds, name)
+    values = np.where(np.isinf(bounds[1]), bounds[0], bounds.mean(axis=0))
     finite = np.isfinite(values)
     if finite.sum() < 2:
         raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
@@ -51,7 +69,40 @@ def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     weight = None if weights is None else weights.values[finite]
     flagged = has_debris_flags(ds[name]) and SHARE not in ds.coords
     on_debris = ds["on_debris"].values.astype(bool)[finite] if flagged else None
-    return Samples(values[finite], weight, places, missing, on_debris)
+    is_limit = bounds[0] < bounds[1]
+    if not is_limit.any():
+        return Samples(values[finite], weight, places, missing, on_debris)
+    censored = bounds.copy()
+    if DETECTION in ds:
+        is_below = is_limit & np.isfinite(bounds[1]) & np.isfinite(ds[DETECTION].values)
+        censored[1, is_below] = ds[DETECTION].values[is_below]
+    return Samples(values[finite], weight, places, missing, on_debris, bounds[:, finite], censored[:, finite])
+
+
+def sample_bounds(ds: xr.Dataset, name: str) -> np.ndarray:
+    """Return the ends (2, …) between which the values of a variable lie: equal where known, NaN where missing."""
+    values = np.asarray(ds[name].values, dtype=float)
+    bounds = np.array([values, values])
+    limits = [limit for limit in (AT_MOST, AT_LEAST) if limit in ds and ds[limit].dims == ds[name].dims]
+    for limit in limits if name == "pull_off_force" else ():
+        is_limit = np.isnan(values) & np.isfinite(ds[limit].values)
+        end = ds[limit].values[is_limit]
+        bounds[:, is_limit] = (0.0 * end, end) if limit == AT_MOST else (end, np.inf + end)
+    return bounds
+
+
+def limits_in_words(bounds: np.ndarray | None, unit_text: Callable[[float], str]) -> str:
+    """Return how many samples are limits, and below or above which value; empty if all values are known."""
+    if bounds is None:
+        return ""
+    is_open = np.isinf(bounds[1])
+    is_below = (bounds[0] < bounds[1]) & ~is_open
+    parts = []
+    if is_below.any():
+        parts.append(f"{is_below.sum()} of {is_below.size} below {unit_text(float(bounds[1][is_below].max()))}")
+    if is_open.any():
+        parts.append(f"{is_open.sum()} of {is_open.size} above {unit_text(float(bounds[0][is_open].min()))}")
+    return ", ".join(parts)
 
 
 def at_first_preload(ds: Any) -> Any:
@@ -136,6 +187,12 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
     if missing:
         reason = f" ({why})" if why else ""
         warn(f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}")
+
+
+def with_limits(ds: xr.Dataset, *names: str) -> xr.Dataset:
+    """Return variables of a Dataset alone, pull-off forces with their limits."""
+    limits = [limit for limit in (AT_MOST, AT_LEAST, DETECTION) if limit in ds and "pull_off_force" in names]
+    return ds[[*names, *limits]]
 
 
 def map_samples(ds: xr.Dataset, *names: str) -> xr.Dataset:

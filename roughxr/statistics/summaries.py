@@ -5,10 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 
+import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from .sampling import SAMPLES, by_share, map_samples, standard_deviation, warn_of_missing
+from .sampling import SAMPLES, by_share, map_samples, sample_bounds, standard_deviation, warn_of_missing
 
 
 def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.75, 0.95)) -> xr.Dataset:
@@ -26,7 +27,9 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     -------
     Dataset
         The same variables along ``statistic``: count (finite samples), mean, std, min, max and ``q…`` for each
-        quantile, in per cent. Samples are weighted by their ``landing_share`` if there is one, as in `bootstrap`.
+        quantile, in per cent. Samples are weighted by their ``landing_share`` if there is one, as in `bootstrap`. If
+        pull-off forces are known by limits, ``pull_off_force_low`` and ``pull_off_force_high`` have all of them at
+        their lower and upper ends, in place of ``pull_off_force``.
 
     Examples
     --------
@@ -40,6 +43,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
         raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
+    ds = _with_bounds(ds)
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
     for name, array in wanted.items():
         if not array.chunks:  # do not compute lazy values
@@ -47,6 +51,18 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
             warn_of_missing(str(name), missing, array.sizes[dim], ds.attrs.get("missing"))
     rows = {name: _summarised(array, dim, list(quantiles)).assign_attrs(array.attrs) for name, array in wanted.items()}
     return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
+
+
+def _with_bounds(ds: xr.Dataset) -> xr.Dataset:
+    """Return a Dataset with the lower and upper ends of pull-off forces in their place if some are limits."""
+    name = "pull_off_force"
+    if name not in ds or ds[name].chunks:
+        return ds
+    low, high = sample_bounds(ds, name)
+    if np.array_equal(low, high, equal_nan=True):
+        return ds
+    force = ds[name]
+    return ds.drop_vars(name).assign({f"{name}_low": force.copy(data=low), f"{name}_high": force.copy(data=high)})
 
 
 def _summarised(array: xr.DataArray, dim: str, quantiles: list[float]) -> xr.DataArray:

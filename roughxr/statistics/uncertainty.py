@@ -22,11 +22,27 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent
+from ..vocabulary.numbers import number, percent, quantity
 from ..vocabulary.units import fraction
+from .censoring import (
+    CensoredEstimates,
+    finite_ends,
+    least_spread_values,
+    likelihood_estimates,
+    most_spread_values,
+    with_infinity,
+)
 from .places import independent_places
 from .pull_off_events import smooth_pull_off
-from .sampling import Samples, map_samples, other_dimensions, sample_dimension, samples, standard_deviation
+from .sampling import (
+    Samples,
+    limits_in_words,
+    map_samples,
+    other_dimensions,
+    sample_dimension,
+    samples,
+    standard_deviation,
+)
 
 #: Largest number of draws of a resample; deviations of the mean of fewer draws are scaled.
 _MOST_DRAWS = 20_000
@@ -39,6 +55,15 @@ _VALUES_AT_ONCE = 5_000_000
 
 #: Lower bound of samples, as a fraction of the mean, before the logarithm.
 _SMALLEST_SHARE = 0.01
+
+#: Words before those of a variable, of the ends of its intervals.
+_ENDS_IN_WORDS = {
+    "estimate": "",
+    "low": "lower end, ",
+    "high": "upper end, ",
+    "likelihood_low": "lower end by a likelihood, ",
+    "likelihood_high": "upper end by a likelihood, ",
+}
 
 #: Prior of a logarithm's standard deviation, and its degrees of freedom: measured scans have 0.01 … 0.78.
 _PRIOR_SPREAD, _PRIOR_FREEDOM = 0.8, 3
@@ -84,6 +109,11 @@ def bootstrap(
         why. Samples without places count as independent. Values alone do not show debris that they have missed: the
         attribute ``not_shown`` states on which share of the surface it can lie.
 
+        Pull-off forces may be known by limits, ``pull_off_at_most`` or ``pull_off_at_least`` of `curves_pull_off`. Then
+        ``low`` and ``high`` hold wherever each lies between 0 and its limit. ``estimate`` is that of a likelihood with
+        censoring, with the interval ``likelihood_low`` … ``likelihood_high``; NaN if fewer than three forces are
+        measured. The attribute ``law`` names the law of the likelihood, ``limits`` counts the limits.
+
     Notes
     -----
     Coverage of nominal 95 % intervals in trials. Three to nine log-normal samples: mean 94 to 95 % (σ up to 0.7), 91 to
@@ -121,9 +151,15 @@ def bootstrap(
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     labels = list(statistics)
-    estimate = [_estimate(label, every.values, every.weights) for label in labels]
     count = _independent(every, None if within is None else samples(within, name))
-    ends = _intervals(every, count, labels, confidence, resamples, seed)
+    likelihood: CensoredEstimates | None = None
+    if every.censored is None:
+        estimate = [_estimate(label, every.values, every.weights) for label in labels]
+        ends = _intervals(every, count, labels, confidence, resamples, seed)
+    else:
+        likelihood = likelihood_estimates(every.censored, labels, max(count, 2.0), confidence)
+        estimate = likelihood.values[0]
+        ends = _bounded_ends(every, count, labels, confidence, resamples, seed)
     largest = _largest(ds, name)
     if "mean" in labels and _shows_two_populations(every, largest):
         share = float(ds["debris_share"])
@@ -139,10 +175,18 @@ def bootstrap(
         },
         coords={"statistic": labels},
     )
+    units = ds[name].attrs.get("units", "1")
+    limits: dict[str, str] = {}
+    if likelihood is not None:
+        ends_by_law = ("statistic", likelihood.values[1]), ("statistic", likelihood.values[2])
+        out = out.assign(likelihood_low=ends_by_law[0], likelihood_high=ends_by_law[1])
+        limits["limits"] = limits_in_words(every.bounds, lambda value: quantity(value, units))
+        limits["law"] = likelihood.law or "none: fewer than three forces are measured"
     words = ds[name].attrs.get("long_name", name)
-    for variable, prefix in (("estimate", ""), ("low", "lower end, "), ("high", "upper end, ")):
-        out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + words}
-    out.attrs = {"variable": name, "confidence": confidence, "samples": every.values.size}
+    for variable, prefix in _ENDS_IN_WORDS.items():
+        if variable in out:
+            out[variable].attrs = {"units": units, "long_name": prefix + words}
+    out.attrs = {"variable": name, "confidence": confidence, "samples": every.values.size, **limits}
     out.attrs["missing"] = every.missing
     if few:
         of = f"{number(count, digits=2)} of {every.values.size}"
@@ -294,6 +338,27 @@ def _part(sample: Samples, flags: np.ndarray) -> Samples:
     """Return some of the samples, which count equally."""
     places = None if sample.places is None else sample.places[flags]
     return Samples(sample.values[flags], None, places, 0)
+
+
+def _bounded_ends(
+    sample: Samples, count: float, labels: list[str], confidence: float, resamples: int, seed: int
+) -> np.ndarray:
+    """Return the ends of intervals that hold wherever limited values lie between their bounds."""
+    assert sample.bounds is not None
+    low, high = finite_ends(sample.bounds)
+    parts = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for values in (
+            low,
+            high,
+            least_spread_values(np.array([low, high])),
+            most_spread_values(np.array([low, high])),
+        ):
+            bounded = sample._replace(values=values, bounds=None)
+            parts.append(_intervals(bounded, count, labels, confidence, resamples, seed))
+    is_std = np.array(labels) == "std"
+    ends = np.array([np.where(is_std, parts[2][0], parts[0][0]), np.where(is_std, parts[3][1], parts[1][1])])
+    return with_infinity(ends)
 
 
 def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: float, confidence: float) -> np.ndarray:

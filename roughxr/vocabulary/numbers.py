@@ -115,6 +115,17 @@ def value_and_interval(value: float, low: float, high: float, units: str = "nN")
     return known, f"{lower.removesuffix(unit).rstrip()} … {upper}"
 
 
+def bounds_in_words(low: float, high: float, units: str = "nN") -> str:
+    """Return the ends between which a value lies, in one unit; a dash if unknown."""
+    unit, size = prefixed(high if math.isfinite(high) else low, units)
+    if math.isinf(high):
+        return f"above {number(low / size, unit)}"
+    if math.isnan(high):
+        return "–"
+    lower, upper = (number(end / size, digits=2) for end in (low, high))
+    return f"{lower} … {upper} {unit}"
+
+
 def is_too_wide(low: float, high: float) -> bool:
     """Return whether an interval is too wide to be printed as numbers."""
     return low > 0 and high > _WIDEST * low

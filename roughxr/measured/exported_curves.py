@@ -1,0 +1,361 @@
+"""Read NanoScope's force curves and volumes, and the texts that JPK and NanoScope Analysis export, without a library.
+
+Answers are those of `curve_reader.read`. In NanoScope's files each curve is its extension, then its retraction, both
+from contact outwards. Force = count × V/LSB × deflection sensitivity × spring constant. Integers of four bytes may have
+fractional bits, which the trigger shows: the force reaches its threshold in contact.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from functools import lru_cache, partial
+from io import StringIO
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from ..scans.plain import decoded
+from . import curve_reader
+
+#: A curve: values stated in its header, and a function that reads its columns.
+Curve = dict[str, Any]
+
+#: Sizes, m and N, of the units in exported texts.
+_SIZES = {"m": 1.0, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "N": 1.0, "uN": 1e-6, "µN": 1e-6, "nN": 1e-9, "pN": 1e-12}
+
+#: JPK's columns of the height, sensors first.
+_JPK_SENSORS = ("strainGaugeHeight", "capacitiveSensorHeight", "measuredHeight")
+_JPK_HEIGHTS = (*_JPK_SENSORS, *(f"smoothed{name[0].upper()}{name[1:]}" for name in _JPK_SENSORS), "height")
+
+#: NanoScope Analysis' columns of the ramp, sensors first.
+_RAMPS = ("Height_Sensor", "Calc_Ramp")
+
+#: Largest size of NanoScope's header, bytes, and its last line.
+_LARGEST_HEADER = 2**20
+_HEADER_END = re.compile(rb"\\\*(?:Force )?[Ff]ile list end")
+
+#: A value in V of NanoScope's header, its sensitivity, and the size of a count; a sensitivity.
+_SCALED = re.compile(r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+)")
+_SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
+
+#: Numbers of fractional bits of integers of four bytes: of a curve, of a volume, and of any file with a trigger.
+_CURVE_BITS = 0
+_VOLUME_BITS = 8
+_POSSIBLE_BITS = (0, 8, 16)
+
+#: Number of curves of a volume that show the trigger.
+_TRIGGERED_CURVES = 16
+
+
+def read(path: Path, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
+    """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
+    stat = path.stat()
+    name, curves, missing = _opened(path, kind, tuple(known.items()), stat.st_mtime_ns, stat.st_size)
+    if missing:
+        return {"missing": list(missing)}
+    if last is None:
+        return {"format": name, "curves": [curve_reader.stated_values(curve["metadata"]) for curve in curves]}
+    return {"samples": [curve_reader.samples(curve, kind) for curve in curves[first:last]]}
+
+
+@lru_cache(maxsize=1)
+def _opened(path: Path, kind: str, known: tuple, *_state: int) -> tuple[str, list[Curve], tuple[str, ...]]:
+    """Return the name of a file's format, its curves, and the names of calibration values that it lacks."""
+    name, reader = READERS[kind]
+    calibration = dict(known)
+    curves = list(reader(path, calibration))
+    needed = {name for curve in curves for name in curve.pop("needed") if name not in curve["metadata"]}
+    return name, curves, tuple(sorted(needed))
+
+
+def _jpk_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curve of a text exported by JPK's programs."""
+    parts: dict[str, list[np.ndarray]] = {"height (measured)": [], "force": [], "segment": [], "paused": []}
+    stated: dict[str, str] = {}
+    metadata = dict(known)
+    needed: list[str] = []
+    lines = decoded(path.read_bytes()).splitlines()
+    is_head = np.array([line.startswith("#") or not line.strip() for line in lines])
+    starts = np.flatnonzero(np.diff(is_head.astype(int), prepend=1) == -1)
+    ends = [*np.flatnonzero(np.diff(is_head.astype(int)) == 1) + 1, len(lines)]
+    for number, (start, end) in enumerate(zip(starts, ends)):
+        head = (line[1:].partition(":") for line in lines[:start] if line.startswith("#"))
+        stated = {key.strip(): value.strip() for key, _, value in head}
+        names = stated.get("columns", "").split()
+        units = stated.get("units", "").split()
+        values = np.loadtxt(lines[start:end], ndmin=2)
+        height = next((name for name in _JPK_HEIGHTS if name in names), None)
+        if height is None or "vDeflection" not in names or len(units) != len(names):
+            raise ValueError(f"expected columns of height and vDeflection with units, found {', '.join(names)}")
+        metadata |= _jpk_calibration(stated, known)
+        deflection = units[names.index("vDeflection")]
+        needed = [] if deflection == "N" else ["spring constant"] if deflection == "m" else _CALIBRATION
+        factor = np.prod([metadata.get(name, np.nan) for name in needed])
+        parts["height (measured)"].append(values[:, names.index(height)] * _SIZES[units[names.index(height)]])
+        parts["force"].append(values[:, names.index("vDeflection")] * factor)
+        parts["segment"].append(np.full(len(values), number))
+        parts["paused"].append(np.full(len(values), stated.get("segment") == "pause"))
+    columns = {name: np.concatenate(values) for name, values in parts.items()}
+    places = {f"position {axis}": float(stated.get(f"{axis}Position", np.nan)) for axis in "xy"}
+    yield {"metadata": {**metadata, **places}, "data": columns, "needed": needed}
+
+
+#: Values that make a force of a voltage, by afmformats' names.
+_CALIBRATION = ["sensitivity", "spring constant"]
+
+
+def _jpk_calibration(stated: dict[str, str], known: dict[str, float]) -> dict[str, float]:
+    """Return sensitivity (m/V) and spring constant (N/m) that a segment states, or that the caller does."""
+    keys = {"sensitivity": "sensitivity", "spring constant": "springConstant"}
+    return {name: float(stated[key]) for name, key in keys.items() if _is_number(stated.get(key, ""))} | known
+
+
+def _is_number(text: str) -> bool:
+    try:
+        return np.isfinite(float(text))
+    except ValueError:
+        return False
+
+
+def _nanoscope_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curve of a text exported by NanoScope Analysis."""
+    lines = decoded(path.read_bytes()).splitlines()
+    first = next((k for k, line in enumerate(lines) if "_Ex" in line and not line.lstrip('"').startswith("\\")), None)
+    if first is None:
+        raise ValueError("expected columns of the extension, such as Calc_Ramp_Ex_nm and Defl_pN_Ex, found none")
+    header = _header_values([line.strip().strip('"') for line in lines[:first]])
+    table = pd.read_csv(StringIO("\n".join(lines[first:])), sep="\t", skipinitialspace=True, dtype=str)
+    table = table.apply(lambda column: pd.to_numeric(column.str.replace(",", "."), errors="coerce"))
+    branches = []
+    metadata = _nanoscope_calibration(header, "Sens. DeflSens") | known
+    needed: list[str] = []
+    for number, branch in enumerate(("Ex", "Rt")):
+        named = {_column_quantity(name, branch): table[name].to_numpy() for name in table if f"_{branch}" in name}
+        ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
+        deflection = next((("Defl", unit) for unit in ("pN", "nN", "uN", "nm", "V") if ("Defl", unit) in named), None)
+        if ramp is None or deflection is None:
+            raise ValueError(f"expected columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}, found {', '.join(table)}")
+        unit = deflection[1]
+        needed = [] if unit.endswith("N") else ["spring constant"] if unit == "nm" else _CALIBRATION
+        factor = _SIZES.get(unit, 1.0) * np.prod([metadata.get(name, np.nan) for name in needed])
+        height = -named[ramp] * _SIZES[ramp[1]]
+        branches.append((height, named[deflection] * factor, np.full(height.size, number)))
+    columns = dict(zip(("height (measured)", "force", "segment"), map(np.concatenate, zip(*branches))))
+    yield {"metadata": metadata, "data": columns, "needed": needed}
+
+
+def _column_quantity(name: str, branch: str) -> tuple[str, str]:
+    """Return quantity and units of a column, "Calc_Ramp_Ex_nm" or "Defl_pN_Ex"."""
+    before, _, after = name.strip().partition(f"_{branch}")
+    if after:
+        return before, after.strip("_")
+    quantity, _, unit = before.rpartition("_")
+    return quantity, unit
+
+
+def _header_values(lines: list[str]) -> dict[str, str]:
+    """Return the values of NanoScope's header lines by their names, the last of each name."""
+    pairs = (line[1:].partition(":") if not line.startswith("\\@") else _numbered(line) for line in lines)
+    return {key.strip().lower(): value.strip() for key, _, value in pairs}
+
+
+def _numbered(line: str) -> tuple[str, str, str]:
+    """Return name and value of a line such as "\\@4:Z scale: V […] (…) 2.5 V", without its number."""
+    name, colon, value = re.sub(r"^\\@(?:\d+:)?", "", line).partition(":")
+    return name, colon, value
+
+
+def _nanoscope_calibration(header: dict[str, str], quantity: str) -> dict[str, float]:
+    """Return sensitivity (m/V; without units nm/V) and spring constant (N/m) of a header."""
+    values: dict[str, float] = {}
+    sensitivity = _SENSITIVITY.match(header.get(quantity.lower(), ""))
+    if sensitivity and sensitivity["units"] in ("nm/V", ""):
+        values["sensitivity"] = float(sensitivity["value"]) * 1e-9
+    if _is_number(header.get("spring constant", "")):
+        values["spring constant"] = float(header["spring constant"])
+    return values
+
+
+class _Block(NamedTuple):
+    """A list of NanoScope's header: its title and values."""
+
+    title: str
+    values: dict[str, str]
+
+
+class _Stored(NamedTuple):
+    """A quantity of all curves of a NanoScope file."""
+
+    counts: np.ndarray  # (curves, samples), on disk
+    volts: float  # of a count
+    sensitivity: str  # its name
+
+
+class _Heights(NamedTuple):
+    """Heights of all curves, in any unit, and the size of the unit, m."""
+
+    values: np.ndarray  # (curves, samples)
+    size: float
+
+
+def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
+    """Yield the curves of NanoScope's force curves and volumes."""
+    blocks = _nanoscope_blocks(path)
+    header = {key: value for block in blocks if "image list" not in block.title for key, value in block.values.items()}
+    images = [block.values for block in blocks if "force image list" in block.title.lower()]
+    scans = [block.values for block in blocks if block.title.lower() == "ciao image list"]
+    deflection = next((image for image in images if "Defl" in image.get("image data", "")), None)
+    sensor = next((image for image in images if "ZSensor" in image.get("image data", "")), None)
+    if deflection is None:
+        titles = ", ".join(image.get("image data", "unnamed") for image in images) or "none"
+        raise ValueError(f"expected curves of the deflection, found {titles}; capture the deflection")
+    count = _curve_count(header, scans)
+    sizes = _sample_counts(header | deflection)
+    stored = _stored(path, deflection, count, sum(sizes))
+    bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
+    metadata = _nanoscope_calibration(header | deflection, stored.sensitivity) | known
+    volts = stored.volts / 2**bits
+    if sensor is None:
+        ramp = (_sine_heights if _is_peak_force(header) else _ramp_heights)(header | deflection, sizes)
+        heights = _Heights(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
+    else:
+        measured = _stored(path, sensor, count, sum(sizes))
+        size = measured.volts * _nanoscope_calibration(header, measured.sensitivity).get("sensitivity", np.nan)
+        heights = _Heights(measured.counts, -size)
+    for number in range(count):
+        places = _place(number, count, header, scans) if count > 1 else {}
+        read_columns = partial(_nanoscope_columns, number, stored, volts, heights, sizes, metadata)
+        yield {"metadata": {**metadata, **places}, "data": read_columns, "needed": _CALIBRATION}
+
+
+def _nanoscope_blocks(path: Path) -> list[_Block]:
+    """Return the lists of a NanoScope header."""
+    with path.open("rb") as file:
+        raw = file.read(_LARGEST_HEADER)
+    end = _HEADER_END.search(raw)
+    parts = re.split(r"(?m)^\\\*", raw[: end.start() if end else len(raw)].decode("latin-1"))
+    blocks = (part.splitlines() for part in parts if part)
+    return [_Block(lines[0].strip(), _header_values(lines[1:])) for lines in blocks]
+
+
+def _is_peak_force(header: dict[str, str]) -> bool:
+    """Return whether curves are those of PeakForce tapping, captured with an image."""
+    return header.get("peakforce capture") == "Allow" and header.get("operating mode") == "Image"
+
+
+def _sample_counts(values: dict[str, str]) -> tuple[int, int]:
+    """Return the numbers of samples of the extension and of the retraction."""
+    counts = [int(word) for word in values.get("samps/line", "").split() if word.isdecimal()]
+    if len(counts) not in (1, 2) or not all(counts):
+        raise ValueError(f"expected the samples of extension and retraction, found {values.get('samps/line', 'none')}")
+    if values.get("samps/line, retrace") == str(counts[0]):  # of the retraction
+        counts = counts[::-1]
+    return counts[0], counts[-1]
+
+
+def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
+    """Return the number of curves."""
+    is_volume = "volume" in header.get("operating mode", "").lower() or header.get("start context") == "FVOL"
+    if not (is_volume or _is_peak_force(header)):
+        return 1
+    if scans:
+        return int(scans[0]["samps/line"].split()[0]) * int(scans[0]["number of lines"])
+    return int(header["force/line"].split()[0]) ** 2
+
+
+def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Stored:
+    """Return a quantity of the curves; the width of its integers is their size over their number."""
+    if not all(image.get(key, "").isdecimal() for key in ("data offset", "data length")):
+        raise ValueError("expected a header with offset and length of the data, found none: damaged")
+    offset = int(image["data offset"])
+    width = int(image["data length"]) // (samples * count)
+    scale = _SCALED.match(image.get("z scale", ""))
+    if width not in (2, 4) or scale is None or not scale["lsb"]:
+        raise ValueError(f"expected {count} × {samples} integers with a scale in V/LSB, found {width} bytes for each")
+    if path.stat().st_size < offset + samples * count * width:
+        raise ValueError(f"expected {samples * count} samples, found a shorter file: cut short?")
+    counts = np.memmap(path, f"<i{width}", "r", offset, (count, samples))
+    return _Stored(counts, float(scale["lsb"]), scale["quantity"] or "")
+
+
+def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, str]) -> int:
+    """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
+    default = _CURVE_BITS if len(stored.counts) == 1 else _VOLUME_BITS
+    threshold = _SCALED.match(header.get("trig threshold deflection", ""))
+    if (
+        _is_peak_force(header)
+        or header.get("trigger mode") != "Relative"
+        or threshold is None
+        or float(threshold["value"]) <= 0
+    ):
+        return default
+    extensions = np.asarray(stored.counts[:_TRIGGERED_CURVES, : sizes[0]], float) * stored.volts
+    far = np.median(extensions[:, -max(sizes[0] // 4, 1) :], axis=1)
+    reached = float(np.median(extensions.max(axis=1) - far))
+    if reached <= 0:
+        return default
+    return min(_POSSIBLE_BITS, key=lambda bits: abs(np.log(reached / 2**bits / float(threshold["value"]))))
+
+
+def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
+    """Return the heights (m) of extension and retraction, from contact outwards."""
+    ramp = _SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
+    sensitivity = _SENSITIVITY.match(values.get("sens. zsens", ""))
+    if ramp is None or sensitivity is None:
+        raise ValueError("expected the size of the ramp and the sensitivity of the piezo, found none")
+    length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
+    return np.concatenate([np.linspace(0.0, length, size) for size in sizes])
+
+
+def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
+    """Return the heights (m) of a period of PeakForce tapping, as `_ramp_heights`; lowest at the synchronisation."""
+    amplitude = values.get("peak force amplitude", "")
+    if not _is_number(amplitude.removesuffix("nm")):
+        raise ValueError("expected the amplitude of PeakForce tapping, found none")
+    period = sum(sizes)
+    lowest = float(sizes[0])
+    points = values.get("sample points", "")
+    synchronisation = values.get("sync distance qnm", "")
+    if _is_number(synchronisation) and float(synchronisation) > 0 and _is_number(points):
+        lowest = float(synchronisation) * (1.0 if float(points) == sizes[0] else period / float(points))
+    height = -float(amplitude.removesuffix("nm")) * 1e-9 * np.cos(2 * np.pi * (np.arange(period) - lowest) / period)
+    return np.concatenate([height[: sizes[0]][::-1], height[sizes[0] :]])
+
+
+def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str, str]]) -> dict[str, float]:
+    """Return the place (m) of a curve of a volume, from the lower left corner, rows upwards."""
+    scan_size = (scans[0] if scans else header).get("scan size", "").replace("~", "µ").split()
+    if len(scan_size) < 2 or scan_size[-1] not in _SIZES or not float(scan_size[0]) > 0:
+        return {}
+    columns = int(scans[0]["samps/line"].split()[0]) if scans else round(count**0.5)
+    pixel = float(scan_size[0]) * _SIZES[scan_size[-1]] / columns
+    row, column = divmod(number, columns)
+    return {"position x": (column + 0.5) * pixel, "position y": (row + 0.5) * pixel}
+
+
+def _nanoscope_columns(
+    number: int,
+    stored: _Stored,
+    volts: float,
+    heights: _Heights,
+    sizes: tuple[int, int],
+    metadata: dict[str, float],
+) -> dict[str, np.ndarray]:
+    """Return the columns of a curve in order of time."""
+    size = sizes[0]
+    order = np.concatenate([np.arange(size)[::-1], np.arange(size, sum(sizes))])
+    force = stored.counts[number] * (volts * metadata["sensitivity"] * metadata["spring constant"])
+    segment = np.repeat([0, 1], sizes)
+    height = heights.values[number] * heights.size
+    return {"height (measured)": height[order], "force": force[order], "segment": segment}
+
+
+#: Names and readers of the formats, by kind.
+READERS: dict[str, tuple[str, Callable[[Path, dict[str, float]], Iterator[Curve]]]] = {
+    "nanoscope": ("Bruker NanoScope (force curves)", _nanoscope),
+    "jpk text": ("JPK Instruments (text)", _jpk_text),
+    "nanoscope text": ("Bruker NanoScope Analysis (text)", _nanoscope_text),
+}
