@@ -334,3 +334,49 @@ def test_the_listed_formats_are_those_that_open(tmp_path, capsys):
     assert cli.main(["info", "--formats"]) == 0
     printed = capsys.readouterr().out
     assert all(known.name in printed and known.endings.split()[-1] in printed for known in formats.READ.values())
+
+
+#: Lines above the numbers as Gwyddion writes them in Russian, German, French and Japanese.
+TRANSLATED = [
+    ("Канал", "Ширина", "Высота", "Единицы измерения"),
+    ("Kanal", "Breite", "Höhe", "Werteinheit"),
+    ("Canal ", "Largeur ", "Hauteur ", "Unités de valeur "),
+    ("チャンネル", "幅", "高さ", "値の単位"),
+]
+
+
+@pytest.mark.parametrize("names", TRANSLATED)
+@pytest.mark.parametrize("comma", [False, True])
+def test_gwyddions_text_is_read_in_any_of_its_languages(tmp_path, names, comma):
+    values = ("Height", f"{SIZE[0] / 1e3:.6f} µm", f"{SIZE[1] / 1e3:.6f} µm", "m")
+    header = "\n".join(f"# {name}: {value.replace('.', ',') if comma else value}" for name, value in zip(names, values))
+    rows = "\n".join("\t".join(f"{value * 1e-9:.6e}" for value in row) for row in ROWS)
+    path = tmp_path / "scan.txt"
+    path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
+    assert_same(open_scan(path), SCAN, 1e-5)
+
+
+@pytest.mark.parametrize("upwards", [True, False])
+def test_a_nexus_image_has_the_size_and_orientation_of_its_axes(tmp_path, upwards):
+    path = tmp_path / "scan.nxs"
+    lengths = [(np.arange(n) + 0.5) * length / n for n, length in zip(ROWS.shape, SIZE[::-1])]
+    with h5py.File(path, "w") as file:
+        data = file.create_group("entry/data")
+        data.attrs.update({"NX_class": "NXdata", "signal": "topography", "axes": ["y", "x"]})
+        data["topography"] = ROWS[::-1] * 1e-9 if upwards else ROWS * 1e-9
+        data["topography"].attrs["units"] = "m"
+        data["x"] = lengths[1] * 1e-3
+        data["y"] = lengths[0] if upwards else lengths[0][::-1]
+        data["x"].attrs["units"] = "um"
+        data["y"].attrs["units"] = "nm"
+    assert_same(open_scan(path), SCAN, 1e-6)
+
+
+def test_topostats_grains_do_not_take_the_place_of_the_image(tmp_path):
+    path = WRITERS["topostats"](tmp_path, ROWS, (SIZE[0], SIZE[0] / ROWS.shape[1] * ROWS.shape[0]))
+    with h5py.File(path, "a") as file:
+        crop = file.create_group("grain_crops/above/0")
+        crop["image"] = ROWS[:8, :8]
+        crop["pixel_to_nm_scaling"] = file["pixel_to_nm_scaling"][()]
+    scan = open_scan(path)
+    assert scan.attrs["channel"] == "image" and dict(scan.sizes) == {"x": ROWS.shape[1], "y": ROWS.shape[0]}

@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import roughxr
+from roughxr.cli import main
 from roughxr.measured.vendor_scales import nanoscope_scale
 from roughxr.scans import UnreadableScan
 
@@ -330,3 +331,48 @@ def test_measured_forces_that_only_push_are_not_compared():
         roughxr.compare(predicted, -predicted)
     noisy = predicted.assign(pull_off_force=("subregion", [-1.0, 350.0, 400.0]))
     assert roughxr.compare(predicted, noisy).measured.sel(statistic="mean") > 0
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "adhesion [nN],Frequency (%)",
+        "adhesion [nN],probability density (1/nN)",
+        "adhesion [nN],Anzahl",
+        "force [nN],nombre",
+        "force [nN],N",
+        "force [nN],Häufigkeit",
+    ],
+)
+def test_a_histogram_is_refused_by_any_name(tmp_path, heading):
+    path = tmp_path / "histogram.csv"
+    path.write_text(f"{heading}\n1.0,3\n2.0,7\n3.0,2\n", encoding="utf-8")
+    with pytest.raises(UnreadableScan, match="found a distribution with column"):
+        roughxr.open_pull_off(path)
+
+
+@pytest.mark.parametrize(
+    "heading", ["sample,adhesion [nN],std [nN],n", "sample,adhesion [nN],standard deviation,count"]
+)
+def test_a_summary_is_no_pull_offs(tmp_path, heading):
+    path = tmp_path / "summary.csv"
+    path.write_text(f"{heading}\nA,12.0,3.0,64\nB,15.0,4.0,64\n")
+    with pytest.raises(UnreadableScan, match="found a summary with column"):
+        roughxr.open_pull_off(path)
+
+
+def test_a_swept_condition_keeps_its_pull_offs_apart(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    path = tmp_path / "loads.csv"
+    rows = [f"{load},{load + force:.3f}" for load in (10, 20, 40) for force in rng.uniform(1, 2, 8)]
+    path.write_text("load [nN],adhesion [nN]\n" + "\n".join(rows) + "\n")
+    measured = roughxr.open_pull_off(path)
+    assert measured.attrs["condition"] == "load [nN]" and set(measured.condition.values) == {10, 20, 40}
+    with pytest.raises(ValueError, match=r"found 3 values of 'load \[nN\]': 10, 20, 40; select one"):
+        measured.contact.answer()
+    one = measured.where(measured.condition == 20, drop=True).contact.answer()
+    assert 21 < float(one.pull_off_force) < 22
+    capsys.readouterr()
+    assert main(["measured", str(path)]) == 0
+    printed = capsys.readouterr().out
+    assert all(f"load [nN]: {load}" in printed for load in (10, 20, 40))

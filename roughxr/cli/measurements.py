@@ -17,7 +17,7 @@ from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pu
 from ..report.summary import PLACES
 from ..scans import UnreadableScan
 from ..statistics.headline import best_estimate
-from ..statistics.sampling import sample_bounds
+from ..statistics.sampling import CONDITION, sample_bounds
 from ..vocabulary.numbers import bounds_in_words, is_too_wide, number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
@@ -53,6 +53,10 @@ def describe(options: Namespace) -> None:
         error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
         parts = with_error(float(low[0]), error)[: 2 if error > 0 else 1]
         print(f"\npull-off force: {' ± '.join(parts)} nN")
+    elif low.size and CONDITION in ds.coords:
+        for value, part in ds.groupby(CONDITION):
+            print(f"\n{ds.attrs[CONDITION]}: {value:g}")
+            _print_statistics(statistics.bootstrap(part, "pull_off_force"))
     elif low.size:
         _print_statistics(statistics.bootstrap(ds, "pull_off_force"))
     if options.output:

@@ -12,7 +12,16 @@ from ..statistics import bootstrap
 from ..statistics.censoring import finite_ends, with_infinity
 from ..statistics.densities import shares_up_to
 from ..statistics.places import independent_places
-from ..statistics.sampling import AT_LEAST, AT_MOST, DETECTION, Samples, limits_in_words, samples, without_weights
+from ..statistics.sampling import (
+    AT_LEAST,
+    AT_MOST,
+    DETECTION,
+    Samples,
+    limits_in_words,
+    refuse_conditions,
+    samples,
+    without_weights,
+)
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
 from .registration import best_match
@@ -106,6 +115,7 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise ValueError(f"{words}: expected {_NAME}, found {names}; take .contact.pull_off() of a solution first")
+    refuse_conditions(ds, words)
     sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
         raise ValueError(

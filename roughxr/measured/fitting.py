@@ -12,7 +12,10 @@ from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
 from ..contact.adhesion import adhesive
-from ..statistics.sampling import limits_in_words, samples
+from ..statistics.sampling import limits_in_words, refuse_conditions, samples
+from ..vocabulary import schema
+from ..vocabulary.error_sources import UNSEEN
+from ..vocabulary.numbers import quantity
 from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import quantity
@@ -116,6 +119,7 @@ def fit_pair(
     if not 0 <= force_error < 1:
         raise ValueError(f"force_error: expected a relative error from 0 to below 1, found {force_error!r}")
     schema.pair(ds, "contact_modulus", "work_of_adhesion", coated=True)
+    refuse_conditions(measured, "measured")
     forces = samples(measured, "pull_off_force", quiet=True)
     if low := int((forces.values <= 0).sum()):
         raise ValueError(

@@ -31,8 +31,24 @@ _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--
 
 #: Columns of a distribution, whose rows are not pull-offs.
 _DISTRIBUTION = re.compile(
-    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|(?<!debris_)share|^(counts?|occurrences?|events?|hits)$|"
-    r"^(number|no\.?|#) of",
+    r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|(?<!debris_)share|"
+    r"^(counts?|occurrences?|events?|hits)$|^(number|no\.?|#) of|^(anzahl|nombre|effectifs?|numero|número|cantidad|n)$|"
+    r"h(ä|ae)ufigkeit|fr[ée]quence|frecuencia|"
+    r"wahrscheinlichkeit|dichte|densit[ée]|densidad",
+    re.IGNORECASE,
+)
+
+#: Columns of a summary, whose rows are means of pull-offs.
+_SUMMARY = re.compile(
+    r"^(.*[\s_])?(std|stdev|std\.? ?dev\.?|sd|s\.d\.|sem|standard deviation|standardabweichung|[ée]cart[- ]type|"
+    r"desviaci[óo]n est[áa]ndar)$",
+    re.IGNORECASE,
+)
+
+#: Columns of conditions that a measurement may vary.
+_SWEPT = re.compile(
+    r"(?:^|[\s_])((?:pre)?load|set[\s_-]?point|humidity|rh|diameter|radius|temperature|dwell|contact time|"
+    r"speed|velocity|voltage|last|luftfeuchte|durchmesser)(?:$|[\s_])",
     re.IGNORECASE,
 )
 
@@ -190,13 +206,30 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
 
 def refuse_distribution(path: Path, columns: list[Column], force: Column) -> None:
     """Raise for a histogram or a distribution, whose rows are not pull-offs."""
-    others = [column.name for column in columns if column is not force and not _axis(column) and not column.units]
-    if wrong := [name for name in others if _DISTRIBUTION.search(name.strip())]:
-        raise UnreadableScan(
-            path,
-            f"expected one row for each pull-off, found a distribution with column {wrong[0]!r}; give the pull-offs "
-            "themselves, or drop the column",
-        )
+    others = [column for column in columns if not (column is force or _axis(column) or _is_row_number(column))]
+    for what, pattern in (("a summary", _SUMMARY), ("a distribution", _DISTRIBUTION)):
+        names = [column.name for column in others if pattern.search(column.name.strip())]
+        if names:
+            raise UnreadableScan(
+                path,
+                f"expected one row for each pull-off, found {what} with column {names[0]!r}; give the pull-offs "
+                "themselves, or drop the column",
+            )
+
+
+def _is_row_number(column: Column) -> bool:
+    """Return whether a column counts the rows."""
+    return bool((np.diff(column.values) == 1).all()) and column.values.size > 1 and column.values[0] in (0, 1)
+
+
+def swept_column(columns: list[Column], force: Column) -> Column | None:
+    """Return the column of a condition of which each value has several pull-offs, None without one."""
+    for column in columns:
+        values = column.values[np.isfinite(column.values)]
+        is_condition = column is not force and _SWEPT.search(column.name.strip())
+        if is_condition and 1 < np.unique(values).size <= values.size / 2:
+            return column
+    return None
 
 
 def _named(columns: list[Column], name: str) -> list[Column]:

@@ -14,14 +14,22 @@ import xarray as xr
 from ..jobs.progress import subregion_bar
 from ..scans import files
 from ..scans.channel import Channel, UnreadableScan, channels_in_direction, channels_named, first_bytes, listing
-from ..scans.plain import decoded
-from ..statistics.sampling import AT_LEAST, AT_MOST, DETECTION, map_samples, sample_bounds
+from ..scans.plain import decoded, gwyddion_header
+from ..statistics.sampling import AT_LEAST, AT_MOST, CONDITION, DETECTION, map_samples, sample_bounds
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, factor
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
 from .force_curves import curves_pull_off
-from .force_tables import force_column, is_spreadsheet, lengths, place_columns, read_table, refuse_distribution
+from .force_tables import (
+    force_column,
+    is_spreadsheet,
+    lengths,
+    place_columns,
+    read_table,
+    refuse_distribution,
+    swept_column,
+)
 from .forces import Calibration, converts, forces, magnitudes
 from .vendor_scales import with_vendor_scale
 
@@ -70,11 +78,11 @@ def open_pull_off(
     -------
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) along ``subregion``, NaN where nothing was measured, or only a
-        limit, ``pull_off_at_most``; coordinates
-        ``subregion_x``, ``subregion_y`` (nm) if places are known, for an image as in a scan of that file, and
-        ``file`` if there are several. For curves also the other variables of `curves_pull_off`. Attributes:
-        ``measured`` ("table", "adhesion image" or "force-distance curves"), file name, SHA-256, channel, and the
-        conversion to forces.
+        limit, ``pull_off_at_most``; coordinates ``subregion_x``, ``subregion_y`` (nm) if places are known, for an image
+        as in a scan of that file, and ``file`` if there are several; ``condition``, the values of a load, humidity,
+        diameter or the like that a table sweeps: pull-offs of one condition are comparable. For curves also the other
+        variables of `curves_pull_off`. Attributes: ``measured`` ("table", "adhesion image" or "force-distance curves"),
+        file name, SHA-256, channel, and the conversion to forces.
 
     Raises
     ------
@@ -191,7 +199,8 @@ def _is_matrix(path: Path) -> bool:
     """Return whether a text states the size of an image above the numbers, as Gwyddion's."""
     head = decoded(first_bytes(path, 2000))
     comments = [line for line in head.splitlines() if line.lstrip().startswith("#")]
-    return any("Width:" in line for line in comments) and any("Height:" in line for line in comments)
+    stated = all(any(side in line for line in comments) for side in ("Width:", "Height:"))
+    return stated or bool(gwyddion_header(comments))
 
 
 def _read_force_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
@@ -212,6 +221,10 @@ def _read_force_table(path: Path, image: _Selection, place_units: str | None, gi
     for axis, place in places.items():
         ds.coords[f"subregion_{axis}"] = ("subregion", lengths(path, place, place_units))
     refuse_distribution(path, columns, column)
+    swept = swept_column(columns, column)
+    if swept is not None:
+        ds.coords[CONDITION] = ("subregion", swept.values)
+        ds.attrs[CONDITION] = f"{swept.name} [{swept.units}]" if swept.units else swept.name
     ds = ds.assign_coords(subregion=np.arange(ds.sizes["subregion"]))
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 

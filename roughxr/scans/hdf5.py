@@ -1,7 +1,8 @@
-"""HDF5 files that are no NetCDF: any matrix, named by its path, and the layouts of TopoStats, JPK and Nanosurf.
+"""HDF5 files that are no NetCDF: any matrix, named by its path, and the layouts of TopoStats, JPK, Nanosurf and NeXus.
 
-Only those three state sizes. Facts from the public readers of TopoStats, AFMReader, playNano and Nanosurf. The first
-row of a matrix is the top of the picture; JPK and Nanosurf store the lowest line first.
+Only those four state sizes. Facts from the public readers of TopoStats, AFMReader, playNano and Nanosurf, and from the
+definition of NXdata. The first row of a matrix is the top of the picture; JPK and Nanosurf store the lowest line first,
+NeXus as its axis states.
 """
 
 from __future__ import annotations
@@ -15,7 +16,11 @@ import h5py
 import numpy as np
 
 from ..archive import open_locked_raw
+from ..vocabulary.units import factor
 from .channel import Channel, UnreadableScan, stated_direction
+
+#: TopoStats' image of the whole scan; other images are grains.
+_TOPOSTATS_IMAGE = "image"
 
 #: Beginnings of the names of JPK's attributes.
 _GRID, _SCALE = "position-pattern.grid.", "net-encoder.scaling."
@@ -42,7 +47,7 @@ def hdf5_channels(path: Path) -> list[Channel]:
         file.visititems(visit)
     if not images:
         raise UnreadableScan(path, "expected a matrix of numbers, found none")
-    return images
+    return sorted(images, key=lambda image: image.name != _TOPOSTATS_IMAGE or image.size is None)
 
 
 def _images(path: Path, name: str, item: Any) -> list[Channel]:
@@ -59,10 +64,47 @@ def _images(path: Path, name: str, item: Any) -> list[Channel]:
             return _nanosurf_images(path, name, item, stated, kind)
     if item.ndim != 2:
         return []
+    if _text(item.parent.attrs.get("NX_class", "")) == "NXdata" and _is_signal(item):
+        return _nexus_images(path, name, item)
     pixel = item.parent.get("pixel_to_nm_scaling") if item.dtype.kind == "f" else None  # TopoStats
     size = None if pixel is None else (item.shape[1] * float(pixel[()]), item.shape[0] * float(pixel[()]))
     units = "nm" if size else item.attrs.get("units", item.attrs.get("unit"))
     return [Channel(name, units and str(units), item.shape, size, "nm", partial(_values, path, name, ...))]
+
+
+def _text(value: Any) -> str:
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _is_signal(item: h5py.Dataset) -> bool:
+    """Return whether a dataset is what its NXdata group shows, or the group does not say."""
+    signal = _text(item.parent.attrs.get("signal", ""))
+    return not signal or item.name.rsplit("/", 1)[-1] == signal
+
+
+def _nexus_images(path: Path, name: str, item: h5py.Dataset) -> list[Channel]:
+    """Return the image of an NXdata group, whose axes are those of rows and columns."""
+    stated = item.parent.attrs.get("axes", item.attrs.get("axes", ()))
+    names = re.split("[:,]", _text(stated)) if isinstance(stated, (str, bytes)) else [_text(axis) for axis in stated]
+    axes = [item.parent[axis] for axis in names if axis in item.parent]
+    units = _text(item.attrs.get("units", "")) or None
+    title = _text(item.attrs.get("long_name", name))
+    if len(axes) != 2 or tuple(axis.size for axis in axes) != item.shape or min(item.shape) < 2:
+        return [Channel(title, units, item.shape, None, None, partial(_values, path, name, ...))]
+    y_axis, x_axis = (np.asarray(axis[()], dtype=float).ravel() for axis in axes)
+    y_units, x_units = (_text(axis.attrs.get("units", "")) for axis in axes)
+    width, height = (np.ptp(axis) * axis.size / (axis.size - 1) for axis in (x_axis, y_axis))
+    if y_units != x_units:
+        height *= factor(y_units, x_units)
+    rows = slice(None, None, -1 if y_axis[-1] > y_axis[0] else 1)
+    columns = slice(None, None, 1 if x_axis[-1] > x_axis[0] else -1)
+    read = partial(_turned_values, path, name, (rows, columns))
+    return [Channel(title, units, item.shape, (float(width), float(height)), x_units or None, read)]
+
+
+def _turned_values(path: Path, name: str, order: tuple[slice, slice]) -> np.ndarray:
+    """Return a dataset with its rows and columns in an order."""
+    return _values(path, name, ...)[order]
 
 
 def _jpk_frames(path: Path, name: str, item: Any, stated: dict[str, Any]) -> list[Channel]:

@@ -28,6 +28,10 @@ _ENTRY = re.compile(r"^\s*([^:=]+):\s*(.*?)\s*$")
 _ENTRIES = re.compile(r"([A-Za-z][\w-]*)\s*=\s*(.*?)\s*(?=[\s,;]+[A-Za-z][\w-]*\s*=|$)")
 _LENGTH = re.compile(r"^([-+0-9.eE]+)\s*([^\s\d]\S*)$")
 
+#: The lines that Gwyddion writes above the numbers, always in this order, in any of its languages; and a line.
+_GWYDDION = ("channel", "width", "height", "value units")
+_TRANSLATED = re.compile(r"^#\s*([^:：]+?)\s*[:：]\s*(.*?)\s*$")
+
 #: Longest line of a header, characters: searching longer ones for entries would take hours.
 _LONGEST_LINE = 1000
 
@@ -100,7 +104,7 @@ def decoded(data: bytes) -> str:
 
 def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     """Return what the lines above the numbers state, its names in small letters, and the heading of points."""
-    header: dict[str, str] = {}
+    header = gwyddion_header(lines)
     heading = ""
     for line in lines:
         words = line.lstrip("# \t")
@@ -110,7 +114,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
             )
         entry = _ENTRY.match(words)
         entries = [entry.groups()] if entry else _ENTRIES.findall(words)
-        header |= {name.strip().lower(): value for name, value in entries}
+        header = {name.strip().lower(): value for name, value in entries} | header
         if _HEADING.match(words):
             heading = words
         elif not entries and not line.lstrip().startswith("#"):
@@ -120,6 +124,18 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
                 "`roughxr measured`",
             )
     return header, heading
+
+
+def gwyddion_header(lines: list[str]) -> dict[str, str]:
+    """Return what Gwyddion's lines above the numbers state, under their English names; empty if they are not there."""
+    matches = [_TRANSLATED.match(line[:_LONGEST_LINE]) for line in lines[: len(_GWYDDION)]]
+    values = [match[2] for match in matches if match]
+    if any(match and match[1].lower() in ("width", "height") for match in matches[:1] + matches[3:]):
+        return {}  # of another program, in another order
+    if len(values) < len(_GWYDDION) or not all(_LENGTH.match(value.replace(",", ".")) for value in values[1:3]):
+        return {}
+    header = dict(zip(_GWYDDION, values))
+    return header | {side: header[side].replace(",", ".") for side in ("width", "height")}
 
 
 def _sides(header: dict[str, str]) -> list[str]:

@@ -19,7 +19,7 @@ from ..vocabulary.numbers import (
 )
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
-from .sampling import at_first_preload, by_share, conditions, sample_bounds, with_limits
+from .sampling import at_first_preload, by_share, conditions, refuse_conditions, sample_bounds, with_limits
 from .uncertainty import FEWEST_SAMPLES, not_shown
 
 #: Half width of a normal 95 % interval, in standard deviations.
@@ -139,6 +139,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
             "expected places along subregion, found a single force; take the answer before the mean over places, or "
             "of one place, isel(subregion=0)"
         )
+    refuse_conditions(pull, "pull_off_force")
     bounds = sample_bounds(pull, "pull_off_force")
     known = int(np.isfinite(bounds[0]).sum())
     if not (bounds[1] > 0).any():

@@ -28,6 +28,10 @@ AT_LEAST = "pull_off_at_least"
 #: would count forces that are known twice.
 DETECTION = "detection_limit"
 
+#: Coordinate of measured forces: a condition that was varied; and largest number of its values in a message.
+CONDITION = "condition"
+_MOST_CONDITIONS = 8
+
 #: Shares that differ by less, relative to the largest, are equal.
 _EQUAL_SHARES = 1e-9
 
@@ -187,6 +191,20 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
     if missing:
         reason = f" ({why})" if why else ""
         warn(f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}")
+
+
+def refuse_conditions(ds: xr.Dataset, what: str) -> None:
+    """Raise for measured forces of several conditions, such as loads."""
+    if CONDITION not in ds.coords:
+        return
+    values = np.unique(ds[CONDITION].values)
+    if values.size > 1:
+        name = ds.attrs.get(CONDITION, CONDITION)
+        listed = ", ".join(f"{value:g}" for value in values[:_MOST_CONDITIONS])
+        raise ValueError(
+            f"{what}: expected one condition, found {values.size} values of {name!r}: {listed}; select one, "
+            f"measured.where(measured.condition == {values[0]:g}, drop=True)"
+        )
 
 
 def with_limits(ds: xr.Dataset, *names: str) -> xr.Dataset:
