@@ -16,9 +16,6 @@ from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import quantity
-from ..vocabulary import schema
-from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import quantity
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 

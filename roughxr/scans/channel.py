@@ -83,9 +83,9 @@ def is_length(units: str | None) -> bool:
 
 def stated_direction(name: str) -> str:
     """Return "trace" or "retrace" if a channel's name states it, else ""."""
-    if re.search("retrace|backward", name, re.IGNORECASE):
+    if re.search(r"retrace|backward|\bbwd\b", name, re.IGNORECASE):
         return "retrace"
-    return "trace" if re.search("trace|forward", name, re.IGNORECASE) else ""
+    return "trace" if re.search(r"trace|forward|\bfwd\b", name, re.IGNORECASE) else ""
 
 
 def optional(module: str) -> ModuleType:
@@ -170,11 +170,12 @@ def choose(channels: list[Channel], channel: str | int | None, direction: str | 
 def ambiguity_warning(channels: list[Channel], chosen: Channel, direction: str | None) -> str:
     """Return a warning that lists other images of heights; empty if there are none.
 
-    A sensor's image is preferred to the piezo voltage of the same movement, without a warning.
+    A sensor's image is preferred to the piezo voltage of the same movement, without a warning. Two images of one name
+    are trace and retrace.
     """
     fitting = channels_in_direction(channels_named(channels, None), direction)
     tied = [image for image in fitting if _is_sensor(image) == _is_sensor(chosen)]
-    if len(tied) < 2:
+    if len(tied) < 2 or (len(tied) == 2 and len({_stem(image.name) for image in tied}) == 1):
         return ""
     numbers = ", ".join(_first_of([f"{channels.index(image)}: {image.name!r}" for image in tied]))
     return f"{len(tied)} images may be the heights ({numbers}); {chosen.name!r} is read; choose another one, channel="
@@ -204,7 +205,7 @@ def channels_in_direction(channels: list[Channel], direction: str | None) -> lis
 
 def _stem(name: str) -> str:
     """Return a channel's name without direction and capitals: "HeightRetrace" becomes "height"."""
-    return re.sub("[ _-]*(retrace|trace|forward|backward)[ _-]*", "", name.lower())
+    return re.sub(r"[ _-]*\(?(retrace|trace|forward|backward|\bfwd\b|\bbwd\b)\)?[ _-]*", "", name.lower())
 
 
 def listing(channels: list[Channel]) -> str:
