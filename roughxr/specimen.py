@@ -14,6 +14,7 @@ from .bodies.pair import indenter_map
 from .jobs.spread import is_lazy
 from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from .scans import regions, wavelength
+from .scans.editing import on_square_pixels
 from .vocabulary import schema
 from .vocabulary.units import Places
 
@@ -92,8 +93,8 @@ class Specimen:
 
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
-    """Return the specimen of a scan; a specimen is returned unchanged."""
+    """Return the specimen of a scan, on square pixels; a specimen is returned unchanged."""
     if isinstance(given, Specimen):
         return given
     scan = schema.validate(given, "scan")
-    return Specimen(scan.compute(), is_lazy(scan))
+    return Specimen(on_square_pixels(scan.compute()), is_lazy(scan))

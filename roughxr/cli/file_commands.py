@@ -10,6 +10,7 @@ import xarray as xr
 
 from .. import archive, figures, scans
 from ..scans import formats
+from ..scans.editing import on_square_pixels
 from ..vocabulary.numbers import number
 from ..vocabulary.schema import one_of
 from . import words
@@ -60,7 +61,7 @@ def info(options: Namespace) -> None:
 def convert(options: Namespace) -> None:
     """Write a scan in another format."""
     suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "--output")
-    scan = read_scan(options.file, options)
+    scan = on_square_pixels(read_scan(options.file, options))
     (scans.to_netcdf if suffix == ".nc" else scans.to_file)(scan, options.output)
     print(f"written to {options.output}")
 

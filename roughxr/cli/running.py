@@ -16,6 +16,7 @@ from ..bodies.pair import assign_pair
 from ..bodies.substances import MATERIALS
 from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
+from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
 from ..studies.roughness_scale import quietly
 from ..vocabulary.text import sentences_on_lines
@@ -63,7 +64,7 @@ def _run_each(options: Namespace, output: Path) -> None:
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
-    scan = paired(read_scan(file, options), options)
+    scan = paired(on_square_pixels(read_scan(file, options)), options)
     same = ("particle", "delta", "preload", "law", "mesh", "budget")
     with use_scheduler(options.scheduler):
         return analysis.run(

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..vocabulary.schema import label, pixel, record, validate
+from ..vocabulary.schema import is_square, label, pixel, record, validate
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
 
 
@@ -143,6 +144,15 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     out = scan.compute().interp(places, kwargs={"bounds_error": False})
     out = out.assign_coords({axis: (axis, places[axis], scan[axis].attrs) for axis in ("x", "y")})
     return record(label(out.transpose("x", "y", ...)), "resample", size=step)
+
+
+def on_square_pixels(scan: xr.Dataset) -> xr.Dataset:
+    """Return a scan, resampled to the smaller side of its pixels with a warning if they are not square."""
+    dx, dy = pixel(scan)
+    if is_square(dx, dy):
+        return scan
+    warn(f"pixels of {dx:.6g} × {dy:.6g} nm are not square: heights are interpolated to {min(dx, dy):.6g} nm")
+    return resample(scan)
 
 
 def _places(old: np.ndarray, step: float, axis: str) -> np.ndarray:

@@ -13,9 +13,10 @@ import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_roughness
-from ..vocabulary.schema import entered, finite, label, pixel, record, square_pixel, validate
+from ..vocabulary.schema import entered, finite, label, pixel, record, validate
 from ..vocabulary.units import Quantity, positive, single, whole_number
 from . import wavelength
+from .editing import on_square_pixels
 from .spectra import ring_means
 
 #: Fit band: longest over shortest fitted wavelength. Particles on the scan dominate longer wavelengths; a narrower band
@@ -219,8 +220,8 @@ def add_fine_roughness(
     >>> dict(fine.sizes), fine.attrs["fine_longest"] > 20 > 1 > fine.attrs["fine_rms"] > 0.1
     ({'x': 256, 'y': 256}, True)
     """
-    scan = validate(ds, "scan")
-    side = square_pixel(scan)
+    scan = on_square_pixels(validate(ds, "scan"))
+    side = min(pixel(scan))
     shortest = positive(shortest, "nm", "shortest")
     seed = whole_number(seed, "seed", least=0)
     n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)

@@ -220,10 +220,15 @@ def pixel(ds: xr.Dataset) -> tuple[float, float]:
     return spacing(ds["x"]), spacing(ds["y"])
 
 
+def is_square(dx: float, dy: float) -> bool:
+    """Return whether pixels are square but for rounding."""
+    return abs(dx - dy) <= 1e-6 * dx
+
+
 def square_pixel(ds: xr.Dataset) -> float:
     """Return the pixel size of a scan in nm; raise where its pixels are not square."""
     dx, dy = pixel(ds)
-    if abs(dx - dy) > 1e-6 * dx:
+    if not is_square(dx, dy):
         raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (roughxr.scans.resample)")
     return dx
 
