@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from roughxr.scans import level, power_spectrum, roughness
+from roughxr.scans.texture_parameters import texture_parameters
 
 from .surfaces import rough, scan
 
@@ -95,3 +96,52 @@ def test_too_many_missing_pixels_leave_no_spectrum():
     with pytest.warns(UserWarning, match="no spectrum: .* missing pixels"):
         found = power_spectrum(scan(height, PIXEL))
     assert found["psd"].isnull().all()
+
+
+def rough_texture(lengths, seed=0, shape=(160, 128)):
+    from scipy.ndimage import gaussian_filter
+
+    height = gaussian_filter(np.random.default_rng(seed).normal(size=shape), lengths, mode="wrap")
+    return height - height.mean()
+
+
+def test_a_gaussian_surface_has_its_autocorrelation_length_and_aspect():
+    """Of white noise smoothed by a Gaussian of width σ the autocorrelation is exp(−r²/4σ²): 0.2 at 2σ √ln 5."""
+    texture = texture_parameters(rough_texture((6.0, 3.0), shape=(800, 600)), (2.0, 2.0))
+    expected = 2 * 3.0 * np.sqrt(np.log(5)) * 2.0
+    assert texture[0] == pytest.approx(expected, rel=0.1) and texture[1] == pytest.approx(0.5, rel=0.15)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.2, 2.4])
+def test_the_texture_direction_is_that_of_a_wave(angle):
+    x, y = np.meshgrid(np.arange(200.0), np.arange(160.0), indexing="ij")
+    wave = np.sin(2 * np.pi * 0.1 * (x * np.cos(angle) + y * np.sin(angle)))
+    assert texture_parameters(wave, (1.0, 1.0))[2] == pytest.approx(angle, abs=0.05)
+
+
+def test_a_linear_height_distribution_is_all_core():
+    """Its material ratio curve is a line; of heights cut off at a plateau there are no peaks."""
+    line = np.linspace(0, 10, 10_000).reshape(100, 100)
+    np.testing.assert_allclose(texture_parameters(line, (1.0, 1.0))[3:], [10, 0, 0], atol=1e-6)
+    plateau = np.minimum(line, 6.0)
+    core, peaks, valleys = texture_parameters(plateau, (1.0, 1.0))[3:]
+    assert core == pytest.approx(0, abs=1e-6) and peaks == pytest.approx(0, abs=1e-6)
+    assert valleys == pytest.approx(6.0, rel=1e-3)  # a triangle of 60 % of the area
+
+
+def test_missing_pixels_leave_the_texture_unknown_but_not_the_core():
+    height = rough_texture((3.0, 3.0))
+    whole = texture_parameters(height, (1.0, 1.0))
+    height[3, 4] = np.nan
+    holed = texture_parameters(height, (1.0, 1.0))
+    assert np.isnan(holed[:3]).all()
+    np.testing.assert_allclose(holed[3:], whole[3:], rtol=0.01)
+
+
+def test_parameters_of_the_texture_are_those_of_surfalize():
+    surfalize = pytest.importorskip("surfalize", minversion="0.17.1", reason="an independent implementation")
+    for lengths in ((3.0, 3.0), (6.0, 2.0)):
+        height = rough_texture(lengths)
+        surface = surfalize.Surface(height.T[::-1].copy(), 5.0, 5.0)
+        expected = [surface.Sal(), surface.Str(), np.radians(surface.Std()), surface.Sk(), surface.Spk(), surface.Svk()]
+        np.testing.assert_allclose(texture_parameters(height, (5.0, 5.0)), expected, rtol=5e-3)

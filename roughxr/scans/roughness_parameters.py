@@ -1,4 +1,4 @@
-"""Roughness parameters: the paper's two, and the height and hybrid parameters of ISO 25178-2.
+"""Roughness parameters: the paper's two, and those of ISO 25178-2.
 
 The paper (equations 44 and 45) takes heights from a datum, Z = 0, and not from their mean: R_a = mean |Z|,
 R_q = sqrt(mean Z²). (The values that it prints are sqrt(sum Z²) / MN instead, too small by 512 for its 512 x 512
@@ -14,6 +14,7 @@ import xarray as xr
 
 from ..vocabulary.schema import label, pixel, record, validate
 from .levelling import level
+from .texture_parameters import NAMES, texture_parameters
 
 
 def roughness(ds: xr.Dataset) -> xr.Dataset:
@@ -28,15 +29,18 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     -------
     Dataset
         Scalars ``s_a``, ``s_q``, ``s_p``, ``s_v``, ``s_z`` in nm, ``s_sk``, ``s_ku``, ``s_dq``, ``s_dr`` of
-        unit 1 (about the least-squares plane), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0). Size and pixel
-        are coordinates, origin and levelling history attributes. Lazy if the scan is.
+        unit 1 (about the least-squares plane), ``r_a_datum`` and ``r_q_datum`` in nm (about height 0); of the texture
+        ``s_al`` (nm), ``s_tr`` (1) and ``s_td`` (rad, from x towards y), NaN if pixels are missing, or a texture is
+        longer than the scan; ``s_k``, ``s_pk``, ``s_vk`` (nm) of the material ratio curve. Size and pixel are
+        coordinates, origin and levelling history attributes. Lazy if the scan is.
 
     Notes
     -----
-    ISO 25178-2:2021, height and hybrid parameters. s_ku is 3 for Gaussian heights. Slopes are differences
+    ISO 25178-2:2021. s_ku is 3 for Gaussian heights. Slopes are differences
     between neighbouring pixels; s_dr is the developed area of the surface triangulated over its pixel
     centres, averaged over both diagonals, less the projected area, over the projected area. So s_dr is near
-    s_dq²/2 for small slopes.
+    s_dq²/2 for small slopes. The others are those of surfalize 0.17.1 and later; of scans with more than 1024 pixels
+    along a side, the autocorrelation is the mean of at most four parts.
 
     Examples
     --------
@@ -49,7 +53,18 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     flat = scan.assign(height=level(scan)["height"])
     own = scan["height"]  # the paper's numbers are about height 0
     datum = {"r_a_datum": abs(own).mean(), "r_q_datum": np.sqrt((own**2).mean())}
-    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **datum})
+    texture = xr.apply_ufunc(
+        texture_parameters,
+        flat["height"].drop_vars(list(flat["height"].coords)),
+        kwargs={"pixel": pixel(scan)},
+        input_core_dims=[["x", "y"]],
+        output_core_dims=[["parameter"]],
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"output_sizes": {"parameter": len(NAMES)}, "allow_rechunk": True},
+    )
+    of_texture = {name: texture.isel(parameter=number) for number, name in enumerate(NAMES)}
+    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **of_texture, **datum})
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
     return record(label(out), "roughness")
 
