@@ -126,10 +126,10 @@ def measured_ratio(ratio, spread):
 def test_a_measured_factor_and_that_of_one_scan_are_weighted_by_their_inverse_variances(scan, scanned):
     one, both = (real_pull_off(scan, scanned, None, measured=each) for each in (None, measured_ratio(0.5, 1.1)))
     error = np.hypot(np.log(1.1) / 1.96, extrapolation._TRANSFER_ERROR)
-    weights = np.array([float(one.relative_error.sel(entry=UNSEEN)), error]) ** -2
-    log = np.average(np.log([float(one.roughness_factor), 0.5]), weights=weights)
+    errors = np.array([float(one.relative_error.sel(entry=UNSEEN)), error])
+    log = np.average(np.log([float(one.roughness_factor), 0.5]), weights=errors**-2)
     assert float(both.roughness_factor) == pytest.approx(np.exp(log))
-    assert float(both.relative_error.sel(entry=UNSEEN)) == pytest.approx(weights.sum() ** -0.5)
+    assert float(both.relative_error.sel(entry=UNSEEN)) == pytest.approx(np.sum(errors**-2) ** -0.5)
     assert "by measured pull-offs" in both.attrs["assumed"]
     unsure = real_pull_off(scan, scanned, None, measured=measured_ratio(0.5, 1.1), force_error=0.5)
     assert unsure.relative_error.sel(entry=UNSEEN) > both.relative_error.sel(entry=UNSEEN)

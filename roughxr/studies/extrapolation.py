@@ -37,9 +37,9 @@ from .uncertainty_budget import budget_of
 
 #: ln(factor) = −_FALL h u of one scan, with the standard deviation h √((_MISSED b)² + (_SCATTER u)²) for wavelengths to
 #: b; _MISSED is in 1/nm. Set on AFM maps by ``tests/benchmarks/real_below_the_pixel.py``.
-_FALL = 0.32
-_MISSED = 0.0082
-_SCATTER = 0.42
+_FALL = 0.39
+_MISSED = 0.0093
+_SCATTER = 0.49
 
 #: Shortest wavelength (nm) of continuum theory, and the shortest and longest that the maps could test.
 _SHORTEST_WAVELENGTH = 0.5
@@ -49,8 +49,8 @@ _TESTED = (6.0, 64.0)
 _PIXELS_PER_WAVELENGTH = 2.0
 
 #: The same of a second scan, at h = 1, beyond the scatter of its places.
-_LEAST_SECOND_SCATTER = 0.1
-_SECOND_SCATTER = 0.2
+_LEAST_SECOND_SCATTER = 0.17
+_SECOND_SCATTER = 0.27
 
 #: Places of the first pixels of a second scan as the first would show it, in pixels: results are means over both.
 _PHASES = (0.25, 0.75)
@@ -207,18 +207,22 @@ def real_pull_off(
     lowering = -float(np.log(scanned["smooth_share"]))
     smooth = mean / float(scanned["smooth_share"])
     is_at_rest = SHARE in solved.coords
-    factors = [] if is_at_rest else [one_scan_factor(lowering, max(schema.pixel(ds)), end)]
+    unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
     if finer is not None:
-        factors.append(_second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest))
+        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest)
+        unseen = second if is_at_rest else _combined_factor(unseen, second)
     if measured is not None and not is_at_rest:
-        factors.append(_measured_factor(measured, force_error))
-    unseen = _combined_factor(factors)
+        by_forces = _measured_factor(measured, force_error)
+        if finer is not None:
+            by_forces = by_forces._replace(source=f"{unseen.source} and {by_forces.source}")
+        unseen = _combined_factor(unseen, by_forces, are_independent=True)
     errors = {PLACES: np.log(high / low) / (2 * HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(budget)}
     if not np.isfinite(errors.get(MESH, np.nan)):
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH
     shared = HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
     factor = float(np.exp(unseen.log))
-    remaining = {UNSEEN: unseen.error if finer is not None else min(unseen.error, second_scan_error(lowering))}
+    with_second = _combined_factor(unseen, RoughnessFactor(0.0, second_scan_error(lowering), ""))
+    remaining = {UNSEEN: unseen.error if finer is not None else with_second.error}
     out = xr.Dataset(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
@@ -324,18 +328,20 @@ def _measured_factor(measured: xr.Dataset, force_error: float) -> RoughnessFacto
     return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
 
 
-def _combined_factor(factors: list[RoughnessFactor]) -> RoughnessFactor:
-    """Return the mean of estimates of one factor, weighted by their inverse variances.
+def _combined_factor(
+    first: RoughnessFactor, second: RoughnessFactor, *, are_independent: bool = False
+) -> RoughnessFactor:
+    """Return the mean of two estimates of one factor, weighted by their inverse variances.
 
-    The first is of one scan, if there are several: where it is exact, nothing is unseen.
+    Scans of one surface may be wrong in the same way: agreement narrows the error only if they are independent. Where
+    the first is exact, nothing is unseen. The source is that of the second.
     """
-    first = factors[0]
-    if len(factors) == 1 or first.error == 0:
+    if first.error == 0:
         return first
-    weights = np.array([factor.error for factor in factors]) ** -2
-    log = float(np.average([factor.log for factor in factors], weights=weights))
-    source = " and ".join(factor.source for factor in factors[1:])
-    return RoughnessFactor(log, float(weights.sum() ** -0.5), source)
+    errors = np.array([first.error, second.error])
+    log = float(np.average([first.log, second.log], weights=errors**-2))
+    error = np.sum(errors**-2) ** -0.5 if are_independent else np.average(errors, weights=errors**-2)
+    return RoughnessFactor(log, float(error), second.source)
 
 
 def second_scan_error(lowering: float) -> float:

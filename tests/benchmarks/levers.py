@@ -4,9 +4,9 @@
 
 The levers of single bumps, of the glass twin and of rough surfaces, stiff, soft and humid, on the mesh of a pull-off
 with two cells to a pixel; true are those on cells four times smaller than the last, at most 16 to a pixel. Only the
-glass twin and the surfaces 54 and 55 set constants; places with 16 cells to a pixel are left out. Printed are the share of places
-at which the stated error covers the largest difference in any direction, and the share of all directions in which it
-does. Half an hour.
+glass twin and the surfaces 54 and 55 set constants; places with 16 cells to a pixel are left out. Printed are the share
+of places at which the stated error covers the largest difference in any direction, and the share of all directions in
+which it does. Half an hour.
 """
 
 import argparse

@@ -183,7 +183,11 @@ def rows_of(name, how, solved):
 
     def by_second_scan(pixels):
         image = picture(surface, pixels).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
-        return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")[:2]
+        try:
+            return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")[:2]
+        except ValueError as reason:
+            print(f"{name}, every {pixels}th pixel, refused: {reason}")
+            return np.nan, np.nan
 
     pair = surface.contact.assign_pair(sphere_radius=how["radius"], materials="glass")
     smooth = roughxr.statistics.smooth_pull_off(pair.assign_attrs(law="exponential"))
@@ -206,11 +210,13 @@ def rows_of(name, how, solved):
 
 
 class Constants(NamedTuple):
-    """The constants of the estimate from one scan."""
+    """The constants of the estimate."""
 
     fall: float
     missed: float  # 1/nm
     scatter: float
+    least_second: float  # of a second scan
+    second: float
 
     def factor(self, row):
         """Return ln(factor) and its standard deviation for an image."""
@@ -218,24 +224,49 @@ class Constants(NamedTuple):
         deviation = part * np.hypot(self.missed * row.longest, self.scatter * row.lowering)
         return -self.fall * part * row.lowering, deviation
 
+    def second_error(self, row):
+        """Return the standard deviation of ln(factor) by a second scan."""
+        return np.hypot(row.error, np.hypot(self.least_second, self.second * row.lowering))
+
 
 def fitted(rows):
     """Return the most likely constants of the images of some surfaces, each surface counted once.
 
     The scatter is widened for the number of surfaces, as an interval of Student's t for another surface is.
     """
+    wide = widening(len(rows))
+
+    def one_scan(parameters):
+        fall, *logs = parameters
+        return Constants(fall, *(wide * np.exp(logs)), np.nan, np.nan)
+
+    def second_scan(parameters):
+        return Constants(np.nan, np.nan, np.nan, *(wide * np.exp(parameters)))
+
+    one = most_likely(rows, one_scan, [0.3, *np.log([0.008, 0.4])], lambda constants, row: constants.factor(row))
+    start = np.log([0.15, 0.2])
+    second = most_likely(rows, second_scan, start, lambda constants, row: (row.second, constants.second_error(row)))
+    return one._replace(least_second=second.least_second, second=second.second)
+
+
+def most_likely(rows, constants_of, start, estimate):
+    """Return the constants whose estimates of all images, ln(factor) and its deviation, are most likely.
+
+    The deviations of ``constants_of`` are widened; those of the likelihood are not.
+    """
+    wide = widening(len(rows))
 
     def misfit(parameters):
-        tried = Constants(parameters[0], *np.exp(parameters[1:]))
+        constants = constants_of(parameters)
         total = 0.0
         for each in rows.values():
-            logs, deviations = np.transpose([tried.factor(row) for row in each])
+            logs, deviations = np.transpose([estimate(constants, row) for row in each])
+            deviations = deviations / wide
             off = (np.array([row.log for row in each]) - logs) / deviations
-            total += np.mean(np.log(deviations) + 0.5 * off**2)
+            total += np.nanmean(np.log(deviations) + 0.5 * off**2)
         return total
 
-    fall, *logs = minimize(misfit, [0.3, *np.log([0.008, 0.4])], method="Nelder-Mead", options=TOLERANCE).x
-    return Constants(fall, *(widening(len(rows)) * np.exp(logs)))
+    return constants_of(minimize(misfit, start, method="Nelder-Mead", options=TOLERANCE).x)
 
 
 def widening(count):
@@ -251,16 +282,18 @@ def estimates(rows, others):
     """
     constants = fitted(others)
     logs = [np.mean([row.log for row in each if row.pixels in SCORED]) for each in others.values()]
-    constant, deviation = np.mean(logs), np.std(logs) * widening(len(logs))
+    constant = np.mean(logs)
+    spread = np.std(logs) * widening(len(logs))
     out = {"a constant": [], "one scan": [], "second scan": []}
     for row in rows:
         log, error = constants.factor(row)
-        out["a constant"].append((constant - row.log, deviation))
+        out["a constant"].append((constant - row.log, spread))
         out["one scan"].append((log - row.log, error))
-        second = np.hypot(row.error, extrapolation.second_scan_error(row.lowering))
-        weights = 1 / np.array([error, second]) ** 2
-        both = np.average([log, row.second], weights=weights)
-        out["second scan"].append((both - row.log, weights.sum() ** -0.5))
+        if np.isnan(row.second):  # refused
+            continue
+        errors = np.array([error, constants.second_error(row)])
+        both, deviation = (np.average(values, weights=errors**-2) for values in ([log, row.second], errors))
+        out["second scan"].append((both - row.log, deviation))
     return out
 
 
@@ -287,9 +320,10 @@ def print_scores(title, rows, training):
     print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
     each = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
     for way in ("a constant", "one scan", "second scan"):
-        if any(np.isnan(result[way]).any() for result in each.values()):
+        results = [result[way] for result in each.values() if result[way]]
+        if not results:
             continue
-        rms, bias, *shares, half, score = scores([result[way] for result in each.values()])
+        rms, bias, *shares, half, score = scores(results)
         inside = "  ".join(f"{share:4.0%}" for share in shares)
         print(f"{way:15s} {rms:9.2f}  {bias:4.2f}  {inside:>20s}  × {half:8.2f}  {score:14.2f}", flush=True)
 
