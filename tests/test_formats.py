@@ -3,6 +3,7 @@
 import contextlib
 import struct
 import warnings
+import zipfile
 
 import h5py
 import numpy as np
@@ -380,3 +381,45 @@ def test_topostats_grains_do_not_take_the_place_of_the_image(tmp_path):
         crop["pixel_to_nm_scaling"] = file["pixel_to_nm_scaling"][()]
     scan = open_scan(path)
     assert scan.attrs["channel"] == "image" and dict(scan.sizes) == {"x": ROWS.shape[1], "y": ROWS.shape[0]}
+
+
+def rewritten_x3p(path, change):
+    """Rewrite the main.xml of an X3P file."""
+    with zipfile.ZipFile(path) as archive:
+        members = {name: archive.read(name) for name in archive.namelist()}
+    members["main.xml"] = change(members["main.xml"].decode()).encode()
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    return path
+
+
+def test_an_x3p_revision_may_have_a_dash(tmp_path):
+    path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
+    rewritten_x3p(path, lambda text: text.replace("ISO5436 - 2000", "ISO5436 – 2000"))
+    assert_same(open_scan(path), SCAN, 1e-6)
+
+
+def test_an_x3p_may_list_its_heights_in_its_index(tmp_path):
+    path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
+    data = "".join(f"<Datum>{value * 1e-9!r}</Datum>" for value in ROWS.ravel().tolist())
+    link = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>"
+    rewritten_x3p(path, lambda text: text.replace(link, f"<DataList>{data}</DataList>"))
+    assert_same(open_scan(path), SCAN, 1e-6)
+
+
+def test_files_without_heights_or_size_are_named_for_what_they_are(tmp_path):
+    surface = WRITERS["sur"](tmp_path, ROWS, SIZE)
+    content = surface.read_bytes()
+    surface.write_bytes(content[:212] + b"%".ljust(16) + content[228:])
+    compressed = tmp_path / "compressed.sur"
+    compressed.write_bytes(content.replace(b"DIGITAL SURF", b"DSCOMPRESSED"))
+    agilent = WRITERS["mi"](tmp_path, ROWS, SIZE)
+    agilent.write_bytes(agilent.read_bytes().replace(b"xLength", b"xAbsent"))
+    for path, fault in (
+        (surface, "expected heights, found a Digital Surf file of another quantity, in '%'"),
+        (compressed, "found a compressed one; save it without compression"),
+        (agilent, "expected the size of the image, found no xLength in its header"),
+    ):
+        with pytest.raises(UnreadableScan, match=fault):
+            open_scan(path)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 import json
 import os
+import re
+import zipfile
 from functools import lru_cache
 from typing import Any
 
@@ -39,7 +41,8 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         if name in UNUSED or reader.can_read(head) == IO.MagicMatch.NO:
             continue
         try:
-            return IO.open_topography(_with_micro_signs(path) if name == "di" else path, format=name), {}
+            mended = {"di": _with_micro_signs, "x3p": _as_standard_x3p}.get(name, str)
+            return IO.open_topography(mended(path), format=name), {}
         except Exception as error:  # readers fail in various ways on other formats
             errors[name] = " ".join(str(error).split()) or type(error).__name__
     return None, errors
@@ -50,6 +53,33 @@ def _with_micro_signs(path: str) -> Any:
     with open(path, "rb") as file:
         header, end, data = file.read().partition(b"\x1a")
     return io.BytesIO(header.replace(b"~m", b"\xb5m") + end + data) if b"~m" in header else path
+
+
+def _as_standard_x3p(path: str) -> Any:
+    """Return an X3P file with the revision's hyphen, and with heights in a member of their own."""
+    with zipfile.ZipFile(path) as archive:
+        if "main.xml" not in archive.namelist():
+            return path
+        members = {name: archive.read(name) for name in archive.namelist()}
+    text = members["main.xml"].decode("utf-8", "replace")
+    mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
+    listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
+    if listed:
+        data = re.findall(r"<(?:\w+:)?Datum\s*(?:/>|>([^<]*)</(?:\w+:)?Datum>)", listed[0])
+        heights = [float(words.split(";")[-1]) if words.strip() else np.nan for words in data]
+        members["bindata/listed.bin"] = np.array(heights, "<f8").tobytes()
+        link = "<DataLink><PointDataLink>bindata/listed.bin</PointDataLink></DataLink>"
+        mended = mended[: listed.start()] + link + mended[listed.end() :]
+        mended = re.sub(r"(<CZ>.*?<DataType>)\w(</DataType>)", r"\1D\2", mended, flags=re.DOTALL)
+    if mended == text:
+        return path
+    members["main.xml"] = mended.encode()
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w") as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    packed.seek(0)
+    return packed
 
 
 def _image(info: Any) -> dict[str, Any]:

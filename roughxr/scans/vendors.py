@@ -38,6 +38,8 @@ def channels(path: Path) -> list[Channel]:
     head = first_bytes(path, 512)
     if head[:2] in IGOR and not is_igor(head):
         raise UnreadableScan(path, "expected a header with a valid checksum, found a damaged one (Igor wave)")
+    if fault := _fault(path, head):
+        raise UnreadableScan(path, fault)
     answer = read_in_process(path, vendor_reader, "SurfaceTopography")
     if "errors" in answer:
         advice = "save it as .gwy, .gsf or text in Gwyddion or in the program that wrote it"
@@ -56,6 +58,27 @@ def code_of(head: bytes) -> str:
     certain = (name for name, starts in SIGNATURES.items() if name != "ps" and head.startswith(starts))
     code = next(certain, "")
     return code if code != "ibw" or is_igor(head) else ""
+
+
+#: Place of the units of heights in a Digital Surf header.
+_SURF_UNITS = slice(212, 228)
+
+
+def _fault(path: Path, head: bytes) -> str:
+    """Return what is wrong with a file of a format that is read; empty if that is not known."""
+    code = code_of(head)
+    if head.startswith(b"DSCOMPRESSED"):
+        return "expected a Digital Surf file without compression, found a compressed one; save it without compression"
+    if code == "sur":
+        units = head[_SURF_UNITS].decode("latin-1").strip("\0 ")
+        if not is_length(units):
+            return f"expected heights, found a Digital Surf file of another quantity, in {units or 'no units'!r}"
+    if code == "mi":
+        header = path.read_bytes().partition(b"data  ")[0].decode("latin-1").splitlines()
+        names = {line.split()[0] for line in header if line.strip()}
+        if lacking := [name for name in ("xLength", "yLength") if name not in names]:
+            return f"expected the size of the image, found no {' and '.join(lacking)} in its header; save it as .gwy"
+    return ""
 
 
 def _reason(errors: dict[str, str], head: bytes) -> str:
