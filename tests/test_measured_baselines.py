@@ -123,3 +123,15 @@ def test_the_noise_of_rounded_forces_is_at_least_that_of_rounding():
     assert sample_noise(np.round(smooth, 2)) == pytest.approx(0.01 / np.sqrt(12)) and sample_noise(smooth) < 1e-5
     noisy = smooth + np.random.default_rng(8).normal(0, 0.1, 2000)
     assert sample_noise(noisy) == pytest.approx(0.1, rel=0.1)
+
+
+@pytest.mark.parametrize("slope", [0.02, 0.5, 2.0])
+def test_pulls_just_above_their_limit_are_not_overestimated(slope):
+    """A steep contact, then a tail of weak tension: the lowest of many samples is lower than the force by noise."""
+    z = np.linspace(2000.0, 0.0, 2000)
+    pulls = []
+    for seed in range(40):
+        force = np.where(z > 1500, (z - 1500) * slope - 6.0, -6.0 * np.exp(-(1500 - z) / 60))
+        force += np.random.default_rng(seed).normal(0, 1, z.size)
+        pulls.append(evaluated_retraction(z, force, np.inf, 1.0).pull_off_force)
+    assert abs(np.nanmean(pulls) - 6.0) < 0.5

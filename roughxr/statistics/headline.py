@@ -326,7 +326,8 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
             limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
         words = f"The mean as scanned is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}."
         sentences.append(words)
-    if np.isfinite(value["low"]) and np.isnan(value["debris_share"]) and value["places"] < FEWEST_SAMPLES:
+    is_solved = np.isnan(value["debris_share"]) and "measured" not in summary.attrs
+    if np.isfinite(value["low"]) and is_solved and value["places"] < FEWEST_SAMPLES:
         sentences.append(not_shown(int(value["places"]), value["independent_places"]))
     return sentences
 
