@@ -63,8 +63,8 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
         output_dtypes=[float],
         dask_gufunc_kwargs={"output_sizes": {"parameter": len(NAMES)}, "allow_rechunk": True},
     )
-    of_texture = {name: texture.isel(parameter=number) for number, name in enumerate(NAMES)}
-    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **of_texture, **datum})
+    texture_scalars = {name: texture.isel(parameter=number) for number, name in enumerate(NAMES)}
+    out = xr.Dataset({**_height_parameters(flat["height"]), **_slope_parameters(flat), **texture_scalars, **datum})
     out = out.assign_coords(_frame(scan)).assign_attrs(scan.attrs)
     return record(label(out), "roughness")
 

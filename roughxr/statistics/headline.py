@@ -276,8 +276,8 @@ def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]
         cells = f"overestimated by about {percent(error)} due to the size of cells"
         errors = f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
     mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
-    of = "as measured" if "measured" in summary.attrs else "for the surface as scanned"
-    sentences = [f"Mean pull-off {mean}{errors}) {of}{_air(summary)}.", _limit_words(summary, value)]
+    surface_words = "as measured" if "measured" in summary.attrs else "for the surface as scanned"
+    sentences = [f"Mean pull-off {mean}{errors}) {surface_words}{_air(summary)}.", _limit_words(summary, value)]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
         words = ERROR_SOURCES[source].label or source
