@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from .bodies.pair import indenter_map
+from .bodies.pair_record import Pair, read_pair
 from .jobs.spread import is_lazy
 from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
 from .scans import regions, wavelength
@@ -70,10 +71,15 @@ class Specimen:
         return schema.square_pixel(self.bodies)
 
     @cached_property
+    def pair(self) -> Pair:
+        """The pair of bodies as plain numbers, NaN where a value is not assigned."""
+        return read_pair(self.bodies)
+
+    @cached_property
     def indenter(self) -> Indenter:
         """The assigned sphere or map."""
         height_map = indenter_map(self.bodies)
-        radius = np.nan if height_map else schema.pair(self.bodies, "sphere_radius")[0]
+        radius = np.nan if height_map else schema.sphere_radius(self.bodies)
         return Indenter(radius, PROFILES["sphere"], height_map)
 
     @cached_property

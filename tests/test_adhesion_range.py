@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import roughxr
-from roughxr.bodies.pair import attraction_range
+from roughxr.bodies.pair_record import read_pair
 from roughxr.scans.synthetic import self_affine
 
 
@@ -60,7 +60,7 @@ def test_the_closest_approach_of_a_hamaker_constant_is_another_length(pair):
     found = [ds.contact.rigid(delta=[-9.0], **PLACES) for ds in (both, both.assign_coords(adhesion_range=2.0))]
     np.testing.assert_array_equal(found[0].force, found[1].force)
     assert found[1].attrs["closest_approach"] == pytest.approx(0.2)
-    assert attraction_range(both, "lennard_jones") == pytest.approx(0.2 * np.sqrt(0.75))
-    assert attraction_range(both) == attraction_range(both, "exponential") == 0.3
-    assert attraction_range(pair, "lennard_jones") == 0.3
-    assert attraction_range(both.assign_coords(adhesion_range=2.0), "lennard_jones") == 2.0
+    assert read_pair(both).range_of("lennard_jones") == pytest.approx(0.2 * np.sqrt(0.75))
+    assert read_pair(both).range == read_pair(both).range_of("exponential") == 0.3
+    assert read_pair(pair).range_of("lennard_jones") == 0.3
+    assert read_pair(both.assign_coords(adhesion_range=2.0)).range_of("lennard_jones") == 2.0

@@ -10,7 +10,6 @@ import xarray as xr
 import roughxr
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.elastic import LIMITS, direct
-from roughxr.contact.estimates import elastic_pull_off
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
@@ -197,13 +196,6 @@ def test_without_adhesion_it_is_the_elastic_contact(law, monkeypatch):
     elastic = direct(ds, delta=delta).force
     for branch in ("loading", "retraction"):
         np.testing.assert_allclose(adhering.sel(branch=branch), elastic, rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize("pixel", [PIXEL, PIXEL / 2])
-def test_pull_off_from_the_elastic_sweep_of_a_sphere(pixel):
-    found = elastic_pull_off(direct(flat(pixel, 121), delta=np.arange(0.25, 10, 0.25)))
-    assert float(found.pull_off_force[0]) == pytest.approx(PULL, rel=0.01)
-    assert bool(found.bracketed[0])
 
 
 @pytest.fixture(scope="module")

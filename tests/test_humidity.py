@@ -49,7 +49,7 @@ def test_kelvin_radius_is_that_of_water_at_25_degrees(humidity, expected):
 
 def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
     ds = wet(flat(3000.0), 0.8, contact_angle=(20, 60))
-    assert liquid.pair_menisci(ds).height == pytest.approx(LEAST / -np.log(0.8) * (np.cos(np.pi / 9) + 0.5), rel=1e-5)
+    assert liquid.menisci_of(ds).height == pytest.approx(LEAST / -np.log(0.8) * (np.cos(np.pi / 9) + 0.5), rel=1e-5)
     assert {ds[name].units for name in ("contact_angle_1", "contact_angle_2")} == {"rad"}
     drier = ds.assign_coords(liquid.humidity_coordinates(ds, 0.5))
     assert float(drier.kelvin_radius) == pytest.approx(liquid.kelvin_radius(0.5))
@@ -251,8 +251,8 @@ def at_part(part):
 
 def test_menisci_thicker_than_two_molecules_count_in_full():
     ds = scan(np.zeros((9, 9)))
-    assert [liquid.pair_menisci(wet(ds, humidity)).part for humidity in (0.2, 0.3, 0.5, 0.9)] == [1.0] * 4
-    thin = liquid.pair_menisci(wet(ds, at_part(0.25), work_of_adhesion=(0.1, 0.02)))
+    assert [liquid.menisci_of(wet(ds, humidity)).part for humidity in (0.2, 0.3, 0.5, 0.9)] == [1.0] * 4
+    thin = liquid.menisci_of(wet(ds, at_part(0.25), work_of_adhesion=(0.1, 0.02)))
     assert thin.capillary_pressure == pytest.approx(0.25 * GAMMA / thin.kelvin_radius, rel=1e-4)
     assert thin.share == pytest.approx(0.8, rel=1e-4)
 
@@ -314,7 +314,7 @@ def summit(radius=200.0, humidity=0.5, *, n=65, pixel=2.0, **options):
 def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
     pair = summit(contact_modulus=modulus)
-    menisci, both = liquid.pair_menisci(pair), 1 / (1 / 200 + 1 / 3000)
+    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
     parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
     found = float(pair.contact.pull_off_map(subregions=(1, 1), law="dugdale").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
@@ -470,7 +470,7 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
     pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
     table = pair.contact.formulas(subregions=(2, 2), refine=2)
-    force, given, menisci = table.pull_off_force, table.attrs, liquid.pair_menisci(pair)
+    force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
     assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
     share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
     assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import pair_menisci, total_work
-from ..bodies.pair import attraction_range
+from ..bodies.pair_record import read_pair
 from ..jobs.spread import is_lazy
 from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import pull_off_search
@@ -68,18 +67,20 @@ def read_options(
         raise ValueError(
             "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
         )
-    radius, modulus = schema.pair(ds, "sphere_radius", "contact_modulus", coated=coated)
-    length = attraction_range(ds) if dry_range is None else dry_range
-    if (menisci := pair_menisci(ds)) is not None:  # of a longer range and a larger work than the solids
-        length += menisci.part * (menisci.range - length)
+    pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
+    if law != HERTZ:
+        schema.need_assigned(ds, "work_of_adhesion")
+    length = pair.range if dry_range is None else dry_range
+    if pair.menisci is not None:  # of a longer range and a larger work than the solids
+        length += pair.menisci.part * (pair.menisci.range - length)
     return SumOptions(
         law=formulation if law == JKR else law,
         adhesion_range=length if law in RANGED else np.nan,
         composite=formulation != "published",
         profile=PROFILES["sphere"],
-        radius=radius,
-        contact_modulus=modulus,
-        work_of_adhesion=0.0 if law == HERTZ else total_work(ds),
+        radius=pair.sphere_radius,
+        contact_modulus=pair.contact_modulus,
+        work_of_adhesion=0.0 if law == HERTZ else pair.work,
     )
 
 

@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import sphere_pull_off, total_work
-from ..vocabulary import schema
+from ..bodies.pair_record import read_pair
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.text import warn
 from .catalogue import RESOLVED
@@ -41,8 +40,7 @@ def expectation(catalogue: xr.Dataset, law: str) -> str:
 
 def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> None:
     """Warn of pull-off forces (nN) above that of the same sphere on a smooth flat, with the probable cause."""
-    (radius,) = schema.pair(catalogue, "sphere_radius")
-    smooth = sphere_pull_off(total_work(catalogue), radius, stiff=ADHESION_LAWS[law].has_range)
+    smooth = read_pair(catalogue).smooth_pull_off(stiff=ADHESION_LAWS[law].has_range)
     above = np.asarray(force) > smooth
     if smooth > 0 and above.any():
         width = 2 * float(catalogue["patch_radius"])

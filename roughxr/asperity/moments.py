@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..bodies.pair_record import read_pair
 from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import contact_sums as sums
@@ -279,8 +280,9 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
         touching = gap <= _RIGID_GAP * length
     else:
         side = float(ds["x"][1] - ds["x"][0])
-        (modulus,), work = schema.pair(ds, "contact_modulus", coated=True), float(ds["work_of_adhesion"])
-        touching = touching_cells(gap, pressure, side, edge_opening(ds.attrs["law"], work, modulus, side))
+        pair = read_pair(ds, "contact_modulus", "work_of_adhesion")
+        opening = edge_opening(ds.attrs["law"], pair.solid_work, pair.contact_modulus, side)
+        touching = touching_cells(gap, pressure, side, opening)
     x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     cell = float(x[1] - x[0]) * float(y[1] - y[0])
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell

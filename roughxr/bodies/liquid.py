@@ -107,27 +107,17 @@ class Menisci(NamedTuple):
         return 0.5 * self.part * self.surface_tension * self.kelvin_radius * open_angle
 
 
-def pair_menisci(ds: xr.Dataset) -> Menisci | None:
+def menisci_of(ds: xr.Dataset) -> Menisci | None:
     """Return the menisci of a pair of bodies, None for a dry pair and below a molecule."""
     if not schema.is_wet(ds):
         return None
-    radius, tension, molecule = schema.pair(ds, "kelvin_radius", "surface_tension", "liquid_molecule", humid=True)
+    names = ("kelvin_radius", "surface_tension", "liquid_molecule")
+    schema.need_assigned(ds, *names)
+    radius, tension, molecule = (float(ds[name]) for name in names)
     first, second = (float(ds[name]) for name in ANGLES)
     film, share = (float(ds.coords.get(name, usual)) for name, usual in (("liquid_film", 0), ("share_under_liquid", 1)))
     part = min(2 * radius / molecule - 1, 1.0)
     return Menisci(radius, tension, (first, second), film, 1 - part * (1 - share), part)
-
-
-def total_work(ds: xr.Dataset) -> float:
-    """Return the work of adhesion, J/m²: of a humid pair that of the liquid and of the solids under it."""
-    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
-    menisci = pair_menisci(ds)
-    return work if menisci is None else menisci.work + menisci.share * work
-
-
-def sphere_pull_off(work: float, radius: float, *, stiff: bool) -> float:
-    """Return the pull-off force (nN) of a sphere (nm) on a smooth flat: Bradley's of a stiff one, else JKR's."""
-    return (2.0 if stiff else 1.5) * math.pi * work * radius
 
 
 def angles(given: Any) -> tuple[float, float]:
@@ -236,7 +226,7 @@ def updated_liquid_share(ds: xr.Dataset, work: float) -> dict[str, float]:
 
 def liquid_words(ds: xr.Dataset) -> str:
     """Return the liquid of a humid pair and the limits of its law in words; empty for a dry pair."""
-    menisci = pair_menisci(ds)
+    menisci = menisci_of(ds)
     if menisci is None:
         return f"{_no_liquid_words(ds)}." if "humidity" in ds.coords else ""
     words = (

@@ -5,20 +5,19 @@ They are scalar coordinates, which every result and archive keeps.
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import LENNARD_JONES
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
 from . import substances
 from .layer import Layer, read_layer
 from .liquid import HumidAir
+from .pair_record import DEFAULT_RANGE, closest_approach
 
 
 class ImplausiblePair(UserWarning):
@@ -41,9 +40,6 @@ class _Range(NamedTuple):
 
 
 _MODULUS = _Range("GPa", 1e-9, 1e-7, 1.5e3, 1e5, "gels have 1e-6 GPa, glass 75, diamond 1100")
-
-#: Range of adhesion, nm, where none is assigned: about the interatomic distance of dry solids.
-DEFAULT_RANGE = 0.3
 
 _RANGES = {
     "sphere_radius": _Range("nm", 0.2, 5.0, 1e6, 1e10, "an atom has 0.1 nm, an AFM's tip 10, a colloidal probe 3000"),
@@ -142,7 +138,7 @@ def assign_pair(
         w, J/m²; with a humidity also a pair, without and under the liquid.
     adhesion_range : number or quantity, optional
         ρ, nm, the work of adhesion over the largest adhesive traction; 0.2 to 0.4 nm for dry solids, more where
-        liquids or charges attract. By default 0.3 nm (`attraction_range`).
+        liquids or charges attract. By default 0.3 nm.
     hamaker_constant : number or quantity, optional
         A of the bodies across the medium between them, nN nm (1e-18 J), as "6.5e-20 J" or by
         `reference.hamaker_constant`. With a work of adhesion it sets the closest approach, z₀ = √(A/(12πw)); without
@@ -284,7 +280,7 @@ def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dic
         constant = substances.combined(*(body.hamaker for body in bodies))
     if constant is not None:
         adhesion = substances.van_der_waals_work(constant) if adhesion is None else adhesion
-        distance = _closest_approach(constant, adhesion)
+        distance = closest_approach(constant, adhesion)
         if not _CUT_OFFS[0] <= distance <= _CUT_OFFS[1]:
             warn(
                 f"hamaker_constant: {constant:.3g} nN nm and a work of adhesion of {adhesion:.3g} J/m² mean a closest "
@@ -362,35 +358,11 @@ def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | Non
     return times * value
 
 
-def attraction_range(ds: xr.Dataset, law: str = "") -> float:
-    """Return the range of the pair's adhesion, nm: as assigned, else 0.3.
-
-    Every law uses this one length, see `ADHESION_LAWS`. With a Hamaker constant A and no range, "lennard_jones" uses
-    √(A/(16πw)), so that its attraction at large gaps is that of A.
-    """
-    if "adhesion_range" in ds.coords:
-        return float(ds["adhesion_range"])
-    if law == LENNARD_JONES and "hamaker_constant" in ds.coords and float(ds["work_of_adhesion"]) > 0:
-        return math.sqrt(0.75) * closest_approach(ds)
-    return DEFAULT_RANGE
-
-
 def elastic(ds: xr.Dataset) -> xr.Dataset:
     """Return a pair that does not yield; results still report the share of the contact above its hardness."""
     if "hardness" not in ds.coords:
         return ds
     return schema.label(ds.assign_coords(hardness_estimate=float(ds["hardness"])).drop_vars("hardness"))
-
-
-def closest_approach(ds: xr.Dataset) -> float:
-    """Return the closest approach of surfaces that attract by A/(6πu³), nm: √(A/(12πw)), or 0.165 if A is unknown."""
-    if "hamaker_constant" not in ds.coords:
-        return substances.CUT_OFF
-    return _closest_approach(float(ds["hamaker_constant"]), float(ds["work_of_adhesion"]))
-
-
-def _closest_approach(constant: float, work: float) -> float:
-    return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
 
 
 def _stated(**values: float | None) -> dict[str, float]:

@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.layer import film_of
-from ..bodies.liquid import Menisci, pair_menisci, total_work
-from ..bodies.pair import attraction_range
-from ..kernels.halfspace.layered import contact_at_pull_off
+from ..bodies.liquid import Menisci
+from ..bodies.pair_record import Pair
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, read_law
@@ -79,12 +77,12 @@ def usual_step(specimen: Specimen) -> float:
 
 def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     """Return the usual step and the side of the first cells (nm), from the range and JKR's lengths."""
-    (modulus,) = schema.pair(specimen.bodies, "contact_modulus", coated=True)
+    schema.need_assigned(specimen.bodies, "contact_modulus", "work_of_adhesion")
     radius = _contact_radius(specimen)
-    work = total_work(specimen.bodies)
-    contact_radius, modulus = contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))
+    work = specimen.pair.work
+    contact_radius, modulus = specimen.pair.contact_at_pull_off(radius, work)
     displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
-    length = attraction_range(specimen.bodies)
+    length = specimen.pair.range
     step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
     return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
 
@@ -108,35 +106,34 @@ def preload_problem(
 
 def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
     """Return the law with its length and work; raise if a yielding pair is too soft for it."""
-    ds = specimen.bodies
     law = read_law(law, "adhesive")
-    yields = "hardness" in ds.coords
-    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
-    length = attraction_range(ds, law)
-    if (menisci := pair_menisci(ds)) is not None:
-        return _law_with_liquid(ds, law, menisci, length)
+    schema.need_assigned(specimen.bodies, "work_of_adhesion")
+    pair = specimen.pair
+    work = pair.solid_work
+    length = pair.range_of(law)
+    if pair.menisci is not None:
+        return _law_with_liquid(pair, law, pair.menisci)
     if law == AUTO:
-        law = automatic_law(_tabor_parameter(specimen, length), yields=yields) if work > 0 else JKR
-    if yields:
-        _need_hardness_above(float(ds["hardness"]), work, length, law)
+        law = automatic_law(_tabor_parameter(specimen), yields=pair.yields) if work > 0 else JKR
+    if pair.yields:
+        _need_hardness_above(pair.hardness, work, length, law)
     return {"law": law, "length": length if ADHESION_LAWS[law].has_range else np.nan, "work": work}
 
 
 def _capture(specimen: Specimen) -> float:
     """Return the gap (nm) at which the pair's attraction snaps in a summit of the scan."""
-    length = attraction_range(specimen.bodies)
-    return snap_in_gap(length, median_tabor(specimen, length))
+    return snap_in_gap(specimen.pair.range, median_tabor(specimen))
 
 
-def _tabor_parameter(specimen: Specimen, length: float) -> float:
+def _tabor_parameter(specimen: Specimen) -> float:
     """Return the median of Tabor's parameter over the asperities; without asperities, that of the sphere."""
-    parameter = median_tabor(specimen, length)
+    parameter = median_tabor(specimen)
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
-    modulus, work = schema.pair(specimen.bodies, "contact_modulus", "work_of_adhesion", humid=True, coated=True)
+    pair = specimen.pair
     radius = _indenter_radius(specimen)
-    _, modulus = contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))
-    return float((radius * work**2 / (modulus**2 * length**3)) ** (1 / 3))
+    _, modulus = pair.contact_at_pull_off(radius, pair.solid_work)
+    return float((radius * pair.solid_work**2 / (modulus**2 * pair.range**3)) ** (1 / 3))
 
 
 def snap_in_gap(length: float, parameter: float) -> float:
@@ -149,15 +146,15 @@ def snap_in_gap(length: float, parameter: float) -> float:
     return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0
 
 
-def _law_with_liquid(ds, law: str, menisci: Menisci, length: float) -> dict[str, Any]:
+def _law_with_liquid(pair: Pair, law: str, menisci: Menisci) -> dict[str, Any]:
     """Return the solids' law under and beyond condensed liquid, and the liquid."""
     if law not in (AUTO, EXPONENTIAL):
         raise ValueError(f"law: expected {EXPONENTIAL!r} for the solids of a humid pair, found {law!r}")
-    (work,) = schema.pair(ds, "work_of_adhesion", humid=True)
+    length = pair.range
     beyond = np.exp(-menisci.height / length)
-    work *= menisci.share + (1 - menisci.share) * beyond
-    if "hardness" in ds.coords:
-        _need_hardness_above(float(ds["hardness"]), work + menisci.capillary_pressure * length, length, EXPONENTIAL)
+    work = pair.solid_work * (menisci.share + (1 - menisci.share) * beyond)
+    if pair.yields:
+        _need_hardness_above(pair.hardness, work + menisci.capillary_pressure * length, length, EXPONENTIAL)
     return {"law": EXPONENTIAL, "length": length, "work": work, "liquid": menisci}
 
 
@@ -190,24 +187,21 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     It is the depth of a smooth sphere under that load and its adhesion, by Hertz's and JKR's formulas, and
     ``_ROUGH_DEPTH`` standard deviations of the heights: nearly all of the surface lies higher.
     """
-    ds = specimen.bodies
-    (modulus,) = schema.pair(ds, "contact_modulus", coated=True)
-    film = film_of(ds)
-    modulus = modulus / (max(1.0, film.softening(np.inf)) if film else 1.0)
+    pair = specimen.pair
+    modulus = pair.contact_modulus / (max(1.0, pair.layer.softening(np.inf)) if pair.layer else 1.0)
     radius = _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
-    if "hardness" in ds.coords:  # a fully plastic sphere has the area load/hardness
-        hertz += load / (2 * np.pi * radius * float(ds["hardness"]))
+    if pair.yields:  # a fully plastic sphere has the area load/hardness
+        hertz += load / (2 * np.pi * radius * pair.hardness)
     return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _indenter_radius(specimen: Specimen) -> float:
     """Return the sphere's radius (nm); for an indenter's map, that of the paraboloid of its mean depth."""
-    ds = specimen.bodies
-    if "sphere_radius" in ds.coords:
-        return float(ds["sphere_radius"])
-    height = ds["indenter_height"]
+    if not np.isnan(specimen.pair.sphere_radius):
+        return specimen.pair.sphere_radius
+    height = specimen.bodies["indenter_height"]
     r2 = (height["indenter_x"] ** 2 + height["indenter_y"] ** 2).transpose(*height.dims)
     depth = float((height.max() - height).mean())
     return float(r2.mean()) / (2 * depth) if depth > 0 else float(np.sqrt(r2.max()))

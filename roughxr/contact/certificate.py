@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..bodies.layer import Film, film_of
+from ..bodies.pair_record import read_pair
 from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
@@ -196,7 +197,7 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
 
 def _law_on_cells(ds: xr.Dataset, cell: float, modulus: float, film: Film | None) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
-    bodies: Any = SimpleNamespace(bodies=ds)  # the attributes of a specimen and a problem that the law reads
+    bodies: Any = SimpleNamespace(bodies=ds, pair=read_pair(ds))  # what the law reads of a specimen and a problem
     cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus, film=film)
     law = pair_law(bodies, ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)

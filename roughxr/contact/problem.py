@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.layer import Film, film_of, need_computable
+from ..bodies.layer import Film, need_computable
 from ..kernels.halfspace.working_set import slack_of
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
@@ -74,29 +74,22 @@ def read_problem(
     if by_load and steps[0] <= 0:
         raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
-    (modulus,) = schema.pair(specimen.bodies, "contact_modulus", coated=True)
-    layer = film_of(specimen.bodies)
-    hardness, assigned = known_hardness(specimen.bodies)
-    if layer is not None:
-        need_computable(layer, specimen.pixel * max(specimen.heights.shape), yields=assigned)
+    schema.need_assigned(specimen.bodies, "contact_modulus")
+    pair = specimen.pair
+    if pair.layer is not None:
+        need_computable(pair.layer, specimen.pixel * max(specimen.heights.shape), yields=pair.yields)
     return Problem(
         steps=steps,
         by_load=by_load,
         first_contact=datum == "first_contact",
         pixel=specimen.pixel,
         refine=refine,
-        contact_modulus=modulus,
+        contact_modulus=pair.contact_modulus,
         indenter=specimen.indenter,
-        hardness=hardness,
-        yielding=assigned,
-        layer=layer,
+        hardness=pair.hardness,
+        yielding=pair.yields,
+        layer=pair.layer,
     )
-
-
-def known_hardness(ds: xr.Dataset) -> tuple[float, bool]:
-    """Return the assigned hardness (GPa), else the estimated hardness, else inf; and whether it was assigned."""
-    names = [name for name in ("hardness", "hardness_estimate") if name in ds.coords]
-    return (float(ds[names[0]]) if names else np.inf), "hardness" in ds.coords
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:

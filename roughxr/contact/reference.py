@@ -22,11 +22,10 @@ from ..kernels.asperity import asperity_laws, ellipse, elliptic_jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import LENNARD_JONES, read_law
 from ..vocabulary.units import Quantities, Quantity, positive
-from .estimates import elastic_pull_off, tabor
+from .estimates import tabor
 
 __all__ = [
     "contact_modulus",
-    "elastic_pull_off",
     "gaussian_work",
     "gilman_surface_energy",
     "hamaker_constant",

@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies import liquid
-from ..bodies.pair import attraction_range, closest_approach
+from ..bodies.pair_record import read_pair
 from ..kernels.adhesion import potentials
 from ..kernels.asperity.maugis import PER_TABOR
 from ..scans import level, regions, smooth
@@ -19,8 +19,7 @@ from ..vocabulary.adhesion_laws import EXPONENTIAL, HAMAKER, JKR, LONG_RANGE, SH
 from ..vocabulary.numbers import number, percent
 from ..vocabulary.units import Places
 from . import reference
-from .estimates import automatic_law, median_tabor, pair_attractions
-from .problem import known_hardness
+from .estimates import automatic_law, median_tabor
 from .rigid.attraction import read_options
 from .rigid.bodies import rigid
 
@@ -81,32 +80,30 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     """
     specimen = need_sphere(ds)
     bodies = specimen.bodies
-    radius, modulus = schema.pair(bodies, "sphere_radius", "contact_modulus")
-    w = liquid.total_work(bodies)
-    attractions = pair_attractions(bodies)
-    humid = schema.is_wet(bodies)
+    pair = read_pair(bodies, "contact_modulus", half_space=True)
+    radius = pair.sphere_radius
+    modulus = pair.contact_modulus
+    w = pair.work
+    humid = pair.menisci is not None
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
     result = {
-        "sphere_tabor": max(_tabor(radius, modulus, *each) for each in attractions),
+        "sphere_tabor": max(_tabor(radius, modulus, *each) for each in pair.attractions),
         "asperity_tabor": (
-            max(_tabor(tip, modulus, *each) for each in attractions)
-            if humid
-            else median_tabor(specimen, attraction_range(bodies))
+            max(_tabor(tip, modulus, *each) for each in pair.attractions) if humid else median_tabor(specimen)
         ),
         "share_beyond_contact": float(close.share_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if humid:
-        result["sphere_maugis"] = PER_TABOR * _tabor(radius, modulus, *attractions[-1])
-    hardness, _ = known_hardness(bodies)
-    if np.isfinite(hardness):
-        result["yields"] = result["peak_pressure"] > hardness
+        result["sphere_maugis"] = PER_TABOR * _tabor(radius, modulus, *pair.attractions[-1])
+    if np.isfinite(pair.hardness):
+        result["yields"] = result["peak_pressure"] > pair.hardness
     beyond = 1.0 if humid else result["share_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
-    kind = {"yields": "hardness" in bodies.coords, "humid": humid}
+    kind = {"yields": pair.yields, "humid": humid}
     words = " ".join(filter(None, (_sentence(result, **kind), liquid.liquid_words(bodies))))
     attributes = {"recommendation": words, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).set_coords("recommended")
@@ -211,7 +208,7 @@ def formulas(
     specimen = need_sphere(ds)
     law = read_law(law, "rigid")
     summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
-    pull_offs = _humid_formulas if schema.is_wet(specimen.bodies) else _dry_formulas
+    pull_offs = _humid_formulas if specimen.pair.menisci is not None else _dry_formulas
     result, inputs = pull_offs(specimen, law, _inputs(specimen))
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
@@ -222,8 +219,9 @@ def formulas(
 
 def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a dry pair by formulas, and their inputs."""
-    radius, w = schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion")
-    z0 = closest_approach(specimen.bodies)
+    radius = specimen.pair.sphere_radius
+    w = specimen.pair.work
+    z0 = specimen.pair.closest_approach
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
     short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
     long = {name: given[name] for name in ("long_rms", "long_wavelength")}
@@ -241,17 +239,15 @@ def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tupl
 
 def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a humid pair by formulas (thin menisci over the solids), and their inputs."""
-    bodies = specimen.bodies
-    (radius,) = schema.pair(bodies, "sphere_radius")
-    menisci = liquid.pair_menisci(bodies)
-    work = liquid.total_work(bodies)
+    radius = specimen.pair.sphere_radius
+    menisci = specimen.pair.menisci
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / given["asperity_radius"])
     open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
     over_heights = potentials.gaussian_mean(read_options(specimen, law).law, given["rms"])
     bodies_and_works = {
-        "smooth": (radius, work),
-        "summit": (summit, work),
+        "smooth": (radius, specimen.pair.work),
+        "summit": (summit, specimen.pair.work),
         "plane_below": (radius, menisci.work * open_gap),
         "gaussian_heights": (radius, over_heights),
     }
@@ -301,5 +297,5 @@ def need_sphere(ds: xr.Dataset | Specimen) -> Specimen:
     """Return the specimen of a scan, computed at once; raise unless a sphere and adhesion are assigned."""
     specimen = specimen_of(ds)
     specimen = Specimen(specimen.scan) if specimen.lazy else specimen
-    schema.pair(specimen.bodies, "sphere_radius", "work_of_adhesion", humid=True)
+    schema.need_assigned(specimen.bodies, "sphere_radius", "work_of_adhesion")
     return specimen

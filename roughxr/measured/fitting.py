@@ -11,6 +11,7 @@ import xarray as xr
 from ..asperity import expectation
 from ..asperity.pull_off_maps import pull_off_map
 from ..bodies.layer import stiffened
+from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
@@ -115,7 +116,7 @@ def fit_pair(
     fraction(confidence, "confidence")
     if not 0 <= force_error < 1:
         raise ValueError(f"force_error: expected a relative error from 0 to below 1, found {force_error!r}")
-    schema.pair(ds, "contact_modulus", "work_of_adhesion", coated=True)
+    read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
     refuse_conditions(measured, "measured")
     forces = samples(measured, "pull_off_force", quiet=True)
     if low := int((forces.values <= 0).sum()):

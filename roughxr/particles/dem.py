@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..bodies.pair_record import read_pair
 from ..statistics import cdf, reduction, smooth_pull_off
 from ..statistics.sampling import by_share, shares, standard_deviation
 from ..vocabulary import schema
@@ -91,7 +92,8 @@ def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
 
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
     count, radius = len(forces), float(ds["sphere_radius"]) * _METRE
-    young_modulus = 2 * (1 - poisson_ratio**2) * schema.pair(ds, "contact_modulus")[0] * _PASCAL
+    modulus = read_pair(ds, "contact_modulus", half_space=True).contact_modulus
+    young_modulus = 2 * (1 - poisson_ratio**2) * modulus * _PASCAL
     lines = [
         f"# {count} types of equal share; jkr: pull-off force 3 pi gamma R, one E for both",
         f"# include after: units si, atom_style sphere, a box of {count} types with atoms, variable damping (kg/s)",

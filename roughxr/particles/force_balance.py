@@ -195,8 +195,7 @@ def refuse_varied(ds: xr.Dataset):
 
 def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it."""
-    (radius,) = schema.pair(ds, "sphere_radius")
-    return Body(radius, _physical(density, "kg/m^3", "particle_density") or np.nan, read_flow(flow))
+    return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, read_flow(flow))
 
 
 def fluid_arguments(body: Body) -> dict[str, Any]:

@@ -93,8 +93,7 @@ def resting(
     2
     """
     scan = schema.validate(ds, "scan")
-    (radius,) = schema.pair(scan, "sphere_radius")
-    z, surface = _dilated_surface(scan, radius)
+    z, surface = _dilated_surface(scan, schema.sphere_radius(scan))
     settled = _resting_positions(z, surface)
     out = _with_barriers(scan, surface, settled)
     if landings is not None:
@@ -122,7 +121,7 @@ def are_resting_positions(places: Any) -> bool:
 def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
     """Return the places to which the sphere of this pair rolls from former resting positions, NaN off the scan."""
     scan = schema.validate(ds, "scan")
-    _, surface = _dilated_surface(scan, *schema.pair(scan, "sphere_radius"))
+    _, surface = _dilated_surface(scan, schema.sphere_radius(scan))
     former = np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=-1)
     x, y, _ = basins.settle(surface, former).T
     return places.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))

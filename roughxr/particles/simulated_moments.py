@@ -14,7 +14,6 @@ from ..asperity.moments import (
     states_layout,
     touching_cells,
 )
-from ..bodies.pair import attraction_range
 from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
 from ..contact.cycle import (
     REFINEMENTS,
@@ -65,7 +64,7 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     the levers of its contacts, on the cells of its pull-off and on cells twice as large. Cells are halved further while
     the lever changes and the place is small. A law without range takes the steeper edge's results.
     """
-    law, length = solved.attrs["law"], attraction_range(specimen.bodies)
+    law, length = solved.attrs["law"], specimen.pair.range
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
     problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
     adhesion = adhesion._replace(preloads=np.zeros(0))

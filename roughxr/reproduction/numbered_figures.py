@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from .. import figures
+from ..bodies.pair_record import read_pair
 from ..contact import reference
 from ..figures.style import BLACK, GREY, SMALL, axes, label_axes, panels, stroke, styled
 from ..scans import regions
 from ..statistics import debris
-from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ
 
 Run = Mapping[str, xr.Dataset]
@@ -61,11 +61,11 @@ def _asperity(x: str, y: str) -> Callable:
     labels = {"a": "contact radius $a/a_c$", "delta": r"displacement $\delta/\delta_c$", "P": "force $P/P_c$"}
 
     def draw(run: Run):
-        radius, modulus, work = schema.pair(run["scan"], "sphere_radius", "contact_modulus", "work_of_adhesion")
-        sphere: dict[str, Any] = {"radius": radius, "contact_modulus": modulus}
-        units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=work)
+        pair = read_pair(run["scan"])
+        sphere: dict[str, Any] = {"radius": pair.sphere_radius, "contact_modulus": pair.contact_modulus}
+        units = reference.jkr_paraboloid([0.0], **sphere, work_of_adhesion=pair.work)
         delta = float(units["unit_delta"]) * np.linspace(0, 1.675, 401) ** 2 + units.attrs["branch_end"]
-        both = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=work)
+        both = reference.jkr_paraboloid(delta, **sphere, work_of_adhesion=pair.work)
         stable, unstable = (_in_asperity_units(both.sel(branch=name), units) for name in ("stable", "unstable"))
         jkr = {name: np.concatenate([unstable[name][::-1], stable[name]]) for name in labels}
         hertz = _in_asperity_units(reference.hertz(delta[delta > 0], **sphere), units)
@@ -87,10 +87,10 @@ def _asperity(x: str, y: str) -> Callable:
 
 def _smooth_sphere(run: Run):
     smooth = run["solutions/smooth"]
-    radius, modulus = schema.pair(smooth, "sphere_radius", "contact_modulus")
+    pair = read_pair(smooth)
     deltas = np.linspace(0, float(smooth["delta"][-1]), 201)
-    hertz = reference.hertz(deltas, radius=radius, contact_modulus=modulus).expand_dims("subregion")
-    return figures.mean_force({"Hertz": hertz, "direct simulation": smooth})
+    hertz = reference.hertz(deltas, radius=pair.sphere_radius, contact_modulus=pair.contact_modulus)
+    return figures.mean_force({"Hertz": hertz.expand_dims("subregion"), "direct simulation": smooth})
 
 
 def _places(run: Run):
@@ -189,10 +189,9 @@ def strongest_place(run: Run) -> int:
 
 def smooth_sphere(solution: xr.Dataset) -> xr.Dataset:
     """Return JKR's smooth sphere at the displacements of a solution, for its pair of bodies; 0 before it adheres."""
-    names = ("sphere_radius", "contact_modulus", "work_of_adhesion")
-    radius, modulus, work = schema.pair(solution, *names)
-    options = {"radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
-    return reference.jkr_sphere(solution["delta"].values, **options).fillna(0)
+    pair = read_pair(solution)
+    options = {"contact_modulus": pair.contact_modulus, "work_of_adhesion": pair.work}
+    return reference.jkr_sphere(solution["delta"].values, radius=pair.sphere_radius, **options).fillna(0)
 
 
 def surpassing_delta(force: xr.DataArray, smooth: xr.DataArray) -> float:

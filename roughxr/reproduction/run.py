@@ -13,6 +13,7 @@ from .. import figures, report
 from ..asperity.catalogue import asperities
 from ..asperity.superposition import superpose
 from ..bodies.pair import assign_pair, elastic
+from ..bodies.pair_record import read_pair
 from ..bodies.substances import MATERIALS
 from ..contact import reference
 from ..contact.mesh import Mesh
@@ -233,8 +234,10 @@ def _strongest_rows(run: Run, method: str) -> dict[str, float]:
 
 def _direct_rows(run: Run) -> dict[str, float]:
     direct, smooth = (run[f"solutions/{name}"] for name in ("direct", "smooth"))
-    radius, modulus = schema.pair(smooth, "sphere_radius", "contact_modulus")
-    hertz = reference.hertz(smooth["delta"].values, radius=radius, contact_modulus=modulus)["force"]
+    pair = read_pair(smooth)
+    hertz = reference.hertz(smooth["delta"].values, radius=pair.sphere_radius, contact_modulus=pair.contact_modulus)[
+        "force"
+    ]
     rows = {"smooth flat, largest difference from Hertz [%]": 100 * float(abs(smooth["force"] / hertz - 1).max())}
     for delta in _DISTRIBUTION_DELTAS:
         force = _MICRO * direct["force"].sel(delta=delta, method="nearest").values

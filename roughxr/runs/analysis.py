@@ -30,8 +30,6 @@ from ..asperity.asperity_sum import fit_options
 from ..asperity.catalogue import asperities
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
-from ..bodies import liquid
-from ..bodies.layer import film_of
 from ..bodies.pair import elastic
 from ..contact.adhesion import UnresolvedContact, adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
@@ -44,7 +42,6 @@ from ..contact.rigid.bodies import rigid
 from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, print_line, rough_duration
 from ..jobs.records import loading
-from ..kernels.halfspace.layered import contact_at_pull_off
 from ..particles import critical_load, resting
 from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
@@ -456,9 +453,8 @@ def _need_pull_off(first: xr.Dataset) -> None:
 
 def _refuse_soft(specimen: Specimen) -> None:
     """Raise if JKR's contact of the smooth sphere without load is much wider than the scan."""
-    radius, modulus = schema.pair(specimen.bodies, "sphere_radius", "contact_modulus", coated=True)
-    work = liquid.total_work(specimen.bodies)
-    wide = 2 * _WITHOUT_LOAD * contact_at_pull_off(radius, work, modulus, film_of(specimen.bodies))[0]
+    pair = specimen.pair
+    wide = 2 * _WITHOUT_LOAD * pair.contact_at_pull_off(pair.sphere_radius, pair.work)[0]
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > _WIDEST_CONTACT * side:

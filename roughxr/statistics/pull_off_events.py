@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import sphere_pull_off, total_work
+from ..bodies.pair_record import read_pair
 from ..jobs.records import converged
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
@@ -41,7 +41,6 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     See Also
     --------
     pull_off_map : the exact pull-off of superposed asperities, without a sweep.
-    reference.elastic_pull_off : an estimate from a sweep without adhesion.
 
     Examples
     --------
@@ -90,8 +89,8 @@ def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == HERTZ
     if elastic and (force.chunks is not None or not (force < 0).any()):
         raise ValueError(
-            "expected a sweep with adhesion, found one without; take reference.elastic_pull_off, which estimates the "
-            "pull-off from it, or solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
+            "expected a sweep with adhesion, found one without; solve with adhesion: superpose(…, law='jkr') or "
+            "adhesive(…)"
         )
     return force
 
@@ -150,10 +149,10 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
     >>> round(smooth_pull_off(pair))
     19071
     """
-    (radius,) = schema.pair(ds, "sphere_radius")
     summed_with_range = ds.attrs.get("method") == "superpose" and ds.attrs["law"] == DUGDALE
-    stiff = schema.is_wet(ds) or ds.attrs.get("method") == "rigid" or summed_with_range
-    return sphere_pull_off(total_work(ds), radius, stiff=stiff)
+    pair = read_pair(ds, "sphere_radius", "work_of_adhesion")
+    stiff = pair.menisci is not None or ds.attrs.get("method") == "rigid" or summed_with_range
+    return pair.smooth_pull_off(stiff=stiff)
 
 
 def reduction(ds: xr.Dataset) -> xr.Dataset:

@@ -10,8 +10,7 @@ import xarray as xr
 
 from ..bodies.layer import stiffened
 from ..bodies.liquid import ANGLES, angles, humidity_coordinates, updated_liquid_share
-from ..bodies.pair import attraction_range
-from ..contact.problem import known_hardness
+from ..bodies.pair_record import read_pair
 from ..scans import level
 from ..scans.tip import erode, impossible_share
 from ..vocabulary import schema
@@ -26,7 +25,8 @@ def _scale_coordinate(name: str) -> Callable:
     """Return a change of the pair that multiplies one coordinate by a factor, with the factor as its label."""
 
     def change(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
-        (value,) = schema.pair(ds, name, humid=True)
+        schema.need_assigned(ds, name)
+        value = float(ds[name])
         derived = updated_liquid_share(ds, value * factor) if name == "work_of_adhesion" else {}
         return f"× {factor:.3g}", ds.assign_coords({name: value * factor} | derived)
 
@@ -39,7 +39,7 @@ def _stiffer(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
 
 def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Dataset]:
     """Return the pair that yields at a factor times the assigned or estimated hardness."""
-    hardness, _ = known_hardness(ds)
+    hardness = read_pair(ds).hardness
     if not np.isfinite(hardness):
         raise ValueError("no hardness is assigned, and none estimated for named materials")
     return f"× {factor:.3g}", ds.drop_vars("hardness_estimate", errors="ignore").assign_coords(
@@ -63,7 +63,7 @@ def noise_limit(ds: xr.Dataset) -> float:
 def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
     """Return the scan with white noise, a share of its upper limit; raise if roughness hides the noise."""
     limit = noise_limit(ds)
-    length = attraction_range(ds)
+    length = read_pair(ds).range
     if limit > length:
         raise ValueError(
             f"neighbouring lines bound the noise to {limit:.2g} nm only, beyond the range of adhesion, {length:.2g} nm"

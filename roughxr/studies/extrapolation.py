@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.pair import attraction_range
+from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
 from ..contact.mesh import Mesh, read_mesh
@@ -189,7 +189,7 @@ def real_pull_off(
 
     Without a budget, the interval contains the errors of places, mesh and unseen roughness alone.
     """
-    schema.pair(ds, "sphere_radius")
+    schema.need_assigned(ds, "sphere_radius")
     _refuse_resting(solved, finer)
     if not float(ds["height"].std()) > 0:
         raise ValueError("height: expected roughness, found a flat scan; adhesive gives its pull-off")
@@ -245,7 +245,7 @@ def real_pull_off(
         "assumed": f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}.",
         "finest_shown": shown,
     }
-    if (noise := noise_limit(ds)) > attraction_range(ds):
+    if (noise := noise_limit(ds)) > read_pair(ds).range:
         out.attrs["known"] += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."
     if budget is None:
         out.attrs["assumed"] += " The errors of the pair are not included."

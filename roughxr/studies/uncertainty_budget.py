@@ -17,8 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.liquid import total_work
-from ..bodies.pair import attraction_range
+from ..bodies.pair_record import read_pair
 from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import longest_step
 from ..contact.mesh import Mesh, read_mesh
@@ -165,7 +164,7 @@ def budget_of(
         del settings[MESH]
         entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
     some = regions.sample(solved, places)
-    bare = ds.assign_coords(adhesion_range=attraction_range(ds))
+    bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
     law = solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
     if not ADHESION_LAWS[law].has_edge:
@@ -297,7 +296,7 @@ def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
     """Raise if bodies do not adhere, or a factor does not exist for this pair."""
-    if total_work(ds) <= 0:
+    if read_pair(ds, "work_of_adhesion").work <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
     for factor in settings or ():
         schema.one_of(factor, CHANGED, "settings")

@@ -248,19 +248,8 @@ def is_wet(ds: xr.Dataset) -> bool:
     return "kelvin_radius" in ds.coords and bool(2 * ds["kelvin_radius"].max() > ds["liquid_molecule"])
 
 
-def pair(ds: xr.Dataset, *names: str, humid: bool = False, coated: bool = False) -> tuple[float, ...]:
-    """Return assigned values; raise if one is missing, for liquid unless ``humid``, for a layer unless ``coated``."""
-    if not coated and "contact_modulus" in names and is_coated(ds):
-        raise ValueError(
-            f"layer: expected a half space, found a layer of {float(ds['layer_thickness']):.3g} nm, which this formula "
-            "does not include; take `direct`, `adhesive` or `rigid`, or assign the pair without a layer"
-        )
-    if not humid and "work_of_adhesion" in names and is_wet(ds):
-        raise ValueError(
-            "humidity: expected a dry pair, found condensed liquid (Kelvin radius "
-            f"{float(np.max(ds['kelvin_radius'])):.3g} nm), which this law of adhesion does not include; take `rigid` "
-            "or `adhesive`, or assign the pair without humidity"
-        )
+def need_assigned(ds: xr.Dataset, *names: str) -> None:
+    """Raise unless each of these values of the pair is assigned, as one plausible number."""
     missing = [name for name in names if name not in ds.coords]
     if missing:
         raise ValueError(
@@ -268,11 +257,18 @@ def pair(ds: xr.Dataset, *names: str, humid: bool = False, coated: bool = False)
             "bodies first, for example ds.contact.assign_pair(sphere_radius=3000, young_modulus=75, "
             "poisson_ratio=0.22, surface_energy=0.675)"
         )
-    return tuple(_assigned(ds[name], name) for name in names)
+    for name in names:
+        _assigned(ds[name], name)
 
 
-def _assigned(value: xr.DataArray, name: str) -> float:
-    """Return one value of the pair as a number; raise if it has been made an array or implausible since assignment."""
+def sphere_radius(ds: xr.Dataset) -> float:
+    """Return the radius (nm) of the assigned sphere; raise if there is none."""
+    need_assigned(ds, "sphere_radius")
+    return float(ds["sphere_radius"])
+
+
+def _assigned(value: xr.DataArray, name: str) -> None:
+    """Raise if a value of the pair has been made an array or implausible since assignment."""
     if value.ndim:
         raise ValueError(
             f"{name}: expected one value, found {value.size} along {value.dims}; select or solve one at a time"
@@ -281,7 +277,7 @@ def _assigned(value: xr.DataArray, name: str) -> float:
     units = VARIABLES[name].units
     least = 0.0 if adhesion else np.nextafter(0.0, 1.0)
     words = f"a number in {units} that is {'not negative' if adhesion else 'positive'}; assign the pair anew"
-    return single(value.item(), units, name, words, lambda number: number >= least)
+    single(value.item(), units, name, words, lambda number: number >= least)
 
 
 def finite(height: np.ndarray) -> np.ndarray:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...bodies.liquid import Menisci, pair_menisci
-from ...bodies.pair import DEFAULT_RANGE, attraction_range, closest_approach
+from ...bodies.liquid import Menisci
+from ...bodies.pair_record import DEFAULT_RANGE
 from ...kernels.adhesion import potentials
 from ...specimen import Specimen
 from ...vocabulary import schema
@@ -35,14 +35,14 @@ class Options(NamedTuple):
 
 def read_options(specimen: Specimen, law: str) -> Options:
     """Return the options of `rigid`; raise if nothing attracts."""
-    ds = specimen.bodies
-    (w,) = schema.pair(ds, "work_of_adhesion", humid=True)
-    menisci = pair_menisci(ds)
+    schema.need_assigned(specimen.bodies, "work_of_adhesion")
+    pair = specimen.pair
+    w = pair.solid_work
+    menisci = pair.menisci
     if not w > 0 and menisci is None:
         raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
-    wavelength = float(ds["retardation"]) if law == HAMAKER and "retardation" in ds.coords else np.inf
-    length = DEFAULT_RANGE if not w > 0 else closest_approach(ds) if law == HAMAKER else attraction_range(ds, law)
-    potential = potentials.potential(law, w, length, wavelength)
+    length = pair.closest_approach if law == HAMAKER else pair.range_of(law)
+    potential = potentials.potential(law, w, length if w > 0 else DEFAULT_RANGE, pair.retardation)
     if menisci is not None:
         potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)
     return Options(law=potential, area=specimen.pixel**2, menisci=menisci)

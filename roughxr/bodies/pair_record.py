@@ -1,0 +1,121 @@
+"""The assigned pair of bodies as plain numbers, read once from the coordinates of a Dataset.
+
+Verbs read it at their door, `read_pair`, or take that of the specimen; no function below asks a Dataset.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..kernels.halfspace.layered import Film, contact_at_pull_off
+from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import LENNARD_JONES
+from .layer import film_of
+from .liquid import Menisci, menisci_of
+from .substances import CUT_OFF
+
+#: Range of adhesion, nm, where none is assigned: about the interatomic distance of dry solids.
+DEFAULT_RANGE = 0.3
+
+
+class Pair(NamedTuple):
+    """Moduli, adhesion, hardness, liquid and layer of a pair; NaN where a value is not assigned."""
+
+    sphere_radius: float  # nm
+    contact_modulus: float  # GPa
+    solid_work: float  # J/m², of the solids without liquid
+    assigned_range: float  # nm
+    hamaker_constant: float  # nN nm
+    retardation: float  # nm, inf without
+    hardness: float  # GPa, assigned or estimated; inf if unknown
+    yields: bool  # whether the hardness is assigned
+    menisci: Menisci | None  # of condensed liquid
+    layer: Film | None  # its thickness in nm
+
+    @property
+    def work(self) -> float:
+        """Work of adhesion, J/m²; of a humid pair that of the liquid and of the solids under it."""
+        if self.menisci is None:
+            return self.solid_work
+        return self.menisci.work + self.menisci.share * self.solid_work
+
+    @property
+    def range(self) -> float:
+        """Range of adhesion, nm."""
+        return DEFAULT_RANGE if math.isnan(self.assigned_range) else self.assigned_range
+
+    @property
+    def closest_approach(self) -> float:
+        """Closest approach of surfaces that attract by A/(6πu³), nm: √(A/(12πw)), or 0.165 if A is unknown."""
+        if math.isnan(self.hamaker_constant):
+            return CUT_OFF
+        return closest_approach(self.hamaker_constant, self.solid_work)
+
+    @property
+    def attractions(self) -> list[tuple[float, float]]:
+        """Work (J/m²) and range (nm) of each attraction: of the solids, and of condensed liquid."""
+        if self.menisci is None:
+            return [(self.solid_work, self.range)]
+        return [(self.solid_work * self.menisci.share, self.range), (self.menisci.work, self.menisci.range)]
+
+    def range_of(self, law: str) -> float:
+        """Return the range (nm) of a law, see `ADHESION_LAWS`.
+
+        With a Hamaker constant A and no range, "lennard_jones" has √(A/(16πw)), so that its attraction at large gaps is
+        that of A.
+        """
+        is_known = not math.isnan(self.hamaker_constant) and self.solid_work > 0
+        if law == LENNARD_JONES and is_known and math.isnan(self.assigned_range):
+            return math.sqrt(0.75) * self.closest_approach
+        return self.range
+
+    def contact_at_pull_off(self, radius, work):
+        """Return the radius (nm) of JKR's contact at pull-off, and the contact modulus (GPa) at that size."""
+        return contact_at_pull_off(radius, work, self.contact_modulus, self.layer)
+
+    def smooth_pull_off(self, *, stiff: bool) -> float:
+        """Return the pull-off force (nN) of the sphere on a smooth flat: Bradley's of stiff bodies, else JKR's."""
+        return (2.0 if stiff else 1.5) * math.pi * self.work * self.sphere_radius
+
+
+def read_pair(ds: xr.Dataset, *needed: str, dry: bool = False, half_space: bool = False) -> Pair:
+    """Return the pair of a Dataset; raise if a needed value is not assigned, for liquid, or for a layer."""
+    schema.need_assigned(ds, *needed)
+    layer = film_of(ds)
+    menisci = menisci_of(ds)
+    if half_space and layer is not None:
+        raise ValueError(
+            f"layer: expected a half space, found a layer of {layer.thickness:.3g} nm, which this formula does not "
+            "include; take `direct`, `adhesive` or `rigid`, or assign the pair without a layer"
+        )
+    if dry and menisci is not None:
+        raise ValueError(
+            f"humidity: expected a dry pair, found condensed liquid (Kelvin radius {menisci.kelvin_radius:.3g} nm), "
+            "which this law of adhesion does not include; take `rigid` or `adhesive`, or assign the pair without "
+            "humidity"
+        )
+
+    def value(name: str, otherwise: float = np.nan) -> float:
+        return float(ds[name]) if name in ds.coords and ds[name].ndim == 0 else otherwise
+
+    return Pair(
+        sphere_radius=value("sphere_radius"),
+        contact_modulus=value("contact_modulus"),
+        solid_work=value("work_of_adhesion"),
+        assigned_range=value("adhesion_range"),
+        hamaker_constant=value("hamaker_constant"),
+        retardation=value("retardation", np.inf),
+        hardness=value("hardness", value("hardness_estimate", np.inf)),
+        yields="hardness" in ds.coords,
+        menisci=menisci,
+        layer=layer,
+    )
+
+
+def closest_approach(constant: float, work: float) -> float:
+    """Return the closest approach (nm) of a Hamaker constant (nN nm) and a work of adhesion (J/m²)."""
+    return math.sqrt(constant / (12 * math.pi * work)) if work > 0 else math.inf
