@@ -158,7 +158,7 @@ def _described(ds: xr.Dataset) -> str:
     kind = schema.kind_of(ds) or (
         f"result of {last[-1]['operation']}" if last else "Dataset of no kind that roughxr knows"
     )
-    scalars = {name: value for name, value in schema.travelling(ds).items() if value.ndim == 0}
+    scalars = {name: value for name, value in schema.pair_coordinates(ds).items() if value.ndim == 0}
     pair = [f"{name} {number(float(value), schema.VARIABLES[name].units)}" for name, value in scalars.items()]
     return f"{kind}; {', '.join(pair) or 'no pair of bodies assigned'}"
 

@@ -125,7 +125,7 @@ def read_summands(
     """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
-    law = read_law(law or (DUGDALE if schema.is_wet(ds) else JKR), verb)
+    law = read_law(law or (DUGDALE if schema.is_humid(ds) else JKR), verb)
     options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated)
     return Summands(ds, law, formulation, options, is_lazy(ds))
 

@@ -228,7 +228,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
         datum_height=ds["datum_height"],
         patch_radius=0.5 * setup.patch * max(setup.pixel),
     )
-    out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.travelling(ds))
+    out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.pair_coordinates(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
     if setup.measures is not None:
         known = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}

@@ -125,7 +125,7 @@ def rolling(
             raise ValueError("subregions: expected none with a solution, found some; leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
         return _labelled_moments(_solution_moments(ds, angles, push), ds, method, {"directions": angles, "load": push})
-    if schema.is_wet(ds):
+    if schema.is_humid(ds):
         raise ValueError(
             "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
             "ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], fields=True)"

@@ -76,7 +76,7 @@ def pull_off_map(
     records = records.reshape(-1)[: x.size]
     shape = tuple(places.sizes.values())
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})
-    out = out.assign_coords({**places.coords, **schema.travelling(ds)})
+    out = out.assign_coords({**places.coords, **schema.pair_coordinates(ds)})
     named = law_attributes(law, DEFAULT, options)
     out.attrs = {"datum": "highest_peak", "method": "superpose", **named, "missing": "NaN where nothing adheres"}
     out.attrs["expectation"] = expectation(summands.catalogue, options.law)

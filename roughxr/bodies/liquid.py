@@ -109,7 +109,7 @@ class Menisci(NamedTuple):
 
 def menisci_of(ds: xr.Dataset) -> Menisci | None:
     """Return the menisci of a pair of bodies, None for a dry pair and below a molecule."""
-    if not schema.is_wet(ds):
+    if not schema.is_humid(ds):
         return None
     names = ("kelvin_radius", "surface_tension", "liquid_molecule")
     schema.need_assigned(ds, *names)

@@ -63,7 +63,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
     if report.CRITICAL[method] not in groups:
         raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
     moments = report.run_moments(groups, method)
-    humid = schema.is_wet(moments)
+    humid = schema.is_humid(moments)
     if options.fluid == "water" and humid:
         raise ValueError(
             f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "

@@ -318,7 +318,7 @@ def _identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
     names = (scan.attrs.get(key) for key in ("title", "source_file", "source"))
     known: dict[str, Any] = {"scan": next((str(name) for name in names if name), "scan without a title")}
     known["scan_sha256"] = schema.height_hash(scan)
-    known |= {name: float(scan[name]) for name in schema.TRAVELLING if name in scan.coords}
+    known |= {name: float(value) for name, value in schema.pair_coordinates(scan).items()}
     if "indenter_height" in scan:
         known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
     known |= {key: as_json(value, _with_hash) for key, value in arguments.items()}

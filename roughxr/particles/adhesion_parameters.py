@@ -79,7 +79,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
         rows["rolling_friction_median"] = 0.5 * rows["lever_median"]
     if "lever_error" in ds:
         rows["lever_error_median"] = float(by_share(ds["lever_error"]).quantile(0.5))
-    out = xr.Dataset(rows, coords=schema.travelling(ds), attrs={"comment": scope_words(ds)})
+    out = xr.Dataset(rows, coords=schema.pair_coordinates(ds), attrs={"comment": scope_words(ds)})
     return schema.record(schema.label(out), "parameters", ds)
 
 

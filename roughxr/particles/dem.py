@@ -128,7 +128,7 @@ def _distribution(ds: xr.Dataset) -> str:
             table["lever_error"] = error.groupby(pull[known]).mean().loc[force].to_numpy()
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
-        *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.travelling(ds).items()),
+        *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()),
         f"{places_in_words(ds)}; pull-off forces: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")

@@ -102,7 +102,7 @@ def resting(
         out = out.isel(subregion=rest).assign_coords(landing_share=share)  # labels stay those of all resting positions
     if on is not None:
         out = _move_to_vertices(out, schema.validate(on, "asperities"), surface)
-    out = out.assign_coords(schema.travelling(scan))
+    out = out.assign_coords(schema.pair_coordinates(scan))
     off = float((settled.labels == basins.OFF).mean())
     out.attrs = {"share_off_scan": off}
     if out.sizes["subregion"] == 0:

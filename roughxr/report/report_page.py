@@ -161,7 +161,7 @@ _MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "sup
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the quantities of the pair of bodies in words, each with its value."""
-    known = {str(name): value for name, value in schema.travelling(scan).items() if value.ndim == 0}
+    known = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
     units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in known}
     words = {name: (schema.VARIABLES[name].long_name, number(known[name], units[name])) for name in known}
     if "hamaker_constant" in known:

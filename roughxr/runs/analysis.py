@@ -241,7 +241,7 @@ def _usual_mesh(specimen: Specimen) -> Mesh:
 
 
 def _adheres(specimen: Specimen) -> bool:
-    return float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_wet(specimen.bodies)
+    return float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_humid(specimen.bodies)
 
 
 class Task(NamedTuple):
@@ -263,9 +263,9 @@ class Task(NamedTuple):
         return {"subregions": self.plan.subregions}
 
     @property
-    def is_wet(self) -> bool:
+    def is_humid(self) -> bool:
         """Whether menisci condense between the bodies."""
-        return schema.is_wet(self.specimen.bodies)
+        return schema.is_humid(self.specimen.bodies)
 
     @property
     def is_coated(self) -> bool:
@@ -513,7 +513,7 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
 
 
 def _has_asperity_sums(task: Task) -> bool:
-    return not task.is_wet and not task.is_coated
+    return not task.is_humid and not task.is_coated
 
 
 class Part(NamedTuple):

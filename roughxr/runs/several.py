@@ -18,10 +18,11 @@ from ..report.report_page import pair_facts, render_template, title
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
 from ..statistics import pooled
-from ..statistics.headline import SCALARS, headline, scalar_values
+from ..statistics.headline import headline, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
+from ..vocabulary.table import SCALARS
 
 _FORCE = "pull_off_force"
 
@@ -116,14 +117,14 @@ def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     out = xr.Dataset(coords={"scan": list(finished)})
     if any(run.label != name for name, run in finished.items()):
         out["label"] = ("scan", [run.label for run in finished.values()])
-    rows = [scalar_values(run.summary) for run in finished.values()]
-    for name, (units, meaning) in SCALARS.items():
-        values = np.array([row[name] for row in rows])
+    summaries = [scalar_values(run.summary) for run in finished.values()]
+    for name, row in SCALARS.items():
+        values = np.array([summary[name] for summary in summaries])
         column = {"low": f"{_FORCE}_low", "high": f"{_FORCE}_high"}.get(name, name)
         column = f"relative_{name}" if name.endswith("_error") else column
         if np.isfinite(values).any():
             shown = values.astype(int) if (values % 1 == 0).all() else few_digits(values, name)
-            out[column] = ("scan", shown, {"units": units, "long_name": meaning})
+            out[column] = ("scan", shown, {"units": row.units, "long_name": row.long_name})
         if name == "largest_error" and column in out:
             out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])
     out["warnings"] = ("scan", [" ".join(run.cautions) for run in finished.values()])

@@ -17,6 +17,7 @@ from ..vocabulary.numbers import (
     value_and_interval,
     with_interval,
 )
+from ..vocabulary.table import SCALARS
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
 from .sampling import at_first_preload, by_share, conditions, refuse_conditions, sample_bounds, with_limits
@@ -27,41 +28,6 @@ HALF_WIDTH = 1.96
 
 #: Relative half width of an interval below which its source is not named.
 _SMALL = 0.05
-
-#: Units and meaning of the scalars of an answer, and of a run's summary.
-SCALARS = {
-    "pull_off_force": ("nN", "mean pull-off force of the surface as scanned"),
-    "low": ("nN", "lower end of its 95 % interval over places"),
-    "high": ("nN", "upper end of its 95 % interval over places"),
-    "best_estimate": ("nN", "mean pull-off force of the real surface"),
-    "best_low": ("nN", "lower end of its 95 % interval by all known errors"),
-    "best_high": ("nN", "upper end of its 95 % interval by all known errors"),
-    "roughness_factor": ("1", "effect of roughness finer than the scan"),
-    "roughness_low": ("1", "lower end of its 95 % interval"),
-    "roughness_high": ("1", "upper end of its 95 % interval"),
-    "pair_error": ("1", "half width of the 95 % interval of ln(mean) by the pair of bodies"),
-    "scan_error": ("1", "half width of the 95 % interval of ln(mean) by mesh, tip and levelling"),
-    "narrowed_low": ("nN", "lower end of the interval of the real surface after the next step"),
-    "narrowed_high": ("nN", "upper end of the interval of the real surface after the next step"),
-    "total_error": ("1", "relative half width of the 95 % interval of the surface as scanned by all known sources"),
-    "largest_error": ("1", "relative half width of the 95 % interval by the largest source"),
-    "critical_friction_velocity": ("m/s", "friction velocity of air that detaches the sphere, median place"),
-    "critical_friction_velocity_low": ("m/s", "lower end of its 95 % interval"),
-    "critical_friction_velocity_high": ("m/s", "upper end of its 95 % interval"),
-    "wall_shear_stress": ("Pa", "wall shear stress of air that detaches the sphere, median place"),
-    "wall_shear_stress_low": ("Pa", "lower end of its 95 % interval"),
-    "wall_shear_stress_high": ("Pa", "upper end of its 95 % interval"),
-    "likelihood_low": ("nN", "lower end of its 95 % interval by a likelihood with censoring"),
-    "likelihood_high": ("nN", "upper end of its 95 % interval by a likelihood with censoring"),
-    "places": ("1", "number of places that adhere"),
-    "solved_places": ("1", "number of places that were solved"),
-    "independent_places": ("1", "number of independent places with as accurate a mean"),
-    "debris_share": ("1", "share of the area where the sphere first touches debris"),
-    "debris_places": ("1", "number of places that adhere where it does"),
-    "supports": ("1", "contacts that support the sphere, median place"),
-    "mesh_error": ("1", "relative numerical error of the mean, due to mesh and step"),
-    "smooth_share": ("1", "mean pull-off force over that from a smooth flat"),
-}
 
 #: Ratio of the ends of an interval above which the next step is to narrow it.
 _WIDE = 4.0
@@ -171,7 +137,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "mesh_error": mesh_error(pull),
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
-    out = schema.record(with_units(xr.Dataset(scalars, coords=schema.travelling(pull))), "answer", pull)
+    out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
     out.attrs |= limits
     out.attrs |= {"measured": pull.attrs["measured"]} if "measured" in pull.attrs else {}
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
@@ -185,8 +151,7 @@ def scalar_values(summary: xr.Dataset) -> dict[str, float]:
 def with_units(summary: xr.Dataset) -> xr.Dataset:
     """Return scalars with their units and meaning."""
     for name in set(SCALARS) & set(summary.data_vars):
-        units, meaning = SCALARS[name]
-        summary[name].attrs = {"units": units, "long_name": meaning}
+        summary[name].attrs = {"units": SCALARS[name].units, "long_name": SCALARS[name].long_name}
     return summary
 
 

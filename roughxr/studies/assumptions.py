@@ -109,7 +109,7 @@ HUMID = ("humidity", "contact angle")
 
 def pair_factors(ds: xr.Dataset) -> dict[str, tuple]:
     """Return a pair's factors and settings: hardness and layer only if assigned, of liquid only for a humid pair."""
-    absent = set() if schema.is_wet(ds) else {*HUMID}
+    absent = set() if schema.is_humid(ds) else {*HUMID}
     absent |= set() if "hardness" in ds.coords else {"hardness"}
     absent |= set() if schema.is_coated(ds) else {"layer thickness"}
     return {name: ERROR_SOURCES[name].settings for name in CHANGED if name not in absent}

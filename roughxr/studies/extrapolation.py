@@ -256,7 +256,7 @@ def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     """Return the result of `extrapolated` where there is no estimate: no numbers, and the reason."""
     out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_lower", "pull_off_upper"), np.nan))
     known = f"The effect of finer roughness is not included: {reason}."
-    return schema.label(out.assign_coords(schema.travelling(ds)).assign_attrs(known=known, assumed=""))
+    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=known, assumed=""))
 
 
 def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
@@ -401,7 +401,9 @@ def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.
 
     Raise where it is not finer, too small, or not of the same surface.
     """
-    finer = schema.validate(finer, "scan")[["height"]].reset_coords(drop=True).assign_coords(schema.travelling(ds))
+    finer = (
+        schema.validate(finer, "scan")[["height"]].reset_coords(drop=True).assign_coords(schema.pair_coordinates(ds))
+    )
     shown = [_as_shown(finer, ds, phase) for phase in _PHASES]
     _refuse_other_surface(ds, shown[0])
     return finer, shown

@@ -79,7 +79,7 @@ def scale_dependence(
     forces = _simulated(_yielding(ds), centres, wavelengths, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
     along = {"shortest_kept": wavelengths, "seed": np.arange(count)}
-    out = out.assign_coords({**centres.coords, **along, **schema.travelling(ds)})
+    out = out.assign_coords({**centres.coords, **along, **schema.pair_coordinates(ds)})
     out.attrs = {str(name): float(spectrum[name]) for name in spectrum.data_vars}
     arguments = {"shortest": wavelengths, "seeds": count, "subregions": subregions, "preload": preload, "hurst": hurst}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments)

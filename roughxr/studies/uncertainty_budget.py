@@ -176,7 +176,7 @@ def budget_of(
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
     if by_default:
         entries[RANGE] = _scaled(entries[RANGE], range_deviation(ds))
-    if schema.is_wet(ds):
+    if schema.is_humid(ds):
         entries[THIN] = _thin_menisci(ds, solved)
     return _labelled(ds, solved, {SAMPLING: _sampling(pulls)} | entries, mean, count)
 
@@ -201,7 +201,7 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     }
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
-    out = out.assign_coords({name: ds[name] for name in schema.TRAVELLING if name in ds.coords})
+    out = out.assign_coords(schema.pair_coordinates(ds))
     known = f"is known to ± {percent(own / total)}" if own >= 0 else "has no error of its own, since places are too few"
     decided = f"The total {known}. Each change is solved at {count} of {solved.sizes['subregion']} places."
     out.attrs = {"law": solved.attrs["law"], "decided": decided}
@@ -300,7 +300,7 @@ def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> No
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
     for factor in settings or ():
         schema.one_of(factor, CHANGED, "settings")
-        if factor in HUMID and not schema.is_wet(ds):
+        if factor in HUMID and not schema.is_humid(ds):
             raise ValueError(
                 f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
             )

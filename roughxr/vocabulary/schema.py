@@ -233,7 +233,7 @@ def square_pixel(ds: xr.Dataset) -> float:
     return dx
 
 
-def travelling(ds: xr.Dataset) -> dict[str, xr.DataArray]:
+def pair_coordinates(ds: xr.Dataset) -> dict[str, xr.DataArray]:
     """Return the coordinates of the pair that a Dataset has, for results computed from it."""
     return {name: ds[name] for name in TRAVELLING if name in ds.coords}
 
@@ -243,7 +243,7 @@ def is_coated(ds: xr.Dataset) -> bool:
     return "layer_thickness" in ds.coords
 
 
-def is_wet(ds: xr.Dataset) -> bool:
+def is_humid(ds: xr.Dataset) -> bool:
     """Return whether the pair of bodies carries condensed liquid, of menisci thicker than a molecule."""
     return "kelvin_radius" in ds.coords and bool(2 * ds["kelvin_radius"].max() > ds["liquid_molecule"])
 

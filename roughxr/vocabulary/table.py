@@ -26,8 +26,13 @@ def _read() -> dict[str, Variable]:
     return {name: Variable(*meaning) for name, *meaning in rows}
 
 
+_TABLE = _read()
+
 #: Every variable and coordinate name that roughxr writes.
-VARIABLES = _read()
+VARIABLES = {name: row for name, row in _TABLE.items() if "." not in name}
+
+#: The scalars of an answer and of a run's summary, where a name has its own meaning.
+SCALARS = {name.removeprefix("summary."): row for name, row in _TABLE.items() if "." in name}
 
 #: Required variables of each kind of Dataset, and their dimensions.
 KINDS: dict[str, dict[str, tuple[str, ...]]] = {
