@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import linecache
+import dis
 import re
 import sys
-import traceback
 from argparse import Namespace
 from pathlib import Path
 from typing import Any, TextIO
@@ -39,10 +38,14 @@ def is_expected_error(error: BaseException) -> bool:
     """Return whether an error was raised by the operating system or by a ``raise`` of roughxr; others are bugs."""
     if isinstance(error, OSError) and error.errno is not None:
         return True
-    frames = traceback.extract_tb(error.__traceback__)
-    if not isinstance(error, EXPECTED_ERRORS) or not frames or _PACKAGE not in Path(frames[-1].filename).parents:
+    last = error.__traceback__
+    if not isinstance(error, EXPECTED_ERRORS) or last is None:
         return False
-    return linecache.getline(frames[-1].filename, frames[-1].lineno or 0).strip().startswith("raise")
+    while last.tb_next is not None:
+        last = last.tb_next
+    code = last.tb_frame.f_code
+    is_raised = dis.opname[code.co_code[last.tb_lasti]] == "RAISE_VARARGS"  # also where no source is installed
+    return is_raised and _PACKAGE in Path(code.co_filename).parents
 
 
 def error_text(error: BaseException) -> str:

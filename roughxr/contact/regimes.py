@@ -86,7 +86,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     w = pair.work
     humid = pair.menisci is not None
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
-    contact = (9 * np.pi * w * tip**2 / (8 * modulus)) ** (1 / 3)
+    contact, _ = pair.contact_at_pull_off(tip, w)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
     result = {
         "sphere_tabor": max(_tabor(radius, modulus, *each) for each in pair.attractions),
