@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from roughxr.kernels.asperity import jkr
-from roughxr.kernels.asperity.asperity_laws import ENERGY, Contact, asperity_contact, pick
+from roughxr.kernels.asperity.asperity_laws import ENERGY, AsperityContact, asperity_contact, pick
 from roughxr.kernels.asperity.elliptic_jkr import EllipseState
 from roughxr.kernels.asperity.elliptic_table import lookup, mark_at_row
 from roughxr.kernels.jit import kernel
@@ -53,10 +53,10 @@ def asperity_events(scales, law):
 
 @kernel
 def asperities_contact(delta, scales, spline):
-    """The ``Contact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
+    """The ``AsperityContact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
     P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
     for i in range(delta.shape[0]):
         one = pick(scales, i)
         for j in range(delta.shape[1]):
             P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, spline)
-    return Contact(P, a, b)
+    return AsperityContact(P, a, b)

@@ -18,7 +18,7 @@ from roughxr import archive, checkpointed, direct
 from roughxr.contact import elastic
 from roughxr.jobs import checkpoint
 from roughxr.jobs.checkpoint import item_keys
-from roughxr.jobs.spread import Work
+from roughxr.jobs.spread import Tasks
 from roughxr.scans import regions
 
 from . import a_run
@@ -334,7 +334,7 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
 
     def key(shift=0.0, flag=True, rows=slice(0, 3), shared=array, shape=(2,)):
         arguments = [(1.0, flag, rows), (2.0 + shift, None, "text")]
-        return tuple(item_keys(Work(_note, arguments, np.dtype((float, shape)), (shared, [array]))))
+        return tuple(item_keys(Tasks(_note, arguments, np.dtype((float, shape)), (shared, [array]))))
 
     others = [{"shift": 1e-15}, {"flag": False}, {"rows": slice(0, 2)}, {"shape": (3,)}]
     others += [{"shared": array + np.eye(3, 4) * 1e-15}, {"shared": array.T}, {"shared": array.astype("f4")}]

@@ -32,7 +32,7 @@ from ..vocabulary import schema
 from ..vocabulary.provenance import as_json, flat
 from . import spread
 from .progress import print_line
-from .spread import Failure, Work, contiguous
+from .spread import Failure, Tasks, contiguous
 
 #: Results larger than this many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
@@ -256,7 +256,7 @@ class Checkpoint:
                 "make room on the disk, see that you may write there, and call again"
             ) from error
 
-    def array(self, work: Work) -> Any:
+    def array(self, work: Tasks) -> Any:
         """Return the results, in memory or, if they are large, lazily from the checkpoint."""
         items = item_keys(work)
         missing = [k for k, item in enumerate(items) if item not in self.stored]
@@ -267,7 +267,7 @@ class Checkpoint:
         read = dask.delayed(self.get, pure=False)
         return spread.concatenate([(read(batch, work.dtype), len(batch)) for batch in work.batches(items)], work.dtype)
 
-    def _compute(self, work: Work, items: list[str], missing: list[int]) -> None:
+    def _compute(self, work: Tasks, items: list[str], missing: list[int]) -> None:
         failed = dict[str, int]()
         total = work.each * len(items)
         begun = time.monotonic()
@@ -300,7 +300,7 @@ class Checkpoint:
         return scalars.assign({name: ds[name] for name in fields})
 
 
-def item_keys(work: Work) -> list[str]:
+def item_keys(work: Tasks) -> list[str]:
     """Return a hash for each item, of everything that its result depends on."""
     task = f"{work.task.__module__}.{work.task.__qualname__}"
     with dask.config.set({"tokenize.ensure-deterministic": True}):

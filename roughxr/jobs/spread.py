@@ -37,7 +37,7 @@ _RETRIES = 3
 _LOCAL = ("threads", "processes", "synchronous")
 
 
-class Work(NamedTuple):
+class Tasks(NamedTuple):
     """Many independent tasks ``task(*arguments[k], *shared)``, each returning an array of one type."""
 
     task: Callable[..., np.ndarray]  # at the top of a module, so that other processes can import it
@@ -98,7 +98,7 @@ def task_results(
     shape of a float64 result; ``each`` counts the subregions of an item.
     """
     dtype = dtype if isinstance(dtype, np.dtype) else np.dtype((float, dtype))
-    work = Work(task, arguments, dtype, shared, each, name)
+    work = Tasks(task, arguments, dtype, shared, each, name)
     if (executor := _EXECUTOR.get()) is not None:
         return executor.array(work)
     if lazy:
@@ -126,7 +126,7 @@ def concatenate(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array
     return da.concatenate([da.from_delayed(batch, (count, *dtype.shape), dtype=dtype.base) for batch, count in batches])
 
 
-def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> None:
+def compute_each(work: Tasks, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> None:
     """Compute items on the active scheduler; call ``receive(items, result)`` in this thread as each batch finishes."""
     total, left = (work.each * n for n in (len(work.arguments), len(items)))
     batches = work.batches(items)
@@ -142,7 +142,7 @@ def compute_each(work: Work, items: Sequence[int], receive: Callable[[Sequence[i
             _compute_locally(work, batches, finished)
 
 
-def _compute_locally(work: Work, batches: Sequence[Sequence[int]], finished: Callable) -> None:
+def _compute_locally(work: Tasks, batches: Sequence[Sequence[int]], finished: Callable) -> None:
     """Compute batches as plain tasks, which cost a local scheduler a sixth of the time of delayed ones."""
     get = get_scheduler() or dask.threaded.get
     at_once = max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
@@ -179,7 +179,7 @@ def _expect_workers(client: Any) -> None:
         ) from error
 
 
-def _delayed(work: Work, batches: Sequence[Sequence[int]], function: Callable) -> list[Delayed]:
+def _delayed(work: Tasks, batches: Sequence[Sequence[int]], function: Callable) -> list[Delayed]:
     """Return each batch as a delayed value."""
     shared = [dask.delayed(value, pure=False, traverse=False) for value in work.shared]
     arguments = ([work.arguments[k] for k in items] for items in batches)

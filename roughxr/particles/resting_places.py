@@ -127,7 +127,7 @@ def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
     return places.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))
 
 
-def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.Surface]:
+def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.DilatedSurface]:
     """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and the surface it may touch."""
     height = schema.finite(scan["height"].values)
     cells = (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
@@ -142,10 +142,10 @@ def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basin
     patches, pixels = dilation.patches(height, x, y, pixel, radius, reach)
     z, bounds, lists = dilation.dilation(patches, x, y, ball)
     lists = pixels.astype(np.int32)[lists]
-    return z, basins.Surface(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
+    return z, basins.DilatedSurface(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
 
 
-def _resting_positions(z: np.ndarray, surface: basins.Surface) -> _RestingPositions:
+def _resting_positions(z: np.ndarray, surface: basins.DilatedSurface) -> _RestingPositions:
     """Return the resting positions; merge those with barriers below the pixels' resolution."""
     shallow = _RESOLVED_BARRIER * max(surface.pixel) ** 2 / surface.ball.radius
     labels, minima = basins.drainage_basins(z, surface.pixel)
@@ -166,7 +166,7 @@ def _resting_positions(z: np.ndarray, surface: basins.Surface) -> _RestingPositi
     return _RestingPositions(places[reached], labels, pairs, passes[chosen])
 
 
-def _rolled(surface: basins.Surface, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _rolled(surface: basins.DilatedSurface, minima: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return each minimum's resting position, and the first label with that position.
 
     Entries begin at the label `basins.OFF`, whose position is infinitely high.
@@ -183,7 +183,7 @@ def _rolled(surface: basins.Surface, minima: np.ndarray) -> tuple[np.ndarray, np
     return np.concatenate([[[np.nan, np.nan, np.inf]], rolled]), _chain_ends(to)
 
 
-def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, surface: basins.Surface) -> None:
+def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, surface: basins.DilatedSurface) -> None:
     """Label the pixel of each resting position by that position: the sphere may have come from another basin."""
     own = np.unique(to)
     own = own[own != basins.OFF]
@@ -220,7 +220,7 @@ def _passes(
     pairs: np.ndarray,
     pixels: np.ndarray,
     heights: np.ndarray,
-    surface: basins.Surface,
+    surface: basins.DilatedSurface,
 ) -> np.ndarray:
     """Return x, y and height (nm) of the pass on each border, computed in tasks of equal size."""
     if not len(pixels):
@@ -238,7 +238,7 @@ def _passes_of(
     z: np.ndarray,
     labels: np.ndarray,
     heights: np.ndarray,
-    surface: basins.Surface,
+    surface: basins.DilatedSurface,
 ) -> np.ndarray:
     return basins.passes(z, labels, pairs, pixels, heights, surface)
 
@@ -298,7 +298,7 @@ def _root(to: np.ndarray, label: int) -> int:
     return int(label)
 
 
-def _with_barriers(scan: xr.Dataset, surface: basins.Surface, settled: _RestingPositions) -> xr.Dataset:
+def _with_barriers(scan: xr.Dataset, surface: basins.DilatedSurface, settled: _RestingPositions) -> xr.Dataset:
     """Return all resting positions with their lowest saddles."""
     count = len(settled.places)
     area = np.bincount(settled.labels.ravel(), minlength=count + 1)[1:]
@@ -329,7 +329,7 @@ def _with_barriers(scan: xr.Dataset, surface: basins.Surface, settled: _RestingP
     return out.assign(truncated=("subregion", touches | (off < far)))
 
 
-def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Surface) -> xr.Dataset:
+def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.DilatedSurface) -> xr.Dataset:
     """Move resting positions to the nearest resting positions on the vertices of asperities."""
     summits = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
@@ -348,7 +348,9 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Su
     return out.assign(rest_height=("subregion", moved[:, 2]))
 
 
-def _landing_basins(scan: xr.Dataset, surface: basins.Surface, settled: _RestingPositions, landings: Any) -> np.ndarray:
+def _landing_basins(
+    scan: xr.Dataset, surface: basins.DilatedSurface, settled: _RestingPositions, landings: Any
+) -> np.ndarray:
     """Return the labels of the basins in which spheres land on a grid, without those that roll off the scan."""
     grid = regions.centres(scan, landings)
     axes = zip("xy", surface.first, surface.pixel, settled.labels.shape)

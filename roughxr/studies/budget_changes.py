@@ -53,7 +53,7 @@ class Base(NamedTuple):
         return id(self.ds), self.preload, self.cells.tobytes(), self.step, self.splined
 
 
-class Case(NamedTuple):
+class FactorCase(NamedTuple):
     """A factor at one of its settings: in words, with its change, or the reason why that is unknown."""
 
     factor: str
@@ -65,21 +65,21 @@ class Case(NamedTuple):
 
 def changes(
     base: Base, places: xr.Dataset, settings: Mapping[str, Iterable], *, pull: float, meshes: np.ndarray
-) -> list[Case]:
+) -> list[FactorCase]:
     """Return the change of the mean pull-off for each factor and setting.
 
     ``pull`` is the mean pull-off (nN), the unit of a change of the preload; ``meshes`` (place,) are the cells along a
     pixel on which the mean was simulated, the base of the factor "mesh".
     """
-    cases: list[Case] = []
+    cases: list[FactorCase] = []
     pairs: dict[int, tuple[Base, Base]] = {}
     for factor, values in settings.items():
         for value in values:
             try:
                 words, pairs[len(cases)] = quietly(_changed_and_reference, base, factor, value, pull, meshes)
-                cases.append(Case(factor, value, words))
+                cases.append(FactorCase(factor, value, words))
             except ValueError as refused:
-                cases.append(Case(factor, value, str(value), reason=str(refused)))
+                cases.append(FactorCase(factor, value, str(value), reason=str(refused)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     weight = shares(places).values
     solved = _solved([each for pair in pairs.values() for each in pair], places, base.ds)

@@ -32,7 +32,7 @@ from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMP
 from ..vocabulary.numbers import percent
 from ..vocabulary.units import Places, whole_number
 from .assumptions import HUMID, pair_factors, range_deviation
-from .budget_changes import Base, Case, Change, changes, mean_change, needed_cells
+from .budget_changes import Base, Change, FactorCase, changes, mean_change, needed_cells
 from .roughness_scale import quietly
 
 #: Part of a known bias that is counted as uncertainty, of the mesh about the change by still finer meshes: their order
@@ -221,12 +221,12 @@ def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
     return total, float(np.sqrt(((value**2 + 0.5 * error**2) * error**2).sum())) / max(total, 1e-300)
 
 
-def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> Case:
+def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> FactorCase:
     """Return the change of the pull-off at the places of a simulation with cells and steps halved."""
     at = [list(zip(ds["subregion_x"].values, ds["subregion_y"].values)) for ds in (solved, finer)]
     base = solved.isel(subregion=[at[0].index(place) for place in at[1]])
     change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
-    return Case(MESH, 2, "2", change)
+    return FactorCase(MESH, 2, "2", change)
 
 
 def _sampling(force: xr.DataArray) -> _Entry:
@@ -243,7 +243,7 @@ def _sampling(force: xr.DataArray) -> _Entry:
     return _Entry(Change(value, float(error), count), words)
 
 
-def _entry(factor: str, cases: Sequence[Case], count: int, law: str) -> _Entry:
+def _entry(factor: str, cases: Sequence[FactorCase], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
     part = _SLOW_PART if law == JKR else _BIAS_PART
     known = [case for case in cases if case.change.places]
@@ -268,7 +268,7 @@ def _scaled(entry: _Entry, deviation: float) -> _Entry:
     return entry._replace(change=Change(larger, error, entry.change.places), how=how)
 
 
-def _slope(factor: str, cases: Sequence[Case]) -> float:
+def _slope(factor: str, cases: Sequence[FactorCase]) -> float:
     """Return d ln F / d ln parameter through the cases, or from the base to a single case."""
     if not ERROR_SOURCES[factor].is_ratio or all(case.setting == 1 for case in cases):
         return np.nan

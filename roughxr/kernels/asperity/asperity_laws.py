@@ -56,7 +56,7 @@ class Scales(NamedTuple):
     row: Any  # position in the law's table
 
 
-class Contact(NamedTuple):
+class AsperityContact(NamedTuple):
     """Load nN and semi-axes nm."""
 
     P: float
@@ -94,16 +94,16 @@ def asperity_scales(A, B, E_star, w, law):
 
 @kernel
 def asperity_contact(delta, scales, spline):
-    """Return the stable ``Contact`` of an asperity at displacement ``delta``; ``spline`` belongs to its law."""
+    """Return the stable ``AsperityContact`` of an asperity at displacement ``delta``; ``spline`` belongs to its law."""
     delta_star = delta / scales.delta
     if not delta_star >= scales.end:
         nothing = 0.0 if delta_star < scales.end else np.nan
-        return Contact(nothing, nothing, nothing)
+        return AsperityContact(nothing, nothing, nothing)
     if scales.end < 0.0 and spline.size > 0:
         P, a, b = lookup(spline, scales.row, delta_star - scales.end)
     else:
         P, a, b = closed_contact(delta_star, scales.end)
-    return Contact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
+    return AsperityContact(scales.P * P, scales.a * a, scales.a * scales.axis_ratio * b)
 
 
 @kernel

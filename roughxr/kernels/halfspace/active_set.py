@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
     shift: float  #: added to all depths so that the load is met; 0 if no load is prescribed
 
 
-class Work(NamedTuple):
+class Workspace(NamedTuple):
     """Vectors of the conjugate gradients."""
 
     direction: np.ndarray
@@ -72,7 +72,7 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     needed: the search directions are projected onto zero total load, without a further product.
     """
     z = np.zeros((5, pressure.size))
-    work = Work(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
+    work = Workspace(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
     iterations = 0
     slope = 0.0
     shift = 0.0

@@ -19,8 +19,8 @@ from .products import DENSE_LIMIT
 from .working_set import (
     COARSE_ITERATIONS,
     COARSE_TOLERANCE,
-    Contact,
     Guess,
+    SolvedContact,
     box_below,
     half_deep,
     halved,
@@ -119,7 +119,7 @@ def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
         displacement = np.full(separation.shape, np.nan)
         pressure[box] = solved.pressure
         displacement[box] = solved.displacement
-        contact = Contact(pressure, displacement, solved.outcome._replace(iterations=products))
+        contact = SolvedContact(pressure, displacement, solved.outcome._replace(iterations=products))
         if solved.outcome.status != CONVERGED or (reached <= reach and not shallow):
             return reached, contact
         start = _start_from_state(delta, contact, cap)

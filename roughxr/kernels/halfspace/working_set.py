@@ -33,7 +33,7 @@ class Guess(NamedTuple):
     possible: np.ndarray  # cells that may touch; others are left out until they penetrate
 
 
-class Contact(NamedTuple):
+class SolvedContact(NamedTuple):
     """The contact in a box; displacements are NaN where they are not known."""
 
     pressure: np.ndarray
@@ -123,12 +123,12 @@ def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0
         shift = shift + outcome.shift
         depth = depth + outcome.shift
         if few:
-            return Contact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
+            return SolvedContact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
         displacement = displaced(pressure, film)
         products += 1
         worst = _violation(pressure, displacement, depth, cap, goal, touching, chosen)
         if outcome.status != CONVERGED or not worst > goal:  # true for NaN as well
-            return Contact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
+            return SolvedContact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
 
 
 @kernel

@@ -149,7 +149,7 @@ def drainage_basins(z, pixel):
     return labels, minima[:count].copy()
 
 
-class Surface(NamedTuple):
+class DilatedSurface(NamedTuple):
     """A scan's heights (nm), the patches that a sphere may touch at each pixel, and the pixels."""
 
     height: np.ndarray
