@@ -69,7 +69,10 @@ def test_a_moment_rests_on_converged_states_alone():
             "subregion": [0],
             "subregion_x": ("subregion", [0.0]),
             "subregion_y": ("subregion", [0.0]),
+            "contact_modulus": 10.0,
+            "work_of_adhesion": 0.1,
         },
+        {"method": "adhesive", "law": "exponential"},
     )
     found, said = told(rolling, ds, directions=4)
     assert found.resisting_moment.notnull().all() and found.converged.all() and not said

@@ -163,9 +163,9 @@ def _patch_width(measures: SpectralMeasures, pixel: float) -> float:
 def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[int, int]:
     """Return a patch's number of pixels (odd, at least 3) and their refinement, for a width (nm)."""
     pixels = width / max(pixel) * (1 + 1e-9)
-    most = int(min(pixels, _MOST_PIXELS, *shape))
-    if most >= _UNREFINED_PIXELS:
-        return most - (most + 1) % 2, 1
+    widest = int(min(pixels, _MOST_PIXELS, *shape))
+    if widest >= _UNREFINED_PIXELS:
+        return widest - (widest + 1) % 2, 1
     for refine in range(1, _MOST_REFINED + 1):
         count = int(refine * pixels)
         count -= (count + 1) % 2
@@ -231,8 +231,8 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     out = out.assign_coords(dict(zip(regions.EDGES, regions.extent(ds))) | schema.pair_coordinates(ds))
     out = out.assign_coords({name: ds[name] for name in ("subregion_x", "subregion_y") if name in ds.coords})
     if setup.measures is not None:
-        known = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
-        out = out.assign_coords(known | {"pixel": max(schema.pixel(ds))})
+        measures = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
+        out = out.assign_coords(measures | {"pixel": max(schema.pixel(ds))})
     done = {"patch": "paper" if setup.vertex == "pixel" else setup.patch, "refine": setup.refine}
     return schema.record(schema.label(out), "asperities", ds, **done)
 
@@ -241,17 +241,17 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
     """Return "auto", pixels as an int, or nm as a float."""
     if isinstance(patch, str) and patch in ("auto", "paper"):
         return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
-    most = min(shape)
+    widest = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
         finest = _LEAST_PIXELS * max(pixel) / _MOST_REFINED
         if (width := positive(patch, "nm", "patch")) < finest:
             least = f"{finest:.3g} nm, {_LEAST_PIXELS}/{_MOST_REFINED} of a pixel"
             raise ValueError(f"patch: expected a length of at least {least}, found {patch!r}")
         return width
-    if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= most:
+    if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= widest:
         raise ValueError(
-            f"patch: expected 'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to {most}, "
-            f"found {patch!r}"
+            f"patch: expected 'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to "
+            f"{widest}, found {patch!r}"
         )
     return int(patch)
 

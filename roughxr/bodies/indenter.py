@@ -61,16 +61,16 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     scan = schema.validate(ds, "scan")
     height = scan["height"].values.astype(float)
     x, y = np.meshgrid(scan["x"].values, scan["y"].values, indexing="ij")
-    known = np.isfinite(height)
-    if known.sum() < 10:
-        raise ValueError(f"height: expected at least 10 heights to fit a sphere to, found {known.sum()}")
+    finite = np.isfinite(height)
+    if finite.sum() < 10:
+        raise ValueError(f"height: expected at least 10 heights to fit a sphere to, found {finite.sum()}")
     middle = float(scan["x"].mean()), float(scan["y"].mean())
-    top_x, top_y, top, radius = _sphere(x[known] - middle[0], y[known] - middle[1], height[known])
+    top_x, top_y, top, radius = _sphere(x[finite] - middle[0], y[finite] - middle[1], height[finite])
     r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
     residual = height - (top - _sphere_depth(r2, radius))
-    out = scan.assign(height=(("x", "y"), residual - residual[known].mean(), scan["height"].attrs))
+    out = scan.assign(height=(("x", "y"), residual - residual[finite].mean(), scan["height"].attrs))
     out["fitted_radius"] = radius
-    out["fit_rms"] = float(residual[known].std())
+    out["fit_rms"] = float(residual[finite].std())
     out["apex_x"] = middle[0] + top_x
     out["apex_y"] = middle[1] + top_y
     out["apex_tilt"] = float(np.arcsin(min(np.hypot(top_x, top_y) / radius, 1.0)))
@@ -186,8 +186,8 @@ def placements(
             "rotation": ("placement", turns * (np.pi / 2)),
         },
     )
-    given = {"sphere_radius": radius, "count": count, "width": width, "seed": seed}
-    return schema.record(schema.label(out), "placements", roughness, **given)
+    arguments = {"sphere_radius": radius, "count": count, "width": width, "seed": seed}
+    return schema.record(schema.label(out), "placements", roughness, **arguments)
 
 
 def _part(shape: tuple[int, int], pixel: float, width: Any) -> int:

@@ -120,19 +120,21 @@ def menisci_of(ds: xr.Dataset) -> Menisci | None:
     return Menisci(radius, tension, (first, second), film, 1 - part * (1 - share), part)
 
 
-def angles(given: Any) -> tuple[float, float]:
+def angles(contact_angle: Any) -> tuple[float, float]:
     """Return the contact angles on both bodies in rad, from degrees; raise if the liquid does not wet the bodies."""
-    both = tuple(given) if isinstance(given, (tuple, list)) else (given, given)
+    both = tuple(contact_angle) if isinstance(contact_angle, (tuple, list)) else (contact_angle, contact_angle)
     if len(both) != 2:
-        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {given!r}")
-    words = "degrees from 0 to 90"
-    each = [single(angle_given, "deg", "contact_angle", words, lambda angle: 0 <= angle < 180) for angle_given in both]
-    if sum(each) >= 180 or max(each) > 90:
+        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {contact_angle!r}")
+    expected = "degrees from 0 to 90"
+    degrees = [
+        single(angle_given, "deg", "contact_angle", expected, lambda angle: 0 <= angle < 180) for angle_given in both
+    ]
+    if sum(degrees) >= 180 or max(degrees) > 90:
         raise ValueError(
-            f"contact_angle: expected angles of at most 90 degrees, found {given!r}: such a liquid does not wet and "
-            "forms no bridge by condensation; assign a dry pair"
+            f"contact_angle: expected angles of at most 90 degrees, found {contact_angle!r}: such a liquid does not "
+            "wet and forms no bridge by condensation; assign a dry pair"
         )
-    first, second = each
+    first, second = degrees
     return math.radians(first), math.radians(second)
 
 
@@ -189,8 +191,8 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
         coords["liquid_film"] = film
     medium = MEDIA.get(liquid.strip().lower()) if isinstance(liquid, str) else None
     if "share_under_liquid" not in pair:
-        own = bodies is not None and medium is not None
-        coords["share_under_liquid"] = _named_materials_share(bodies, medium) if own else _share(pair, medium)  # type: ignore[arg-type]
+        is_named = bodies is not None and medium is not None
+        coords["share_under_liquid"] = _named_materials_share(bodies, medium) if is_named else _share(pair, medium)  # type: ignore[arg-type]
     _refuse_thick(pair, radius, pressure)
     if 2 * radius <= coords["liquid_molecule"]:
         warn(f"humidity: {_no_liquid_words(coords)}")
@@ -201,9 +203,12 @@ def humidity_coordinates(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     """Return the humidity and Kelvin radius of a humid pair at another humidity of the same liquid."""
     if "humidity" not in ds.coords:
         raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
-    known = float(ds["humidity"])
+    assigned = float(ds["humidity"])
     pressure = _pressure(humidity)
-    changed = {"humidity": pressure, "kelvin_radius": float(ds["kelvin_radius"]) * math.log(known) / math.log(pressure)}
+    changed = {
+        "humidity": pressure,
+        "kelvin_radius": float(ds["kelvin_radius"]) * math.log(assigned) / math.log(pressure),
+    }
     _refuse_thick(dict(ds.coords), changed["kelvin_radius"], pressure)
     return changed
 
@@ -229,20 +234,20 @@ def liquid_words(ds: xr.Dataset) -> str:
     menisci = menisci_of(ds)
     if menisci is None:
         return f"{_no_liquid_words(ds)}." if "humidity" in ds.coords else ""
-    words = (
+    sentence = (
         f"At {float(ds['humidity']):.3g} relative humidity the liquid fills gaps below {menisci.height:.2g} nm, with a "
         f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
     )
     if menisci.kelvin_radius < _FEW_MOLECULES:
-        words += (
+        sentence += (
             f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
             "is an extrapolation there"
         )
     if menisci.part < 1:
-        words += (
+        sentence += (
             f". Menisci thinner than two molecules count in part, with {100 * menisci.part:.0f} % of that of the bulk"
         )
-    return words + "."
+    return sentence + "."
 
 
 def _no_liquid_words(ds: Mapping[Any, Any]) -> str:
@@ -254,39 +259,39 @@ def _no_liquid_words(ds: Mapping[Any, Any]) -> str:
     )
 
 
-def _pressure(given: Any) -> float:
+def _pressure(humidity: Any) -> float:
     """Return a relative vapour pressure; raise unless it is between 0 and saturation."""
     name = "humidity"
-    text = str(given).strip().removesuffix("%") if _is_percent(given) else given
-    number = magnitude(text, "1", name) * (0.01 if _is_percent(given) else 1.0)
+    text = str(humidity).strip().removesuffix("%") if _is_percent(humidity) else humidity
+    number = magnitude(text, "1", name) * (0.01 if _is_percent(humidity) else 1.0)
     if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
         meant = f": {number:g} % is {0.01 * number:g}" if isinstance(number, float) and 1 < number < 100 else ""
         raise ValueError(
-            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {given!r}{meant}"
+            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {humidity!r}{meant}"
         )
     if number >= _SATURATION:
         raise ValueError(
-            f"humidity: expected less than {_SATURATION}, found {given!r}: near saturation the amount of water "
+            f"humidity: expected less than {_SATURATION}, found {humidity!r}: near saturation the amount of water "
             "is not determined by the humidity; give a lower one"
         )
     return number
 
 
-def _is_percent(given: Any) -> bool:
-    return isinstance(given, str) and given.strip().endswith("%")
+def _is_percent(humidity: Any) -> bool:
+    return isinstance(humidity, str) and humidity.strip().endswith("%")
 
 
-def _liquid(given: Any) -> tuple[float, float]:
+def _liquid(liquid: Any) -> tuple[float, float]:
     """Return surface tension (J/m²) and molar volume (cm³/mol) of a name or of a pair of numbers."""
-    if isinstance(given, str):
-        known = LIQUIDS[schema.one_of(given.strip().lower(), LIQUIDS, "liquid")]
-        return known.tension, known.volume
-    if not isinstance(given, (tuple, list)) or len(given) != 2:
+    if isinstance(liquid, str):
+        named = LIQUIDS[schema.one_of(liquid.strip().lower(), LIQUIDS, "liquid")]
+        return named.tension, named.volume
+    if not isinstance(liquid, (tuple, list)) or len(liquid) != 2:
         raise ValueError(
             f"liquid: expected one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol), "
-            f"found {given!r}"
+            f"found {liquid!r}"
         )
-    return positive(given[0], "J/m^2", "liquid"), positive(given[1], "cm^3/mol", "liquid")
+    return positive(liquid[0], "J/m^2", "liquid"), positive(liquid[1], "cm^3/mol", "liquid")
 
 
 def _share(pair: dict[str, float], medium: float | None) -> float:

@@ -174,8 +174,8 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
 
 def read_preloads(preload: Any) -> np.ndarray:
     """Return preloads in nN, ascending; raise if any is negative."""
-    given = 0.0 if preload is None else preload
-    values = schema.ascending(given, "nN", "preload")
+    stated = 0.0 if preload is None else preload
+    values = schema.ascending(stated, "nN", "preload")
     if values[0] < 0:
         raise ValueError(f"preload: expected at least 0 nN (a particle that settles), found {values[0]:g} nN")
     return values

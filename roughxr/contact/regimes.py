@@ -104,8 +104,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     beyond = 1.0 if humid else result["share_beyond_contact"]
     result["recommended"] = _recommended(result["asperity_tabor"], beyond)
     kind = {"yields": pair.yields, "humid": humid}
-    words = " ".join(filter(None, (_sentence(result, **kind), liquid.liquid_words(bodies))))
-    attributes = {"recommendation": words, "law": automatic_law(result["asperity_tabor"], **kind)}
+    sentences = " ".join(filter(None, (_sentence(result, **kind), liquid.liquid_words(bodies))))
+    attributes = {"recommendation": sentences, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).set_coords("recommended")
     out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
@@ -131,11 +131,13 @@ def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
         "adhesive": f"`adhesive` {_with_law(tabor, yields=yields, humid=humid)}",
         "superpose": "`superpose`: the range of adhesion is negligible, and the contacts hardly interact",
     }[result["recommended"]]
-    words = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
-    words += f"between rigid bodies {percent(beyond)} of the adhesion force acts across gaps outside the contact)."
+    sentence = f"The quickest valid method is {method} (Tabor's parameter of the median asperity is {number(tabor)}; "
+    sentence += f"between rigid bodies {percent(beyond)} of the adhesion force acts across gaps outside the contact)."
     if result.get("yields"):
-        words += f" Summits yield under their own adhesion ({number(result['peak_pressure'], 'GPa')}): give a hardness."
-    return words
+        sentence += (
+            f" Summits yield under their own adhesion ({number(result['peak_pressure'], 'GPa')}): give a hardness."
+        )
+    return sentence
 
 
 def _with_law(tabor: float, **kind: bool) -> str:
@@ -152,8 +154,8 @@ def _with_law(tabor: float, **kind: bool) -> str:
 
 def _resolved(pixels: float) -> str:
     """Return a sentence if pixels are wider than a contact."""
-    words = f"By JKR the contact of a median asperity has a radius of {number(pixels)} pixels"
-    return f"{words}: the scan does not resolve it." if pixels < 1 else ""
+    sentence = f"By JKR the contact of a median asperity has a radius of {number(pixels)} pixels"
+    return f"{sentence}: the scan does not resolve it." if pixels < 1 else ""
 
 
 def _peak_pressure(radius: float, modulus: float, w: float) -> float:
@@ -217,34 +219,36 @@ def formulas(
     return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
 
 
-def _dry_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+def _dry_formulas(specimen: Specimen, law: str, inputs: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a dry pair by formulas, and their inputs."""
     radius = specimen.pair.sphere_radius
     w = specimen.pair.work
     z0 = specimen.pair.closest_approach
     sphere = {"radius": radius, "hamaker_constant": 12 * np.pi * z0**2 * w, "closest_approach": z0}
-    short = {"rms": given["short_rms"], "wavelength": given["wavelength"]}
-    long = {name: given[name] for name in ("long_rms", "long_wavelength")}
-    left = reference.gaussian_work(rms=given["rms"], length=z0, work_of_adhesion=w, law=HAMAKER)
+    short = {"rms": inputs["short_rms"], "wavelength": inputs["wavelength"]}
+    long = {name: inputs[name] for name in ("long_rms", "long_wavelength")}
+    mean_work = reference.gaussian_work(rms=inputs["rms"], length=z0, work_of_adhesion=w, law=HAMAKER)
     result = {
         "bradley": 2 * np.pi * w * radius,
-        "rumpf": reference.rumpf(asperity_radius=given["asperity_radius"], **sphere),
-        "rumpf_rms": reference.rumpf(rms=given["rms"], **sphere),
-        "rabinovich": reference.rabinovich(rms=given["rms"], wavelength=given["wavelength"], **sphere),
+        "rumpf": reference.rumpf(asperity_radius=inputs["asperity_radius"], **sphere),
+        "rumpf_rms": reference.rumpf(rms=inputs["rms"], **sphere),
+        "rabinovich": reference.rabinovich(rms=inputs["rms"], wavelength=inputs["wavelength"], **sphere),
         "rabinovich_two_scales": reference.rabinovich(**short, **long, **sphere) if long["long_rms"] > 0 else np.nan,
-        "gaussian_heights": 2 * np.pi * radius * left,
+        "gaussian_heights": 2 * np.pi * radius * mean_work,
     }
-    return result, given | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
+    return result, inputs | {name: sphere[name] for name in ("hamaker_constant", "closest_approach")}
 
 
-def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+def _humid_formulas(
+    specimen: Specimen, law: str, inputs: dict[str, float]
+) -> tuple[dict[str, float], dict[str, float]]:
     """Return the pull-offs (nN) of a humid pair by formulas (thin menisci over the solids), and their inputs."""
     radius = specimen.pair.sphere_radius
     menisci = specimen.pair.menisci
     assert menisci is not None
-    summit = 1 / (1 / radius + 1 / given["asperity_radius"])
-    open_gap = max(1 - _ABOVE_PLANE * given["rms"] / menisci.height, 0.0)
-    over_heights = potentials.gaussian_mean(read_options(specimen, law).law, given["rms"])
+    summit = 1 / (1 / radius + 1 / inputs["asperity_radius"])
+    open_gap = max(1 - _ABOVE_PLANE * inputs["rms"] / menisci.height, 0.0)
+    over_heights = potentials.gaussian_mean(read_options(specimen, law).law, inputs["rms"])
     bodies_and_works = {
         "smooth": (radius, specimen.pair.work),
         "summit": (summit, specimen.pair.work),
@@ -252,19 +256,19 @@ def _humid_formulas(specimen: Specimen, law: str, given: dict[str, float]) -> tu
         "gaussian_heights": (radius, over_heights),
     }
     result = {name: 2 * np.pi * R * w for name, (R, w) in bodies_and_works.items()}
-    return result, given | {"meniscus_height": menisci.height}
+    return result, inputs | {"meniscus_height": menisci.height}
 
 
 def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
     distance = _mean_distance(flat.derived(asperities))
-    given = {"rms": float(flat.heights.std()), "wavelength": distance}
-    given["asperity_radius"] = _asperity_radius(flat.derived(asperities))
+    inputs = {"rms": float(flat.heights.std()), "wavelength": distance}
+    inputs["asperity_radius"] = _asperity_radius(flat.derived(asperities))
     if _LONG_WAVELENGTH * distance > 2 * flat.pixel * max(flat.heights.shape):  # the scan has no wavelengths that long
-        return given | {"short_rms": given["rms"], "long_rms": np.nan, "long_wavelength": np.nan}
+        return inputs | {"short_rms": inputs["rms"], "long_rms": np.nan, "long_wavelength": np.nan}
     smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVELENGTH * distance))
-    return given | {
+    return inputs | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
         "long_wavelength": _mean_distance(smoothed.derived(asperities)),

@@ -148,10 +148,10 @@ def critical_load(
     values["critical_load_error"] = _strength_error(kind, body, limit, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"load": load, "missing": _MISSING, "comment": scope_words(ds)}
-    given = {"load": load, "direction": direction, "particle_density": particle_density}
-    given |= fluid_arguments(body)
-    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-    return schema.record(schema.label(out), "critical_load", ds, **given)
+    arguments = {"load": load, "direction": direction, "particle_density": particle_density}
+    arguments |= fluid_arguments(body)
+    arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+    return schema.record(schema.label(out), "critical_load", ds, **arguments)
 
 
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
@@ -275,8 +275,8 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
         roll = roll.min(axis=0).max(axis=1)
         slide, holds = np.zeros_like(roll), limit.pull_off - away
         if limit.friction is not None or limit.strength is not None:
-            most = limit.strength * limit.area if limit.strength is not None else limit.friction * holds
-            slide = np.where(most > 0, along / most, np.where(along > 0, np.inf, 0.0))
+            strongest = limit.strength * limit.area if limit.strength is not None else limit.friction * holds
+            slide = np.where(strongest > 0, along / strongest, np.where(along > 0, np.inf, 0.0))
         raised = np.where(holds > 0, np.maximum(away, 0) / limit.pull_off, np.inf)
     raised = np.where((limit.pull_off > 0) | (away >= 0), raised, 0.0)
     return np.where(limit.known, np.array([roll, slide, raised]), np.nan)
@@ -313,5 +313,5 @@ def _strength_error(kind: Load, body: Body, limit: Resistance, strength: np.ndar
         moment = limit.moment + sign * np.nan_to_num(limit.moment_error)
         changed = np.nan_to_num(critical_strength(kind, body, limit._replace(moment=moment))[0])  # 0: it rolls off
         changes.append(np.abs(changed / strength - 1))
-    known = np.isfinite(limit.moment_error).all(axis=1) & (strength > 0)
-    return np.where(known, np.max(changes, axis=0), np.nan)
+    has_error = np.isfinite(limit.moment_error).all(axis=1) & (strength > 0)
+    return np.where(has_error, np.max(changes, axis=0), np.nan)

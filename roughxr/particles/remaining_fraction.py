@@ -88,19 +88,19 @@ def resuspension(
         )
     limit = limit._replace(known=rests)
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
-    left = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
-    left = np.where(limit.known[:, None, None], left, np.nan)
+    remaining = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
+    remaining = np.where(limit.known[:, None, None], remaining, np.nan)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
-    out = xr.Dataset({"remaining_at_place": (("subregion", "friction_velocity", "time"), left)}, place)
+    out = xr.Dataset({"remaining_at_place": (("subregion", "friction_velocity", "time"), remaining)}, place)
     out = out.assign_coords(friction_velocity=speed, time=seconds)
     out["in_range"] = ("friction_velocity", push(speed, body).in_range)
     out = _with_band(out, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}
-    given: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
-    given |= {"particle_density": particle_density, **fluid_arguments(body)}
-    given |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
-    return schema.record(schema.label(out), "resuspension", ds, **given)
+    arguments: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
+    arguments |= {"particle_density": particle_density, **fluid_arguments(body)}
+    arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
+    return schema.record(schema.label(out), "resuspension", ds, **arguments)
 
 
 def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
@@ -108,8 +108,8 @@ def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
     out["remaining"] = by_share(out["remaining_at_place"]).mean("subregion")
     if places < 2:
         return out
-    known = out[["remaining_at_place"]].dropna("subregion")
-    band = bootstrap(known, "remaining_at_place", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
+    solved = out[["remaining_at_place"]].dropna("subregion")
+    band = bootstrap(solved, "remaining_at_place", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
     ends = band.sel(statistic="mean", drop=True).transpose("friction_velocity", "time")
     for end in ("low", "high"):
         out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))

@@ -42,10 +42,10 @@ def superposition_notes(run: Run) -> list[str]:
     ds = run.get("solutions/energy", xr.Dataset())
     if "expectation" not in ds.attrs:
         return []
-    words = f"Superposed asperities: {ds.attrs['expectation']}."
+    sentence = f"Superposed asperities: {ds.attrs['expectation']}."
     if "pull_off_force" in ds and (above := int((ds["pull_off_force"] > smooth_pull_off(ds)).sum())):
-        words += f" At {above} of {ds.sizes['subregion']} places their sum exceeds the pull-off from a smooth flat."
-    return [words]
+        sentence += f" At {above} of {ds.sizes['subregion']} places their sum exceeds the pull-off from a smooth flat."
+    return [sentence]
 
 
 def _scan_doubts(run: Run) -> Iterator[str]:
@@ -80,23 +80,24 @@ def _solved(run: Run) -> Iterator[str]:
     """Yield cautions on solutions that violate a contact condition, end too early, or need a finer mesh."""
     for name, ds in run.items():
         kind, _, method = name.partition("/")
-        words = METHOD_WORDS.get(method, method).capitalize()
+        title = METHOD_WORDS.get(method, method).capitalize()
         if kind == "solutions" and method in SOLVED and "converged" in ds:
             certificate = check_conditions(ds)
             missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
             if missed.any():
-                yield f"{words}: conditions of the contact are violated: {'; '.join(certificate.words.values[missed])}."
+                violations = "; ".join(certificate.words.values[missed])
+                yield f"{title}: conditions of the contact are violated: {violations}."
         if name in ("solutions/direct", "solutions/energy") and "truncated" in ds:
             flags = ds["truncated"].astype(bool)
             if places := int(flags.any([dim for dim in flags.dims if dim == "delta"]).sum()):
                 where = f"at {places} of {flags.sizes['subregion']} places"
-                yield f"{words}: {where} the contact reaches the scan's edge, and the force is too low."
+                yield f"{title}: {where} the contact reaches the scan's edge, and the force is too low."
         if kind == "statistics" and "bracketed" in ds:
-            known = ds["pull_off_force"].notnull()
-            if bad := int((known & ~ds["bracketed"].astype(bool)).sum()):
-                yield f"{words}: at {bad} of {known.size} places the sweep ends before the largest adhesion force."
-            if none := int((~known).sum()):
-                yield f"{words}: at {none} of {known.size} places the sphere does not adhere; the statistics omit them."
+            adheres = ds["pull_off_force"].notnull()
+            if bad := int((adheres & ~ds["bracketed"].astype(bool)).sum()):
+                yield f"{title}: at {bad} of {adheres.size} places the sweep ends before the largest adhesion force."
+            if none := int((~adheres).sum()):
+                yield f"{title}: at {none} of {adheres.size} places the sphere does not adhere; the statistics omit them."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
     if error > _LARGEST_ERROR:
         yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."
@@ -121,10 +122,10 @@ def _yielding(run: Run) -> Iterator[str]:
         "solutions/direct": "in the direct simulation at its largest displacement",
         "solutions/adhesive": "in the simulation with adhesion at its preload",
     }
-    known = [group for group in solved if group in run and "yielded_fraction" in run[group]]
-    for group in known:
+    yielding_groups = [group for group in solved if group in run and "yielded_fraction" in run[group]]
+    for group in yielding_groups:
         yield from _above_hardness(run[group], solved[group])
-    if known and any("plastic_work" in ds for ds in run.values()):
+    if yielding_groups and any("plastic_work" in ds for ds in run.values()):
         yield "Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid."
 
 
@@ -138,9 +139,9 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
     if "plastic_work" in ds:
         yield f"The softer body yields: {shares} at its hardness, {number(ds[name], 'GPa')}."
         return
-    known = "hardness" if name == "hardness" else "estimated hardness"
+    label = "hardness" if name == "hardness" else "estimated hardness"
     limit = number(ds[name], "GPa")
-    yield f"Summits may yield: {shares} above the {known} of {limit}. State a hardness to include this."
+    yield f"Summits may yield: {shares} above the {label} of {limit}. State a hardness to include this."
 
 
 def _resolution(run: Run) -> Iterator[str]:

@@ -84,12 +84,14 @@ def page_data(run: Run) -> dict[str, Any]:
             "expected the archive of a run, with its scan and results at places, found groups: "
             f"{', '.join(run) or 'none'}; make one with roughxr run"
         )
-    known = {name: table[column] for name, column in _PULL_OFFS.items() if column in table}
+    columns = {name: table[column] for name, column in _PULL_OFFS.items() if column in table}
     return {
         "scan": _scan(schema.validate(run["scan"], "scan")),
         "places": _rows(run, places),
         "curves": list(_curves(run, places.sizes["subregion"])),
-        "pulls": [{"name": n, "label": METHOD_WORDS[n], "values": _numbers(pull.values)} for n, pull in known.items()],
+        "pulls": [
+            {"name": n, "label": METHOD_WORDS[n], "values": _numbers(pull.values)} for n, pull in columns.items()
+        ],
         "facts": _facts(table),
     }
 
@@ -108,7 +110,7 @@ def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
 def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
     """Yield the force over displacement from the highest peak by method; pull-off and detachment are points."""
     touch = run.get("solutions/rigid", xr.Dataset()).get("touch_delta")
-    for name, words in METHOD_WORDS.items():
+    for name, label in METHOD_WORDS.items():
         ds, offset = run.get(f"solutions/{name}", xr.Dataset()), np.zeros(count)
         if ds.sizes.get("subregion") != count:
             continue
@@ -120,12 +122,12 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
             retraction = run.get("solutions/retraction") if name == "direct" else None
             yield {
                 "name": name,
-                "label": words,
+                "label": label,
                 "events": False,
                 "lines": _branch_curves(ds[["force"]], retraction, offset),
             }
         elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
-            yield {"name": name, "label": words, "events": True, "lines": _events(at_first_preload(ds), offset)}
+            yield {"name": name, "label": label, "events": True, "lines": _events(at_first_preload(ds), offset)}
 
 
 def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.ndarray) -> list[list[dict[str, Any]]]:
@@ -166,8 +168,8 @@ def _scan(scan: xr.Dataset) -> dict[str, Any]:
     height = scan["height"].transpose("x", "y")
     blocks = {axis: -(-n // _SCAN_PIXELS) for axis, n in height.sizes.items()}
     heights = height.coarsen(blocks, boundary="pad").mean().values
-    known = heights[np.isfinite(heights)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 1.0)
+    finite = heights[np.isfinite(heights)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     colours = colour_map("mako")((heights - low) / ((high - low) or 1.0))
     file = io.BytesIO()
     Image.fromarray((colours * 255).round().astype(np.uint8).transpose(1, 0, 2)[::-1]).save(file, "PNG")

@@ -144,15 +144,15 @@ def methods(run: Run) -> str:
     if "sphere_radius" in scan.coords:
         indenter = f"a sphere of radius {number(scan['sphere_radius'], 'nm')}"
     materials = f" ({facts['materials']})" if "materials" in facts else ""
-    words = (
+    text = (
         f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
         f"of {facts['size']}, at {facts['places']}. The contact of the elastic half space was solved with adhesion "
         f"(law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; work of adhesion "
         f"{number(scan['work_of_adhesion'], 'J/m²')}), on {facts['mesh']}, after a preload of {facts['preload']}."
     )
     if best_estimate_notes(run):
-        words += f" {' '.join(best_estimate_notes(run))} Intervals are at 95 %."
-    return words
+        text += f" {' '.join(best_estimate_notes(run))} Intervals are at 95 %."
+    return text
 
 
 #: Models that `regime` recommends, in words.
@@ -161,19 +161,19 @@ _MODELS = {"rigid": "rigid bodies", "adhesive": "simulation with adhesion", "sup
 
 def pair_facts(scan: xr.Dataset) -> list[tuple[str, str]]:
     """Return the quantities of the pair of bodies in words, each with its value."""
-    known = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
-    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in known}
-    words = {name: (schema.VARIABLES[name].long_name, number(known[name], units[name])) for name in known}
-    if "hamaker_constant" in known:
-        words["hamaker_constant"] = ("Hamaker constant A", number(1e3 * known["hamaker_constant"], "zJ"))
-    return list(words.values())
+    values = {str(name): value for name, value in schema.pair_coordinates(scan).items() if value.ndim == 0}
+    units = {name: schema.VARIABLES[name].units.replace("J/m^2", "J/m²").removesuffix("1") for name in values}
+    facts = {name: (schema.VARIABLES[name].long_name, number(values[name], units[name])) for name in values}
+    if "hamaker_constant" in values:
+        facts["hamaker_constant"] = ("Hamaker constant A", number(1e3 * values["hamaker_constant"], "zJ"))
+    return list(facts.values())
 
 
 def _rows(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:
     """Return the head and the rows of a table as text."""
     head = [table.index.name or "", *(METHOD_WORDS.get(str(column), str(column)) for column in table.columns)]
     cells = table.map(lambda value: value if isinstance(value, str) else number(round(float(value), 12)))
-    return head, [[str(words), *row] for words, row in cells.iterrows()]
+    return head, [[str(label), *row] for label, row in cells.iterrows()]
 
 
 class _Figure(NamedTuple):

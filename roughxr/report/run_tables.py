@@ -56,10 +56,10 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
 
 def contact_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by method."""
-    known = [method for method in METHOD_WORDS if "pull_off_delta" in run.get(f"statistics/{method}", ())]
-    forces = [run[f"statistics/{method}"]["pull_off_force"] for method in known]
+    methods = [method for method in METHOD_WORDS if "pull_off_delta" in run.get(f"statistics/{method}", ())]
+    forces = [run[f"statistics/{method}"]["pull_off_force"] for method in methods]
     unit = prefixed(max((float(pull_off.mean()) for pull_off in forces if pull_off.notnull().any()), default=0.0))
-    return pd.DataFrame({method: _pull_off_rows(run, method, *unit) for method in known}).rename_axis("quantity")
+    return pd.DataFrame({method: _pull_off_rows(run, method, *unit) for method in methods}).rename_axis("quantity")
 
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
@@ -89,10 +89,10 @@ def _spread(values: xr.DataArray) -> float:
 def force_table(run: Run) -> pd.DataFrame:
     """Return the force of the direct simulation at the middle and the last displacement."""
     force = run["solutions/direct"]["force"]
-    known = force["delta"].values
+    deltas = force["delta"].values
     unit, size = prefixed(float(force.isel(delta=-1).mean()))
     rows = {}
-    for delta in sorted({float(known[known.size // 2]), float(known[-1])}):
+    for delta in sorted({float(deltas[deltas.size // 2]), float(deltas[-1])}):
         at = force.sel(delta=delta, method="nearest")
         rows[number(delta, "nm")] = [float(at.mean()) / size, _spread(at) / size, float(at.max()) / size]
         if "solutions/smooth" in run:
@@ -158,16 +158,16 @@ def main_numbers(run: Run) -> pd.DataFrame:
         rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values)).drop_vars("debris_share")
     table = {}
     for places, samples in rows.items():
-        known = int(samples["pull_off_force"].notnull().sum())
-        if known < 2:
+        adhering = int(samples["pull_off_force"].notnull().sum())
+        if adhering < 2:
             continue
-        chosen = [name for name in _MAIN if known >= _QUANTILE_PLACES or name in ("mean", "q50")]
+        chosen = [name for name in _MAIN if adhering >= _QUANTILE_PLACES or name in ("mean", "q50")]
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)
-            words = value_and_interval(float(at["estimate"]), float(at["low"]), float(at["high"]))
+            interval = value_and_interval(float(at["estimate"]), float(at["low"]), float(at["high"]))
             count = number(at["independent_places"], digits=2)
-            table[f"{_MAIN[name]}, {places}"] = [*words, count]
+            table[f"{_MAIN[name]}, {places}"] = [*interval, count]
     columns = ["estimate", "95 % interval", "independent places"]
     return pd.DataFrame.from_dict(table, orient="index", columns=columns).rename_axis("quantity")
 
@@ -188,20 +188,18 @@ def budget_table(run: Run) -> pd.DataFrame:
     values = (budget[name].values for name in ("relative_error", "standard_error", "pull_off_change", "how"))
     rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
     shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
-    words = f"root of the sum of squares. {budget.attrs.get('decided', '')}".strip()
-    rows["all of these"] = _budget_row(
-        float(budget["total_error"]), float(budget["total_standard_error"]), shift, words
-    )
+    how = f"root of the sum of squares. {budget.attrs.get('decided', '')}".strip()
+    rows["all of these"] = _budget_row(float(budget["total_error"]), float(budget["total_standard_error"]), shift, how)
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 
 
-def _budget_row(error: float, own: float, change: float, words: str) -> list[str]:
+def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:
     """Return an error with its standard error and the change of the mean, in per cent, as text."""
-    error, own = round(100 * error, 2), round(100 * own, 2)
-    known = " ± ".join(with_error(error, own)) if own > 0 else number(error, digits=2)
+    error, deviation = round(100 * error, 2), round(100 * deviation, 2)
+    error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else number(error, digits=2)
     sign = "+" if change > 0 else ""
-    return [known, f"{sign}{number(round(100 * change, 2), digits=2)}", words]
+    return [error_words, f"{sign}{number(round(100 * change, 2), digits=2)}", how]
 
 
 def prediction(run: Run) -> xr.Dataset:
@@ -213,7 +211,7 @@ def text(table: pd.DataFrame, title: str) -> str:
     """Return a table as text, with a dash for missing values."""
     digits = 4 if "paper" in table else 3
     named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
-    words = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
-    left = {name: f"{{:<{width}}}".format for name, width in words.items()}  # text is left-aligned
+    widths = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
+    left_aligned = {name: f"{{:<{width}}}".format for name, width in widths.items()}  # text is left-aligned
     numbers = {"float_format": lambda v: number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
-    return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left, **numbers)}\n"
+    return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left_aligned, **numbers)}\n"

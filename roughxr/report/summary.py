@@ -116,11 +116,11 @@ def _flow(run: Run) -> dict[str, float]:
 
 def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:
     """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
-    known = critical[[name]].dropna("subregion")
-    each = one_of_each_place(known)  # surfaces of a place are alike
-    if each.sizes["subregion"] < 2:
-        return (float(known[name].median()), np.nan, np.nan)
-    median = bootstrap(known, name, statistics=["q50"], within=each).isel(statistic=0)
+    detaching = critical[[name]].dropna("subregion")
+    first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
+    if first_surfaces.sizes["subregion"] < 2:
+        return (float(detaching[name].median()), np.nan, np.nan)
+    median = bootstrap(detaching, name, statistics=["q50"], within=first_surfaces).isel(statistic=0)
     return (float(median["estimate"]), float(median["low"]), float(median["high"]))
 
 
@@ -137,11 +137,11 @@ def _advice(run: Run, out: xr.Dataset) -> str:
             f"measure a larger scan, since the sphere can touch {number(touched, 'nm')} of the {number(side, 'nm')} of "
             "this one, so that all places share a few summits"
         )
-    known = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
-    if known is not None and float(known) > _COARSE_WAVELENGTH and "best_estimate" not in out:
+    shortest = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
+    if shortest is not None and float(shortest) > _COARSE_WAVELENGTH and "best_estimate" not in out:
         return (
-            f"measure a finer scan, since this scan does not resolve roughness finer than {number(known, 'nm')}, which "
-            "probably lowers the pull-off much"
+            f"measure a finer scan, since this scan does not resolve roughness finer than {number(shortest, 'nm')}, "
+            "which probably lowers the pull-off much"
         )
     return ""
 
@@ -169,8 +169,8 @@ def by_place(run: Run) -> xr.Dataset:
         column = run[group][variable]
         column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
         if column.dims == ("subregion",) and bool(column.notnull().any()):
-            words = f"{column.attrs.get('long_name', name)}{method}"
-            columns[name] = column.drop_vars(set(column.coords) - set(_POSITION)).assign_attrs(long_name=words)
+            long_name = f"{column.attrs.get('long_name', name)}{method}"
+            columns[name] = column.drop_vars(set(column.coords) - set(_POSITION)).assign_attrs(long_name=long_name)
     return xr.Dataset(columns)
 
 
@@ -188,19 +188,21 @@ def scan_label(run: Run) -> str:
 def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
     """Return a table of places as it is published: the scan's name first, few digits, errors as forces."""
     alike = [name for name, column in places.variables.items() if not column.ndim or bool(column.isnull().all())]
-    few = places.drop_vars(["subregion", *alike], errors="ignore").reset_coords()
-    if "pull_off_error" in few:
-        error = few["pull_off_force"] * few["pull_off_error"]
-        words = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
-        few = few.assign(pull_off_error=error.assign_attrs(words)).rename(pull_off_error="pull_off_force_error")
-    few = few.map(lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" else c, keep_attrs=True)
-    count = few.sizes["subregion"]
-    position = {name: few[name] for name in _POSITION if name in few}
+    table = places.drop_vars(["subregion", *alike], errors="ignore").reset_coords()
+    if "pull_off_error" in table:
+        error = table["pull_off_force"] * table["pull_off_error"]
+        meaning = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
+        table = table.assign(pull_off_error=error.assign_attrs(meaning)).rename(pull_off_error="pull_off_force_error")
+    table = table.map(
+        lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" else c, keep_attrs=True
+    )
+    count = table.sizes["subregion"]
+    position = {name: table[name] for name in _POSITION if name in table}
     place = place_numbers(places)
     first = xr.Dataset({"place": ("subregion", place), **position})
     if place.max() + 1 < count:
         first["surface"] = ("subregion", pd.Series(place).groupby(place).cumcount())
-    table = first.merge(few.drop_vars(list(position))).rename_dims(subregion="scan")
+    table = first.merge(table.drop_vars(list(position))).rename_dims(subregion="scan")
     return table.assign_coords(scan=[label] * count)
 
 
@@ -210,8 +212,8 @@ def few_digits(values: np.ndarray, name: str) -> list[float]:
     return [float(f"{value:.{digits}g}") for value in values]
 
 
-def _at_all_places(places: xr.Dataset | xr.DataArray, some: xr.DataArray) -> xr.DataArray:
+def _at_all_places(places: xr.Dataset | xr.DataArray, solved: xr.DataArray) -> xr.DataArray:
     """Return values that are known at some places for all places, NaN at the others."""
-    known = dict(zip(zip(*(some[axis].values for axis in _POSITION)), some.values))
-    values = [known.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
-    return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=some.attrs)
+    values_at = dict(zip(zip(*(solved[axis].values for axis in _POSITION)), solved.values))
+    values = [values_at.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
+    return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=solved.attrs)

@@ -82,11 +82,11 @@ def mesh_error(pull: xr.Dataset) -> float:
 
     Errors are weighted by the force of each place, as in the mean. Ranges by how the sphere was pressed count whole.
     """
-    own = next((name for name in _PLACE_ERRORS if name in pull), None)
-    if own is None:
+    error_name = next((name for name in _PLACE_ERRORS if name in pull), None)
+    if error_name is None:
         return np.nan
-    force = pull["pull_off_force"].where(pull[own].notnull())
-    error = force * abs(pull[own])
+    force = pull["pull_off_force"].where(pull[error_name].notnull())
+    error = force * abs(pull[error_name])
     if "pressed_pull_off_force" in pull:
         settling = abs(pull["pressed_pull_off_force"] - force)
         error = error.where(~(settling > error), settling)
@@ -107,10 +107,10 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         )
     refuse_conditions(pull, "pull_off_force")
     bounds = sample_bounds(pull, "pull_off_force")
-    known = int(np.isfinite(bounds[0]).sum())
+    adhering = int(np.isfinite(bounds[0]).sum())
     if not (bounds[1] > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
-    ends = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if known > 1 else None
+    ends = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if adhering > 1 else None
     names = ("low", "high", "independent_places", "likelihood_low", "likelihood_high")
     low, high, independent, *by_likelihood = (
         np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names
@@ -129,7 +129,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "high": high,
         "likelihood_low": by_likelihood[0],
         "likelihood_high": by_likelihood[1],
-        "places": known,
+        "places": adhering,
         "solved_places": force.size,
         "independent_places": independent,
         "debris_share": pull.coords.get("debris_share", np.nan),
@@ -245,8 +245,8 @@ def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]
     sentences = [f"Mean pull-off {mean}{errors}) {surface_words}{_air(summary)}.", _limit_words(summary, value)]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
-        words = ERROR_SOURCES[source].label or source
-        sentences.append(f"The largest uncertainty is the {words} (± {percent(value['largest_error'])}).")
+        label = ERROR_SOURCES[source].label or source
+        sentences.append(f"The largest uncertainty is the {label} (± {percent(value['largest_error'])}).")
     return sentences
 
 
@@ -283,8 +283,10 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     sentences = []
     mean = value["pull_off_force"]
     if abs(bias := summary.attrs.get("known_bias", 0.0)) > 0.1:
-        words = f"The mean as scanned without its known bias, {percent(abs(bias))}, is {quantity(mean * (1 - bias))}."
-        sentences.append(words)
+        sentence = (
+            f"The mean as scanned without its known bias, {percent(abs(bias))}, is {quantity(mean * (1 - bias))}."
+        )
+        sentences.append(sentence)
     if value["smooth_share"] > 1:
         limit = "possible for stiff bodies, but not for soft ones"
         if "rigid" in summary.attrs:
@@ -299,13 +301,15 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
 
 def _places_in_words(summary: xr.Dataset) -> str:
     """Return the number of places, and whether they are too few for an interval."""
-    known, count = int(summary["places"]), int(summary["solved_places"])
-    words = f"{known} place{'s' * (known > 1)}" + f" of {count}" * (known < count)
+    adhering, count = int(summary["places"]), int(summary["solved_places"])
+    text = f"{adhering} place{'s' * (adhering > 1)}" + f" of {count}" * (adhering < count)
     if summary.get("debris_share", 0.0) > 0:
         on_debris = number(summary["debris_places"]) if summary["debris_places"] > 0 else "none"
-        words += f", {on_debris} of them on debris ({percent(summary['debris_share'])} of the area)"
-    few = "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
-    return words + ", too few independent ones for an interval" * bool(few)
+        text += f", {on_debris} of them on debris ({percent(summary['debris_share'])} of the area)"
+    is_too_few = (
+        "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
+    )
+    return text + ", too few independent ones for an interval" * bool(is_too_few)
 
 
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:

@@ -48,8 +48,8 @@ def _with_hardness_factor(ds: xr.Dataset, factor: float) -> tuple[str, xr.Datase
 
 
 def _with_larger_angles(ds: xr.Dataset, degrees: float) -> tuple[str, xr.Dataset]:
-    own = [float(np.degrees(ds[name])) for name in ANGLES]
-    changed = angles(tuple(max(angle + degrees, 0.0) for angle in own))
+    degrees_now = [float(np.degrees(ds[name])) for name in ANGLES]
+    changed = angles(tuple(max(angle + degrees, 0.0) for angle in degrees_now))
     return f"{degrees:+.3g} degrees", ds.assign_coords(dict(zip(ANGLES, changed)))
 
 

@@ -76,8 +76,8 @@ def changes(
     for factor, values in settings.items():
         for value in values:
             try:
-                words, pairs[len(cases)] = quietly(_changed_and_reference, base, factor, value, pull, meshes)
-                cases.append(FactorCase(factor, value, words))
+                setting, pairs[len(cases)] = quietly(_changed_and_reference, base, factor, value, pull, meshes)
+                cases.append(FactorCase(factor, value, setting))
             except ValueError as refused:
                 cases.append(FactorCase(factor, value, str(value), reason=str(refused)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
@@ -98,8 +98,10 @@ def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) ->
         mesh = Mesh(int(cells[cells <= MOST_REFINED].max()), None, step)
         rests = _own_rests(ds, places, unchanged)
         on_scan = np.flatnonzero(np.isfinite(rests["subregion_x"].values))  # a free particle may roll off
-        some = rests.isel(subregion=on_scan)
-        at_places = place_cases(ds, some, preload=preload, law=law, mesh=mesh, splined=splined) if on_scan.size else []
+        solvable = rests.isel(subregion=on_scan)
+        at_places = (
+            place_cases(ds, solvable, preload=preload, law=law, mesh=mesh, splined=splined) if on_scan.size else []
+        )
         tasks |= {(key, k): case.refined(cells[k]) for k, case in zip(on_scan, at_places) if cells[k] <= MOST_REFINED}
     pulls = dict(zip(tasks, pull_offs(list(tasks.values())).tolist())) if tasks else {}
     return {
@@ -148,10 +150,10 @@ def _changed_and_reference(
         return value, (reference._replace(splined=True), reference)
     if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
         raise ValueError(f"the law {base.law} has no range")
-    words, ds = CHANGES[factor](base.ds, value)
+    setting, ds = CHANGES[factor](base.ds, value)
     finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, _SLACK)
     reference = base._replace(cells=np.maximum(base.cells, finer))
-    return words, (reference._replace(ds=ds), reference)
+    return setting, (reference._replace(ds=ds), reference)
 
 
 def needed_cells(ds: xr.Dataset, preload: float, law: str, slack: float = 1.0) -> int:

@@ -255,8 +255,8 @@ def real_pull_off(
 def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     """Return the result of `extrapolated` where there is no estimate: no numbers, and the reason."""
     out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_lower", "pull_off_upper"), np.nan))
-    known = f"The effect of finer roughness is not included: {reason}."
-    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=known, assumed=""))
+    sentence = f"The effect of finer roughness is not included: {reason}."
+    return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=sentence, assumed=""))
 
 
 def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:

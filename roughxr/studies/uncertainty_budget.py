@@ -163,15 +163,15 @@ def budget_of(
     if finer is not None and MESH in settings:
         del settings[MESH]
         entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
-    some = regions.sample(solved, places)
+    sampled = regions.sample(solved, places)
     bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
     law = solved.attrs["law"]
     cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
     if not ADHESION_LAWS[law].has_edge:
         cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
-    count = some.sizes["subregion"]
+    count = sampled.sizes["subregion"]
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
-    cases = changes(base, regions.centres(ds, some), settings, pull=mean, meshes=some["refinement"].values)
+    cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["refinement"].values)
     for name in dict.fromkeys([*usual, *settings]):
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
     if by_default:
@@ -192,18 +192,22 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
         "places": [entry.change.places for entry in entries.values()],
         "how": [entry.how for entry in entries.values()],
     }
-    total, own = _total(entries)
+    total, total_deviation = _total(entries)
     scalars = {
         "total_error": total,
-        "total_standard_error": own,
+        "total_standard_error": total_deviation,
         "pull_off_mean": mean,
         "pull_off_corrected": mean * np.prod([1 + np.nan_to_num(e.change.value) for e in entries.values() if e.bias]),
     }
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords(schema.pair_coordinates(ds))
-    known = f"is known to ± {percent(own / total)}" if own >= 0 else "has no error of its own, since places are too few"
-    decided = f"The total {known}. Each change is solved at {count} of {solved.sizes['subregion']} places."
+    accuracy = (
+        f"is known to ± {percent(total_deviation / total)}"
+        if total_deviation >= 0
+        else "has no error of its own, since places are too few"
+    )
+    decided = f"The total {accuracy}. Each change is solved at {count} of {solved.sizes['subregion']} places."
     out.attrs = {"law": solved.attrs["law"], "decided": decided}
     return schema.label(out)
 
@@ -213,10 +217,10 @@ def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
 
     The square of a normal number of mean m and deviation s has the variance 4 m² s² + 2 s⁴.
     """
-    known = np.array([(entry.value, entry.change.error) for entry in entries.values() if np.isfinite(entry.value)])
-    if not known.size:
+    computed = np.array([(entry.value, entry.change.error) for entry in entries.values() if np.isfinite(entry.value)])
+    if not computed.size:
         return np.nan, np.nan
-    value, error = known.T
+    value, error = computed.T
     total = float(np.sqrt((value**2).sum()))
     return total, float(np.sqrt(((value**2 + 0.5 * error**2) * error**2).sum())) / max(total, 1e-300)
 
@@ -238,24 +242,24 @@ def _sampling(force: xr.DataArray) -> _Entry:
     independent = float(intervals["independent_places"])
     mean, deviation = (float(intervals["estimate"].sel(statistic=name)) for name in ("mean", "std"))
     value = deviation / np.sqrt(independent) / mean
-    words = f"standard error of the mean over {count} places, equivalent to {independent:.3g} independent ones"
+    how = f"standard error of the mean over {count} places, equivalent to {independent:.3g} independent ones"
     error = value / np.sqrt(2 * max(independent - 1, 1))  # of a standard deviation
-    return _Entry(Change(value, float(error), count), words)
+    return _Entry(Change(value, float(error), count), how)
 
 
 def _entry(factor: str, cases: Sequence[FactorCase], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
     part = _SLOW_PART if law == JKR else _BIAS_PART
-    known = [case for case in cases if case.change.places]
-    if not known:
+    solved = [case for case in cases if case.change.places]
+    if not solved:
         return _not_computed(cases[0].reason if cases else "left out of the settings")
-    change = max((case.change for case in known), key=lambda change: abs(change.value))
-    how = ERROR_SOURCES[factor].words.format(" and ".join(case.words for case in known))
+    change = max((case.change for case in solved), key=lambda change: abs(change.value))
+    how = ERROR_SOURCES[factor].words.format(" and ".join(case.words for case in solved))
     if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
         how += " (the pixels are too coarse to show it)"
     if factor == MESH:
         how += f"; this known bias is subtracted from the mean, and {part:g} times its size counts as error"
-    return _Entry(change, f"{how}; {_count(change.places, count)}", factor == MESH, _slope(factor, known), part)
+    return _Entry(change, f"{how}; {_count(change.places, count)}", factor == MESH, _slope(factor, solved), part)
 
 
 def _scaled(entry: _Entry, deviation: float) -> _Entry:
@@ -283,15 +287,15 @@ def _count(places: int, tried: int) -> str:
 
 def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
     """Return the excess by the law of thin menisci, between rigid bodies at a few places."""
-    some = regions.sample(regions.centres(ds, solved), _MENISCUS_PLACES)
-    errors = quietly(rigid, ds, subregions=some, delta=[0.0])["meniscus_error"].values
+    sampled = regions.sample(regions.centres(ds, solved), _MENISCUS_PLACES)
+    errors = quietly(rigid, ds, subregions=sampled, delta=[0.0])["meniscus_error"].values
     errors = errors[np.isfinite(errors)]
     if errors.size == 0:
         return _not_computed("the error of thin menisci is known at no place")
     error = float(errors.std(ddof=1) / np.sqrt(errors.size)) if errors.size > 1 else np.nan
-    words = "the energy of menisci's edges, which their law neglects, between rigid bodies; subtracted from the mean"
+    how = "the energy of menisci's edges, which their law neglects, between rigid bodies; subtracted from the mean"
     change = Change(-float(errors.mean()), error, errors.size)
-    return _Entry(change, f"{words}; {_count(errors.size, some.sizes['subregion'])}", bias=True)
+    return _Entry(change, f"{how}; {_count(errors.size, sampled.sizes['subregion'])}", bias=True)
 
 
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:

@@ -32,12 +32,12 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     >>> roughxr.schema.history(roughxr.schema.record(xr.Dataset(), "trim", size=3, edge=None))[0]["arguments"]
     {'size': 3}
     """
-    known = (ds if source is None else source).attrs
-    before = str(known.get("history", ""))
-    given = flat({key: as_json(value) for key, value in arguments.items()})
-    words = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in given.items())
-    line = f"roughxr {__version__}: {operation}({words})"
-    title = {"title": known["title"]} if "title" in known else {}
+    attrs = (ds if source is None else source).attrs
+    before = str(attrs.get("history", ""))
+    stated = flat({key: as_json(value) for key, value in arguments.items()})
+    call = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in stated.items())
+    line = f"roughxr {__version__}: {operation}({call})"
+    title = {"title": attrs["title"]} if "title" in attrs else {}
     out = ds.copy(deep=False).assign_attrs({**title, **ds.attrs, "history": f"{before}\n{line}" if before else line})
     for name in out.variables if "datum" in out.attrs else ():
         if str(name).endswith("delta"):

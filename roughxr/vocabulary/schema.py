@@ -86,8 +86,8 @@ def entered(data: Any) -> Any:
         return data
     coords = _in_table(data.coords.variables)
     if isinstance(data, xr.DataArray):
-        own = _in_table({str(data.name): data.variable}).get(str(data.name))
-        out = data if own is None else data.copy(data=own.data).assign_attrs(own.attrs)
+        converted = _in_table({str(data.name): data.variable}).get(str(data.name))
+        out = data if converted is None else data.copy(data=converted.data).assign_attrs(converted.attrs)
         return out.assign_coords(coords) if coords else out
     variables = _in_table({name: data.variables[name] for name in data.data_vars})
     if not variables and not coords:
@@ -98,8 +98,8 @@ def entered(data: Any) -> Any:
 
 def _in_table(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
     """Return the variables whose units differ from the table's, converted."""
-    known = {name: VARIABLES[name].units for name in variables if name in VARIABLES and VARIABLES[name].units}
-    converted = {name: in_units(variables[name], units, name) for name, units in known.items()}
+    units_of = {name: VARIABLES[name].units for name in variables if name in VARIABLES and VARIABLES[name].units}
+    converted = {name: in_units(variables[name], units, name) for name, units in units_of.items()}
     return {name: variable for name, variable in converted.items() if variable is not variables[name]}
 
 
@@ -276,8 +276,8 @@ def _assigned(value: xr.DataArray, name: str) -> None:
     adhesion = name == "work_of_adhesion"  # which may be none
     units = VARIABLES[name].units
     least = 0.0 if adhesion else np.nextafter(0.0, 1.0)
-    words = f"a number in {units} that is {'not negative' if adhesion else 'positive'}; assign the pair anew"
-    single(value.item(), units, name, words, lambda number: number >= least)
+    expected = f"a number in {units} that is {'not negative' if adhesion else 'positive'}; assign the pair anew"
+    single(value.item(), units, name, expected, lambda number: number >= least)
 
 
 def finite(height: np.ndarray) -> np.ndarray:

@@ -62,12 +62,12 @@ TRAVELLING = (
 
 def attributes(name: str) -> dict[str, str]:
     """Return the attributes of a variable of this name: long name, and units and comment where there are any."""
-    known = VARIABLES[name]
-    attrs = {"long_name": known.long_name, **({"units": known.units} if known.units else {})}
-    return {**attrs, "comment": known.comment} if known.comment else attrs
+    row = VARIABLES[name]
+    attrs = {"long_name": row.long_name, **({"units": row.units} if row.units else {})}
+    return {**attrs, "comment": row.comment} if row.comment else attrs
 
 
 def axis_label(name: str) -> str:
     """Return the label of an axis: long name and units."""
-    known = VARIABLES[name]
-    return known.long_name if known.units in ("1", "") else f"{known.long_name} [{known.units}]"
+    row = VARIABLES[name]
+    return row.long_name if row.units in ("1", "") else f"{row.long_name} [{row.units}]"

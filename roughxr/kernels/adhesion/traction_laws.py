@@ -70,12 +70,12 @@ def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(
         *(e, v, s, work, sum(strengths), sum(slopes)),
-        min((x for x, given in zip(lengths, is_given) if given), default=1.0),
-        max((x for x, given in zip(onsets, is_given) if given), default=0.0),
+        min((x for x, present in zip(lengths, is_given) if present), default=1.0),
+        max((x for x, present in zip(onsets, is_given) if present), default=0.0),
         np.inf,
         0.0,
     )
-    reach = max((x for x, given in zip(ranges, is_given) if given), default=0.0) if cut is None else float(cut)
+    reach = max((x for x, present in zip(ranges, is_given) if present), default=0.0) if cut is None else float(cut)
     return whole._replace(range=reach, cut=float(remaining_work(reach, whole)))
 
 
@@ -125,16 +125,16 @@ def traction_and_work(u, law):
     """Return t(u), −dt/du and the work left to separate the surfaces, nm²."""
     t = 0.0
     fall = 0.0
-    left = 0.0
+    remaining = 0.0
     if u >= law.range:
-        return t, fall, left
-    left = -law.cut
+        return t, fall, remaining
+    remaining = -law.cut
     if law.exponential.size > 0.0:
         length = law.exponential.near
         part = law.exponential.size * np.exp(-u / length)
         t = part / length
         fall = part / (length * length)
-        left = left + part
+        remaining = remaining + part
     if law.waals.size > 0.0:
         length = law.waals.near
         x = length / (length + u)
@@ -144,11 +144,11 @@ def traction_and_work(u, law):
         scale = 8.0 * law.waals.size / (3.0 * length)
         t += scale * (x3 - x9)
         fall += scale * (3.0 * x3 - 9.0 * x9) * x / length
-        left += law.waals.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
+        remaining += law.waals.size * (4.0 * x2 - x2 * x2 * x2 * x2) / 3.0
     if law.step.size > 0.0 and u < law.step.far:
         wide = law.step.far - law.step.near
         s = max((u - law.step.near) / wide, 0.0)
         t += law.step.size * (1.0 - s) ** 2
         fall += 2.0 * law.step.size * (1.0 - s) / wide if u >= law.step.near else 0.0
-        left += law.step.size * (max(law.step.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)
-    return t, fall, left
+        remaining += law.step.size * (max(law.step.near - u, 0.0) + wide * (1.0 - s) ** 3 / 3.0)
+    return t, fall, remaining
