@@ -79,6 +79,11 @@ def test_a_verb_without_a_law_names_those_that_it_has(verb):
         assert re.findall(r"'(\w+)'", str(refused.value)) == [*laws_of(verb), name]
 
 
+def test_a_misspelt_synonym_is_answered_with_the_nearest():
+    with pytest.raises(ValueError, match=r"found 'mauguis' \(did you mean maugis\?\)"):
+        roughxr.superpose(surface(), law="mauguis", delta=[1.0])
+
+
 def test_other_functions_take_synonyms():
     options = {"rms": 0.3, "length": 0.3}
     assert reference.gaussian_work(law="LJ", **options) == reference.gaussian_work(law=LENNARD_JONES, **options)

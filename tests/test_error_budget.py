@@ -206,6 +206,10 @@ def test_a_budget_survives_its_archive(budget, scales, tmp_path):
 def test_bad_input_is_refused_in_words(rough):
     with pytest.raises(ValueError, match="'fit window'"):
         error_budget(rough, settings={"fit window": [3]})
+    with pytest.raises(ValueError, match=r"settings: expected a list for 'levelling', such as \['quadratic'\]"):
+        error_budget(rough, settings={"levelling": "quadratic"})
+    with pytest.raises(ValueError, match=r"levelling: expected one of .*'none', found 'planes'"):
+        roughxr.run(rough, "run", levelling="planes")
     with pytest.raises(ValueError, match="work_of_adhesion > 0"):
         error_budget(rough.assign_coords(work_of_adhesion=0.0))
 

@@ -97,7 +97,8 @@ def _solved(run: Run) -> Iterator[str]:
             if bad := int((adheres & ~ds["bracketed"].astype(bool)).sum()):
                 yield f"{title}: at {bad} of {adheres.size} places the sweep ends before the largest adhesion force."
             if none := int((~adheres).sum()):
-                yield f"{title}: at {none} of {adheres.size} places the sphere does not adhere; the statistics omit them."
+                where = f"at {none} of {adheres.size} places"
+                yield f"{title}: {where} the sphere does not adhere; the statistics omit them."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
     if error > _LARGEST_ERROR:
         yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."

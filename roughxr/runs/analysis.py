@@ -47,6 +47,7 @@ from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
 from ..report.summary import BUDGET, scan_label
 from ..scans import level, power_spectrum, regions, roughness
+from ..scans.levelling import METHODS
 from ..scans.plausibility import is_noise
 from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
@@ -161,7 +162,7 @@ def run(
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
     ({'subregion': 2, 'delta': 2}, True)
     """
-    if levelling != "none":
+    if schema.one_of(levelling, (*METHODS, "none"), "levelling") != "none":
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
     specimen = specimen_of(scan)

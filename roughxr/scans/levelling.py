@@ -18,6 +18,9 @@ from .plausibility import ImplausibleScan, faults
 _DEGREES = {"plane": 1, "quadratic": 2, "cubic": 3}
 _LINES = ("median", "median_difference")
 
+#: Methods of levelling.
+METHODS = (*_DEGREES, *_LINES)
+
 
 def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None = None) -> xr.Dataset:
     """Return a scan without its background.
@@ -54,7 +57,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     inside = np.isfinite(height.values)
     if exclude is not None:
         inside &= ~_mask(exclude, height)
-    if one_of(method, (*_DEGREES, *_LINES), "method") in _LINES:
+    if one_of(method, METHODS, "method") in _LINES:
         levelled = _aligned(height.values, inside, method)
     else:
         levelled = _flattened(height, inside, _DEGREES[method])

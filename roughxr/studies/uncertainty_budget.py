@@ -302,8 +302,10 @@ def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> No
     """Raise if bodies do not adhere, or a factor does not exist for this pair."""
     if read_pair(ds, "work_of_adhesion").work <= 0:
         raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
-    for factor in settings or ():
+    for factor, values in (settings or {}).items():
         schema.one_of(factor, CHANGED, "settings")
+        if isinstance(values, str):
+            raise ValueError(f"settings: expected a list for {factor!r}, such as [{values!r}], found {values!r}")
         if factor in HUMID and not schema.is_humid(ds):
             raise ValueError(
                 f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"

@@ -113,8 +113,9 @@ def read_law(law: Any, verb: str) -> str:
     name = _NAMES.get(text, text)
     if name in names:
         return name
-    others = " and ".join(ADHESION_LAWS[name].verbs) if name in ADHESION_LAWS else ""
-    hint = f", a law of {others} only" if others else did_you_mean(law, names)
+    others = ", ".join(ADHESION_LAWS[name].verbs) if name in ADHESION_LAWS else ""
+    spellings = [spelling for spelling, meant in _NAMES.items() if meant in names]
+    hint = f" of {others}" if others else did_you_mean(law, spellings)
     raise ValueError(f"law: expected one of {', '.join(map(repr, names))}, found {law!r}{hint}")
 
 
