@@ -5,7 +5,7 @@ import pytest
 
 import roughxr
 from roughxr import reference
-from roughxr.contact.adhesive_options import pair_law as adhesion_law
+from roughxr.contact.adhesive_options import chosen_law
 from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of
 
@@ -176,7 +176,7 @@ def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modu
     assert found.attrs["law"] == law
     assert found.recommended.item() == "adhesive"
     assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
-    assert adhesion_law(specimen_of(ds), "auto")["law"] == law
+    assert chosen_law(specimen_of(ds), "auto") == law
     assert ("as the range of adhesion" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
 
 
@@ -187,4 +187,4 @@ def test_both_change_their_law_at_the_same_modulus():
     for factor, law in ((0.999, "jkr"), (1.001, "exponential")):
         ds = rubber(edge * factor)
         assert ds.contact.regime(subregions=(1, 1), refine=2).attrs["law"] == law
-        assert adhesion_law(specimen_of(ds), "auto")["law"] == law
+        assert chosen_law(specimen_of(ds), "auto") == law

@@ -23,9 +23,9 @@ from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .adhesive_options import (
+    chosen_law,
     need_few_cells,
     need_resolved_law,
-    pair_law,
     read_adhesion,
     read_preloads,
     settling_depth,
@@ -178,7 +178,7 @@ def adhesive(
     positions = specimen.centres(subregions)
     adhesion = read_adhesion(
         specimen,
-        pair_law(specimen, law),
+        chosen_law(specimen, law),
         preloads=read_preloads(preload) if by_preload else np.zeros(0),
         mesh=read_mesh(mesh, Mesh()),
         cycles=cycles,

@@ -45,8 +45,8 @@ _LARGEST_EXCESS = 20.0
 _AS_SCANNED = Mesh(1, None)
 
 
-def read_adhesion(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> Adhesion:
-    """Return the `Adhesion` of a pair and options; raise if an option is out of its range."""
+def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles) -> Adhesion:
+    """Return the `Adhesion` of a pair, a chosen law and options; raise if an option is out of its range."""
     step, first_cell = _usual_step_and_cell(specimen)
     settings = Adhesion(
         preloads=preloads,
@@ -54,9 +54,9 @@ def read_adhesion(specimen: Specimen, law, *, preloads, mesh: Mesh, cycles) -> A
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,
-        capture=_capture(specimen) if law["law"] == JKR and law["work"] > 0 else 0.0,
+        capture=_capture(specimen) if law == JKR and specimen.pair.solid_work > 0 else 0.0,
         cycles=whole_number(cycles, "cycles", least=1),
-        **law,
+        **pair_law(specimen.pair, law),
     )
     if settings.cycles > 1 and not preloads.size:
         raise ValueError(
@@ -95,7 +95,8 @@ def preload_problem(
     The only displacement of the problem is the largest depth (nm beyond first contact) of loading.
     """
     specimen = specimen_of(ds)
-    adhesion = read_adhesion(specimen, pair_law(specimen, law), preloads=read_preloads(preload), mesh=mesh, cycles=1)
+    law = chosen_law(specimen, law)
+    adhesion = read_adhesion(specimen, law, preloads=read_preloads(preload), mesh=mesh, cycles=1)
     depth = [settling_depth(specimen, adhesion)]
     at = specimen.centres(None)
     problem = read_problem(specimen, at, delta=depth, datum="first_contact", refine=adhesion.refine)
@@ -104,20 +105,27 @@ def preload_problem(
     return problem, adhesion
 
 
-def pair_law(specimen: Specimen, law: str) -> dict[str, Any]:
-    """Return the law with its length and work; raise if a yielding pair is too soft for it."""
-    law = read_law(law, "adhesive")
+def chosen_law(specimen: Specimen, law: str) -> str:
+    """Return the name of a law, "auto" by the pair and the asperities; raise if nothing is known of the adhesion."""
+    name = read_law(law, "adhesive")
     schema.need_assigned(specimen.bodies, "work_of_adhesion")
     pair = specimen.pair
-    work = pair.solid_work
-    length = pair.range_of(law)
+    if name != AUTO:
+        return name
+    if pair.menisci is None and not pair.solid_work > 0:
+        return JKR
+    parameter = np.nan if pair.menisci else _tabor_parameter(specimen)
+    return automatic_law(parameter, yields=pair.yields, humid=pair.menisci is not None)
+
+
+def pair_law(pair: Pair, law: str) -> dict[str, Any]:
+    """Return a law with its length and work; raise if a yielding pair is too soft for it."""
     if pair.menisci is not None:
         return _law_with_liquid(pair, law, pair.menisci)
-    if law == AUTO:
-        law = automatic_law(_tabor_parameter(specimen), yields=pair.yields) if work > 0 else JKR
+    length = pair.range_of(law)
     if pair.yields:
-        _need_hardness_above(pair.hardness, work, length, law)
-    return {"law": law, "length": length if ADHESION_LAWS[law].has_range else np.nan, "work": work}
+        _need_hardness_above(pair.hardness, pair.solid_work, length, law)
+    return {"law": law, "length": length if ADHESION_LAWS[law].has_range else np.nan, "work": pair.solid_work}
 
 
 def _capture(specimen: Specimen) -> float:
@@ -148,7 +156,7 @@ def snap_in_gap(length: float, parameter: float) -> float:
 
 def _law_with_liquid(pair: Pair, law: str, menisci: Menisci) -> dict[str, Any]:
     """Return the solids' law under and beyond condensed liquid, and the liquid."""
-    if law not in (AUTO, EXPONENTIAL):
+    if law != EXPONENTIAL:
         raise ValueError(f"law: expected {EXPONENTIAL!r} for the solids of a humid pair, found {law!r}")
     length = pair.range
     beyond = np.exp(-menisci.height / length)

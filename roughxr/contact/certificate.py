@@ -197,9 +197,8 @@ def _residual_height(ds: xr.Dataset) -> xr.DataArray | float:
 
 def _law_on_cells(ds: xr.Dataset, cell: float, modulus: float, film: Film | None) -> SmoothLaw:
     """Return the law of adhesion on cells of a solution."""
-    bodies: Any = SimpleNamespace(bodies=ds, pair=read_pair(ds))  # what the law reads of a specimen and a problem
-    cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus, film=film)
-    law = pair_law(bodies, ds.attrs["law"])
+    cells: Any = SimpleNamespace(dx=cell, contact_modulus=modulus, film=film)  # what the law reads of a problem
+    law = pair_law(read_pair(ds), ds.attrs["law"])
     adhesion = Adhesion(preloads=np.zeros(0), refine=1, accuracy=np.nan, step=np.nan, **law)
     return law_on_cells(adhesion, cells)
 

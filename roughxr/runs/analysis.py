@@ -238,11 +238,7 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
 
 
 def _usual_mesh(specimen: Specimen) -> Mesh:
-    return Mesh(step=LONG_STEP * usual_step(specimen)) if _adheres(specimen) else Mesh()
-
-
-def _adheres(specimen: Specimen) -> bool:
-    return float(specimen.bodies.coords.get("work_of_adhesion", 0.0)) > 0 or schema.is_humid(specimen.bodies)
+    return Mesh(step=LONG_STEP * usual_step(specimen)) if specimen.pair.work > 0 else Mesh()
 
 
 class Task(NamedTuple):
@@ -266,22 +262,22 @@ class Task(NamedTuple):
     @property
     def is_humid(self) -> bool:
         """Whether menisci condense between the bodies."""
-        return schema.is_humid(self.specimen.bodies)
+        return self.specimen.pair.menisci is not None
 
     @property
     def is_coated(self) -> bool:
         """Whether a layer is bonded to the scan's body: sums over asperities and formulas take half spaces."""
-        return schema.is_coated(self.specimen.bodies)
+        return self.specimen.pair.layer is not None
 
     @property
     def adheres(self) -> bool:
         """Whether anything attracts."""
-        return _adheres(self.specimen)
+        return self.specimen.pair.work > 0
 
     @property
     def has_sphere(self) -> bool:
         """Whether the indenter is a sphere, which can roll."""
-        return "sphere_radius" in self.specimen.bodies.coords
+        return self.specimen.indenter.map is None
 
 
 def analyse(
