@@ -160,10 +160,12 @@ def _asperity_moments(summands: Summands, angles, load, subregions) -> xr.Datase
 
 def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout, load: float) -> np.ndarray:
     """Roll the sphere off one place; a task."""
-    field, record = prepared.field, layout.blank()
+    field = prepared.field
+    record = layout.blank()
     if prepared.grid is not None:
         pull = exact_pull_offs(np.array([x]), np.array([y]), prepared.grid, options)[0]
-        record["pull_off_force"], record["pull_off_delta"] = pull["pull_off_force"], pull["pull_off_delta"]
+        record["pull_off_force"] = pull["pull_off_force"]
+        record["pull_off_delta"] = pull["pull_off_delta"]
     offset = sums.offsets(field, x, y, options.radius, options.profile)
     spline = options.kernel_law().spline
     near, rest = _displacement_at_rest(field, offset, float(record["pull_off_delta"]), load, spline)
@@ -172,11 +174,14 @@ def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout:
         return record
     supporting = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
     scales = type(field.scales)(*(array[supporting] for array in field.scales))
-    u, v, delta = field.x[supporting] - x, field.y[supporting] - y, rest - offset[supporting]
+    u = field.x[supporting] - x
+    v = field.y[supporting] - y
+    delta = rest - offset[supporting]
     moments = rotation.resisting_moments(
         layout.axes["direction"], u, v, field.orientation[supporting], delta, scales, load, spline
     )
-    record["rest_delta"], record["contacts"] = rest, supporting.size
+    record["rest_delta"] = rest
+    record["contacts"] = supporting.size
     record["truncated"] = field.at_edge[supporting].any()
     record["contact_area"] = rotation.total_force(rest, offset[supporting], scales, spline)[1]
     return _put(record, layout, moments.T)
@@ -203,7 +208,8 @@ def _displacement_at_rest(
 
 def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
     """Write results (4, direction), and the variables that follow from them, into a record."""
-    moment, angles = moments[rotation.MOMENT], layout.axes["direction"]
+    moment = moments[rotation.MOMENT]
+    angles = layout.axes["direction"]
     if np.isnan(moment).any():
         return record
     for name, values in zip(_MOMENTS, moments):
@@ -211,7 +217,8 @@ def _put(record: np.ndarray, layout: Layout, moments: np.ndarray) -> np.ndarray:
     record["lever"] = moment / record["pull_off_force"]
     for name, sign in (("weakest", 1.0), ("stiffest", -1.0)):
         first, several = weakest(sign * moment)
-        record[f"{name}_direction"], record[f"{name}_ties"] = angles[first], several
+        record[f"{name}_direction"] = angles[first]
+        record[f"{name}_ties"] = several
     return record
 
 
@@ -265,7 +272,8 @@ def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dat
             "expected a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction, found "
             "none; solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
         )
-    layout, out = states_layout(angles), ds if stiff else ds.sel(branch="retraction", drop=True)
+    layout = states_layout(angles)
+    out = ds if stiff else ds.sel(branch="retraction", drop=True)
     records = np.stack([_place_moments(out.isel(subregion=k), layout, load) for k in range(ds.sizes["subregion"])])
     centres = xr.Dataset(coords={name: ds[name] for name in ("subregion", "subregion_x", "subregion_y")})
     return labelled(records, layout, ds, centres)
@@ -274,7 +282,8 @@ def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dat
 def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     """Return the record of one place of a solution."""
     fields = ds.transpose("delta", "x", "y", ...)
-    pressure, gap = fields["pressure"].values, fields["gap"].values
+    pressure = fields["pressure"].values
+    gap = fields["gap"].values
     if ds.attrs.get("method") == "rigid":
         length = next(ds.attrs[name] for name in ("closest_approach", "adhesion_range") if name in ds.attrs)
         touching = gap <= _RIGID_GAP * length
@@ -299,7 +308,8 @@ def moments_of_states(states: States, layout: Layout, load: float, **known: Any)
     """Return the record of one place; ``known`` contains its pull-off and whether its states converged."""
     from scipy.ndimage import binary_dilation, label
 
-    record, angles = layout.blank(), layout.axes["direction"]
+    record = layout.blank()
+    angles = layout.axes["direction"]
     for name, value in known.items():
         record[name] = value
     record["refinement"] = states.refine
@@ -342,7 +352,8 @@ def _include_state(push, touching, x, y, reach, angles, load, largest) -> None:
     """
     from scipy.ndimage import label
 
-    cos, sin = np.cos(angles), np.sin(angles)
+    cos = np.cos(angles)
+    sin = np.sin(angles)
     patch = label(touching, np.ones((3, 3)))[0][touching]
     beyond = reach * np.bincount(patch)[patch] ** (-1 / 6)
     edge = (np.outer(cos, x[touching]) + np.outer(sin, y[touching]) + beyond).max(axis=1)

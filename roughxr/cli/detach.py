@@ -34,7 +34,8 @@ _NO_REST_OF_PARTICLES = (
 @archive.checked_names
 def detach(options: Namespace) -> None:
     """Print the critical strength of a load for a run, or for each run in a folder, and write the requested files."""
-    runs, tables = _runs(Path(options.run)), {}
+    runs = _runs(Path(options.run))
+    tables = {}
     files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
     if files and len(runs) > 1:
         raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
@@ -123,7 +124,8 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:
     """Draw the map of the mode of detachment or the critical load, and the rose of resisting moments."""
     figure = Figure(figsize=(6.9, 3.4), layout="constrained")
-    critical, moments = one_of_each_place(critical), one_of_each_place(moments)
+    critical = one_of_each_place(critical)
+    moments = one_of_each_place(moments)
     critical_map(critical, ax=figure.add_subplot(1, 2, 1))
     figures.moment_rose(moments, ax=figure.add_subplot(1, 2, 2, projection="polar"))
     figure.suptitle(title)

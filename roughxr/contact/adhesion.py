@@ -236,7 +236,8 @@ def _described(adhesion: Adhesion) -> dict[str, Any]:
 def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:
     """Warn of places whose pull-off depends on the mesh, or on the heights between the pixels, or has no error."""
     mesh, step, between = (out[f"{name}_error"].values for name in ("mesh", "step", "interpolation"))
-    change, accuracy = np.fmax(mesh, step), f"accuracy={adhesion.accuracy:g}"
+    change = np.fmax(mesh, step)
+    accuracy = f"accuracy={adhesion.accuracy:g}"
     if missed := int((change > adhesion.accuracy).sum()):
         warn(
             f"{missed} of {change.size} subregions did not reach {accuracy} (largest change by cells or steps "
@@ -282,7 +283,8 @@ def _warn_of_one_mesh(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> 
 
 def _warn_of_ranges(out: xr.Dataset) -> None:
     """Warn of places whose pull-off depends on how hard the sphere was pressed."""
-    pull, pressed = out["pull_off_force"].values.ravel(), out["pressed_pull_off_force"].values.ravel()
+    pull = out["pull_off_force"].values.ravel()
+    pressed = out["pressed_pull_off_force"].values.ravel()
     changes = np.nan_to_num(settling_changes(pull, pressed))
     if ranges := int((changes > LARGEST_SETTLING).sum()):
         widest = np.argmax(changes)

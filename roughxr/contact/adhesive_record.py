@@ -77,7 +77,8 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
     for name, branches in steep.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))
-            values, wider = values[:size], wider[:size]
+            values = values[:size]
+            wider = wider[:size]
             if wide is not steep and name in _EXTRAPOLATED:
                 same = steep["contact_patches"][k][:size] == wide["contact_patches"][k][:size]
                 same &= (steep["contact_patches"][k][:size] > 0) | (name == "dissipated")
@@ -92,7 +93,8 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
 def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return loading and retraction of each quantity at the prescribed displacements."""
     states = {name: followed.states[name] for name in _STATES} | yielded_shares(followed, problem)
-    prescribed, on_loading = followed.states["prescribed"], np.arange(len(followed.states)) < followed.turn
+    prescribed = followed.states["prescribed"]
+    on_loading = np.arange(len(followed.states)) < followed.turn
     return {
         name: (values[prescribed & on_loading], values[prescribed & ~on_loading]) for name, values in states.items()
     }
@@ -100,7 +102,8 @@ def _at_displacements(followed: path.Path, problem: Problem) -> dict[str, tuple[
 
 def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
     """Write the fields of the states at the prescribed displacements."""
-    followed, surface = cycles.paths[0], cycles.surface
+    followed = cycles.paths[0]
+    surface = cycles.surface
     if len(followed.pressures) != len(BRANCHES) * problem.steps.size:  # the path broke off: its fields stay NaN
         return
     deltas = np.tile(problem.steps + surface.zero, (len(BRANCHES), 1))

@@ -63,7 +63,8 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     mean = float(by_share(ln_ratio).mean())
     spread = float(standard_deviation(ln_ratio))
     steps = cdf(ds, "pull_off_ratio")
-    law, below = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread), np.append(0.0, steps.values[:-1])
+    law = norm.cdf(np.log(steps["pull_off_ratio"]), mean, spread)
+    below = np.append(0.0, steps.values[:-1])
     rows = {
         "adhesion_mean": np.exp(mean),
         "adhesion_spread": np.exp(spread),

@@ -79,8 +79,10 @@ def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
     law = parameters(ds)
     mean_force = float(by_share(force).mean())
     deviation = float(standard_deviation(force))
-    radius, misfit = float(ds["sphere_radius"]) * _METRE, float(law.adhesion_law_distance)
-    mean, spread = float(law.adhesion_mean), float(law.adhesion_spread)
+    radius = float(ds["sphere_radius"]) * _METRE
+    misfit = float(law.adhesion_law_distance)
+    mean = float(law.adhesion_mean)
+    spread = float(law.adhesion_spread)
     return [
         f"adhesion of a sphere of {radius:.4g} m on a rough wall, from {places_in_words(ds)}",
         f"pull-off force: mean {mean_force:.5g} N, standard deviation {deviation:.3g} N over places",
@@ -91,7 +93,8 @@ def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
 
 
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
-    count, radius = len(forces), float(ds["sphere_radius"]) * _METRE
+    count = len(forces)
+    radius = float(ds["sphere_radius"]) * _METRE
     modulus = read_pair(ds, "contact_modulus", half_space=True).contact_modulus
     young_modulus = 2 * (1 - poisson_ratio**2) * modulus * _PASCAL
     lines = [

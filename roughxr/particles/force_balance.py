@@ -174,7 +174,8 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
 
 def places_in_words(ds: xr.Dataset) -> str:
     """Return the number of places, and of random surfaces at each of them if there are several."""
-    count, surfaces = int(place_numbers(ds).max()) + 1, ds.sizes["subregion"]
+    count = int(place_numbers(ds).max()) + 1
+    surfaces = ds.sizes["subregion"]
     return f"{count} places" + f" on {surfaces // count} random surfaces each" * (surfaces > count)
 
 
@@ -273,7 +274,8 @@ def drive_ratios(push: Push, body: Body, limit: Resistance) -> np.ndarray:
     with np.errstate(divide="ignore", invalid="ignore"):
         roll = np.where(limit.moment > 0, about / limit.moment, np.where(about >= limit.moment, np.inf, 0.0))
         roll = roll.min(axis=0).max(axis=1)
-        slide, holds = np.zeros_like(roll), limit.pull_off - away
+        slide = np.zeros_like(roll)
+        holds = limit.pull_off - away
         if limit.friction is not None or limit.strength is not None:
             strongest = limit.strength * limit.area if limit.strength is not None else limit.friction * holds
             slide = np.where(strongest > 0, along / strongest, np.where(along > 0, np.inf, 0.0))
@@ -293,12 +295,15 @@ def critical_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.nda
     tried = np.geomspace(low, high, _STRENGTHS) if low > 0 else np.linspace(low, high, _STRENGTHS)
     tried = np.r_[0.0, tried[tried > 0]]
     moves = np.array([(drive_ratios(kind.push(np.array([s]), body), body, limit) >= 1).any(axis=0) for s in tried])
-    first, any_at_all = moves.argmax(axis=0), moves.any(axis=0)
-    above, below = tried[first], tried[np.maximum(first - 1, 0)]
+    first = moves.argmax(axis=0)
+    any_at_all = moves.any(axis=0)
+    above = tried[first]
+    below = tried[np.maximum(first - 1, 0)]
     for _ in range(_HALVINGS):
         middle = 0.5 * (below + above)
         moved = (drive_ratios(kind.push(middle, body), body, limit) >= 1).any(axis=0)
-        above, below = np.where(moved, middle, above), np.where(moved, below, middle)
+        above = np.where(moved, middle, above)
+        below = np.where(moved, below, middle)
     rests = ~rolls_off(kind, body, limit)
     strength = np.where(any_at_all & rests, above, np.nan)
     ratios = drive_ratios(kind.push(np.nan_to_num(strength), body), body, limit)

@@ -64,7 +64,8 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
     the levers of its contacts, on the cells of its pull-off and on cells twice as large. Cells are halved further while
     the lever changes and the place is small. A law without range takes the steeper edge's results.
     """
-    law, length = solved.attrs["law"], specimen.pair.range
+    law = solved.attrs["law"]
+    length = specimen.pair.range
     mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
     problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
     adhesion = adhesion._replace(preloads=np.zeros(0))
@@ -87,7 +88,8 @@ def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int
 
 def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
     """Return the record of one place, as a task: of the finest mesh, with the errors of its levers."""
-    place, solved_on = Place(height, datum, window, ends), problem.refine
+    place = Place(height, datum, window, ends)
+    solved_on = problem.refine
     coarser = record = layout.blank()
     pixels = problem._replace(refine=1)
     for refine in _refinements(overlapping_cells(surface_at(place, pixels), pixels, adhesion), solved_on):
@@ -113,7 +115,8 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
     """Return the record of one place on one mesh, from all states and from every second."""
     surface, (x, y) = _within_range(surface_at(place, problem), cell_axes(place, problem), problem, adhesion)
     cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
-    path, known = cycles.paths[0], events(cycles, 0)
+    path = cycles.paths[0]
+    known = events(cycles, 0)
     if not known:
         return layout.blank(), layout.blank()
     retraction = path.states["prescribed"] & (np.arange(path.states.size) >= path.turn)
@@ -125,7 +128,8 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
     for k, delta in enumerate(states["delta"] + surface.zero):  # one by one to save memory
         gap = state_fields(pressure[k], yielded, delta, problem)["gap"]
         touching[k] = touching_cells(gap, pressure[k], problem.dx, opening)
-    force, area = states["force"], states["contact_area"]
+    force = states["force"]
+    area = states["contact_area"]
     pull_off = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
     converged = bool(states["converged"].all())
     all_states, every_second = (

@@ -84,8 +84,10 @@ def detachment_notes(run: Run) -> list[str]:
     """Return the assumptions of the table as sentences; none for a run without its groups."""
     if not set(DETACHMENT) <= set(run):
         return []
-    critical, moments = run[CRITICAL[best_method(run)]], run["solutions/rolling"]
-    speed, at_rest = critical["critical_friction_velocity"], RESTS in run
+    critical = run[CRITICAL[best_method(run)]]
+    moments = run["solutions/rolling"]
+    speed = critical["critical_friction_velocity"]
+    at_rest = RESTS in run
     stress = AIR_DENSITY * float(by_share(speed).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
     notes = [

@@ -98,7 +98,8 @@ def page_data(run: Run) -> dict[str, Any]:
 
 def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
     """Return for each place its position, whether it contains debris, and the share of particles that rest there."""
-    count, flags = places.sizes["subregion"], debris_flags(run)
+    count = places.sizes["subregion"]
+    flags = debris_flags(run)
     debris = flags.values if flags is not None and flags.size == count else np.zeros(count, bool)
     shares = _numbers(places[SHARE].values) if SHARE in places else [None] * count
     positions = zip(*(places[f"subregion_{axis}"].values.tolist() for axis in "xy"))
@@ -111,7 +112,8 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
     """Yield the force over displacement from the highest peak by method; pull-off and detachment are points."""
     touch = run.get("solutions/rigid", xr.Dataset()).get("touch_delta")
     for name, label in METHOD_WORDS.items():
-        ds, offset = run.get(f"solutions/{name}", xr.Dataset()), np.zeros(count)
+        ds = run.get(f"solutions/{name}", xr.Dataset())
+        offset = np.zeros(count)
         if ds.sizes.get("subregion") != count:
             continue
         if ds.attrs.get("datum") == "first_contact":
@@ -153,9 +155,12 @@ def _facts(table: xr.Dataset) -> list[dict[str, Any]]:
     """Return the columns of the table of places: words, unit, and a value for each place."""
     facts = []
     for name, column in table.data_vars.items():
-        label, unit = str(column.attrs.get("long_name", name)), str(column.attrs.get("units", ""))
+        label = str(column.attrs.get("long_name", name))
+        unit = str(column.attrs.get("units", ""))
         if str(name).endswith("_error"):
-            column, label, unit = (100 * column).round(1), f"estimated {label.removeprefix('relative ')}", "%"
+            column = (100 * column).round(1)
+            label = f"estimated {label.removeprefix('relative ')}"
+            unit = "%"
         values = column.values.tolist() if column.dtype.kind in "OUT" else _numbers(column.values.astype(float))
         facts.append({"name": name, "label": label, "unit": unit.removesuffix("1"), "values": values})
     return facts

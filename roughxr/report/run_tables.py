@@ -64,8 +64,10 @@ def contact_table(run: Run) -> pd.DataFrame:
 
 def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, float]:
     pull_off = run[f"statistics/{method}"]
-    force, delta = pull_off["pull_off_force"] / size, pull_off["pull_off_delta"]
-    mean, smooth = float(by_share(force).mean()), smooth_pull_off(run[f"solutions/{method}"]) / size
+    force = pull_off["pull_off_force"] / size
+    delta = pull_off["pull_off_delta"]
+    mean = float(by_share(force).mean())
+    smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
     origin = "from first touch" if pull_off.attrs.get("datum") == "first_contact" else "from the highest point"
     return {
         f"pull-off, smooth sphere [{unit}]": smooth,
@@ -105,7 +107,9 @@ def force_table(run: Run) -> pd.DataFrame:
 
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities."""
-    height, catalogue, ratio = run["scan"]["height"], run["asperities"], run["asperities"]["axis_ratio"]
+    height = run["scan"]["height"]
+    catalogue = run["asperities"]
+    ratio = run["asperities"]["axis_ratio"]
     x_min, x_max, y_min, y_max = extent(run["scan"])
     rows = {
         "size along x [µm]": (x_max - x_min) * _MICRO,
@@ -152,7 +156,8 @@ def formula_table(run: Run) -> pd.DataFrame:
 
 def main_numbers(run: Run) -> pd.DataFrame:
     """Return the main numbers of the pull-off with their 95 % intervals, for all places and without debris, as text."""
-    pull_off, flags = prediction(run)[["pull_off_force"]], debris_flags(run)
+    pull_off = prediction(run)[["pull_off_force"]]
+    flags = debris_flags(run)
     rows = {"all places": pull_off}
     if flags is not None and 0 < int(flags.sum()) < flags.size - 1 and flags.size == pull_off.sizes["subregion"]:
         rows["without debris"] = pull_off.isel(subregion=np.flatnonzero(~flags.values)).drop_vars("debris_share")
@@ -196,7 +201,8 @@ def budget_table(run: Run) -> pd.DataFrame:
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:
     """Return an error with its standard error and the change of the mean, in per cent, as text."""
-    error, deviation = round(100 * error, 2), round(100 * deviation, 2)
+    error = round(100 * error, 2)
+    deviation = round(100 * deviation, 2)
     error_words = " ± ".join(with_error(error, deviation)) if deviation > 0 else number(error, digits=2)
     sign = "+" if change > 0 else ""
     return [error_words, f"{sign}{number(round(100 * change, 2), digits=2)}", how]

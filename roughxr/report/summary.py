@@ -130,7 +130,8 @@ def _advice(run: Run, out: xr.Dataset) -> str:
         return ""
     scan = run["scan"]
     x_low, x_high, y_low, y_high = extent(scan)
-    side, radius = min(x_high - x_low, y_high - y_low), float(scan["sphere_radius"])
+    side = min(x_high - x_low, y_high - y_low)
+    radius = float(scan["sphere_radius"])
     touched = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(scan["height"].values)))
     if side < 2 * touched:
         return (

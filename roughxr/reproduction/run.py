@@ -171,7 +171,8 @@ def _tables(run: Run) -> dict[str, pd.DataFrame]:
 def correction_table(run: Run) -> pd.DataFrame:
     """Return the pull-off by formulas and patch, and the ratios of the means by each change alone, as text."""
     force = _MICRO * run["statistics/corrections"]["pull_off_force"].transpose("formulation", "patch", "subregion")
-    mean, spread = force.mean("subregion").values, force.std("subregion", ddof=1).values
+    mean = force.mean("subregion").values
+    spread = force.std("subregion", ddof=1).values
     texts = [[f"{m:.2f} ± {s:.2f}" for m, s in zip(*row)] for row in zip(mean, spread)]
     texts = [[*row, f"{by_patch:.2f}"] for row, by_patch in zip(texts, mean[:, 1] / mean[:, 0])]
     texts.append([*(f"{by_formulas:.1f}" for by_formulas in mean[1] / mean[0]), ""])
@@ -181,7 +182,9 @@ def correction_table(run: Run) -> pd.DataFrame:
 
 def scan_table(run: Run) -> pd.DataFrame:
     """Return the main numbers of scan and asperities with the printed ones in the first columns."""
-    table, height, residual = report.scan_table(run), run["scan"]["height"], run["reconstruction"].attrs["residual_rms"]
+    table = report.scan_table(run)
+    height = run["scan"]["height"]
+    residual = run["reconstruction"].attrs["residual_rms"]
     rows = {"original - reconstructed, rms [nm]": residual}
     for name, power in (("R_q", 2), ("R_a", 1)):
         own, envelope = (
@@ -217,12 +220,14 @@ def _with_printed(table: pd.DataFrame, printed: Mapping[str, tuple[float, str]])
 
 def _strongest_rows(run: Run, method: str) -> dict[str, float]:
     """Return values at the place of figure 15, and where the force exceeds that on a smooth flat."""
-    place, solution = {"subregion": strongest_place(run)}, run[f"solutions/{method}"]
+    place = {"subregion": strongest_place(run)}
+    solution = run[f"solutions/{method}"]
     pull_off = float(run[f"statistics/{method}"]["pull_off_force"].isel(place))
     rows = {"pull-off, place of figure 15 [µN]": _MICRO * pull_off}
     if "force" not in solution or solution.sizes["delta"] < 2:
         return rows  # with a preload, and for rigid bodies, there are only events
-    force, smooth = solution["force"].isel(place), smooth_sphere(solution)["force"]
+    force = solution["force"].isel(place)
+    smooth = smooth_sphere(solution)["force"]
     pulling = force["delta"].values[force.values < 0]
     return rows | {
         "that place, first displacement with adhesion [nm]": float(pulling.min(initial=np.inf)),

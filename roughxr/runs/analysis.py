@@ -177,7 +177,8 @@ def run(
         subregions = resting(specimen.scan, landings=subregions)
         if subregions.sizes["subregion"] == 0:
             raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
-    wanted, output = plan(specimen, subregions=subregions, delta=delta, **adhesion), Path(output)
+    wanted = plan(specimen, subregions=subregions, delta=delta, **adhesion)
+    output = Path(output)
     alone = output.suffix == ".nc"
     return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output, command=command)
 
@@ -322,7 +323,9 @@ def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
 
 def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
-    specimen, plan, catalogue = task.specimen, task.plan, task.groups["asperities"]
+    specimen = task.specimen
+    plan = task.plan
+    catalogue = task.groups["asperities"]
     solved = direct(specimen, delta=plan.direct_deltas, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
     groups = {
@@ -340,7 +343,8 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
 
 def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
     """Return superposed asperities and their pull-off."""
-    specimen, groups = task.specimen, dict[str, xr.Dataset]()
+    specimen = task.specimen
+    groups = dict[str, xr.Dataset]()
     places = specimen.centres(task.plan.subregions)
     debris = {name: places[name] for name in ("on_debris", "debris_share") if name in places.coords}
     for name in task.plan.superposed:
@@ -353,7 +357,9 @@ def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
 
 def _error_budget(task: Task) -> dict[str, xr.Dataset]:
     """Return the error budget of the simulated pull-off, and the pull-off against the shortest wavelength."""
-    plan, scan, solved = task.plan, task.specimen.scan, task.groups["solutions/adhesive"]
+    plan = task.plan
+    scan = task.specimen.scan
+    solved = task.groups["solutions/adhesive"]
     mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
     finer = task.groups.get("solutions/finer")
     out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
@@ -369,7 +375,8 @@ def _error_budget(task: Task) -> dict[str, xr.Dataset]:
 
 def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
     """Return the pull-off of the real surface, or the reason for its absence."""
-    scan, finer = task.specimen.scan, task.plan.finer
+    scan = task.specimen.scan
+    finer = task.plan.finer
     try:
         estimate = real_pull_off(scan, task.groups["solutions/adhesive"], task.groups.get(BUDGET), finer=finer)
     except ValueError as error:
@@ -382,7 +389,9 @@ def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
 
 def _detachment(task: Task) -> dict[str, xr.Dataset]:
     """Return resisting moments, of the simulation's contacts, and the critical flow."""
-    groups, places, solved = task.groups, task.plan.subregions, task.groups["solutions/adhesive"]
+    groups = task.groups
+    places = task.plan.subregions
+    solved = task.groups["solutions/adhesive"]
     moments = simulated_moments(task.specimen, solved)
     out = {"solutions/rolling": moments}
     known = groups | out
@@ -394,11 +403,15 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
 
 def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     """Return the simulation with adhesion at all places, and its error by mesh and step from a sample of places."""
-    specimen, plan, stages, options = task.specimen, task.plan, task.stages, task.options
+    specimen = task.specimen
+    plan = task.plan
+    stages = task.stages
+    options = task.options
     if task.has_sphere:
         _refuse_soft(specimen)
     how = {"preload": plan.preload, "law": plan.law}
-    mesh, finer = replace(plan.mesh, accuracy=None), None
+    mesh = replace(plan.mesh, accuracy=None)
+    finer = None
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
         warnings.simplefilter("ignore", UnresolvedContact)
@@ -483,13 +496,16 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
         if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
         checked_mesh = mesh, finer
-        mesh, coarse, n = replace(mesh, refine=2 * n), finer, 2 * n
+        mesh = replace(mesh, refine=2 * n)
+        coarse = finer
+        n = 2 * n
     return checked_mesh
 
 
 def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     """Return the force between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
-    specimen, refine = task.specimen, int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
+    specimen = task.specimen
+    refine = int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
     # without warnings about the cell size, which the report gives for all methods
     summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}

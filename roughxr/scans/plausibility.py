@@ -87,7 +87,8 @@ def doubts(ds: xr.Dataset) -> list[str]:
 
 def size_doubts(ds: xr.Dataset) -> list[str]:
     """Return a sentence for each implausible property of the lateral size, without reading the heights."""
-    doubts, steps = [], pixel(ds)
+    doubts = []
+    steps = pixel(ds)
     for axis, step in zip("xy", steps):
         for unit, length in (("nm", 1.0), ("um", 1e3), ("mm", 1e6), ("m", 1e9)):
             if abs(step / length - 1) < 1e-9:
@@ -137,7 +138,8 @@ def _clipped(height: np.ndarray) -> list[str]:
 
 def _wrapped(height: np.ndarray) -> list[str]:
     """Return a warning if neighbours lie at opposite ends of the range and most heights between: an overflow."""
-    low, high = float(np.nanmin(height)), float(np.nanmax(height))
+    low = float(np.nanmin(height))
+    high = float(np.nanmax(height))
     jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
     between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
     if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:

@@ -71,7 +71,8 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     if isinstance(subregions, xr.Dataset) and "landing_share" in subregions.coords:
         out = out.assign_coords(landing_share=("subregion", np.atleast_1d(subregions["landing_share"].values)))
     elif schema.kind_of(ds) == "scan" and not ds["height"].chunks and "sphere_radius" in ds.coords:
-        height, axes = ds["height"].transpose("x", "y").values, (ds["x"].values, ds["y"].values)
+        height = ds["height"].transpose("x", "y").values
+        axes = (ds["x"].values, ds["y"].values)
         share, flags = debris_landings(height, axes, (x, y), float(ds["sphere_radius"]))
         out = out.assign_coords(on_debris=("subregion", flags), debris_share=share)
     return schema.label(out)

@@ -301,7 +301,8 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
 
 def _places_in_words(summary: xr.Dataset) -> str:
     """Return the number of places, and whether they are too few for an interval."""
-    adhering, count = int(summary["places"]), int(summary["solved_places"])
+    adhering = int(summary["places"])
+    count = int(summary["solved_places"])
     text = f"{adhering} place{'s' * (adhering > 1)}" + f" of {count}" * (adhering < count)
     if summary.get("debris_share", 0.0) > 0:
         on_debris = number(summary["debris_places"]) if summary["debris_places"] > 0 else "none"

@@ -53,9 +53,11 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     """
     ds = schema.entered(ds)
     if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
-        out, method = _solver_pull_off(ds), "cycle" if "complete" in ds else "exact"
+        out = _solver_pull_off(ds)
+        method = "cycle" if "complete" in ds else "exact"
     else:
-        force, method = _adhesive_force(ds), "sweep"
+        force = _adhesive_force(ds)
+        method = "sweep"
         out = _largest_in_sweep(force, converged(ds))
     out.attrs = {key: value for key, value in ds.attrs.items() if key != "history"}
     unsolved = ", or the largest adhesion force has not converged" if method == "sweep" else ""
@@ -68,7 +70,8 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
 def _warn_of_short_sweep(out: xr.Dataset, delta: np.ndarray) -> None:
     """Warn of places at which the sweep ends before the pull-off."""
     pulls = out["pull_off_force"].notnull()
-    short, never = int((pulls & ~out["bracketed"]).sum()), int((~pulls).sum())
+    short = int((pulls & ~out["bracketed"]).sum())
+    never = int((~pulls).sum())
     if short or never:
         warn(
             f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
@@ -100,7 +103,8 @@ def _largest_in_sweep(force: xr.DataArray, solved: xr.DataArray | bool) -> xr.Da
     least = force.min("delta")
     pulls = (least < 0) & ~((force == least) & ~(solved | force.isnull())).any("delta")
     filled = force.fillna(np.inf)
-    where, at = filled.argmin("delta"), filled.idxmin("delta")
+    where = filled.argmin("delta")
+    at = filled.idxmin("delta")
     return xr.Dataset(
         {
             "pull_off_force": (-least).where(pulls),

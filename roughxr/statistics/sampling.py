@@ -122,7 +122,8 @@ def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
     if SHARE in array.coords:
         weights = array[SHARE].astype(float)
     elif has_debris_flags(array):
-        on_debris, debris = array["on_debris"].astype(bool), array["debris_share"]
+        on_debris = array["on_debris"].astype(bool)
+        debris = array["debris_share"]
         clean_places, debris_places = (flags.sum("subregion").clip(min=1) for flags in (~on_debris, on_debris))
         weights = xr.where(on_debris, debris / debris_places, (1 - debris) / clean_places)
     else:

@@ -144,7 +144,8 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
-    ds, within = schema.entered(ds), schema.entered(within)
+    ds = schema.entered(ds)
+    within = schema.entered(within)
     others = other_dimensions(ds, name)
     if others:
         given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
@@ -211,7 +212,8 @@ def not_shown(places: int, independent: float, risk: float = 0.05) -> str:
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
     """Return `bootstrap` of a variable at each entry of a second dimension."""
-    within, n = options.pop("within", None), ds.sizes[along]
+    within = options.pop("within", None)
+    n = ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
     parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]
     return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
@@ -258,7 +260,8 @@ def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None)
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return bootstrap intervals of a histogram's densities."""
     sample = samples(ds, name)
-    edges, shares = np.asarray(bins, dtype=float), []
+    edges = np.asarray(bins, dtype=float)
+    shares = []
     for values, weights in _resampled(sample, _independent(sample), resamples, seed=0):
         weights = np.ones_like(values) if weights is None else weights
         shares += [np.histogram(row, edges, weights=each)[0] / each.sum() for row, each in zip(values, weights)]
@@ -274,7 +277,8 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
     """Yield resamples of ``count`` values, and of their weights (or None), in arrays (some resamples, draws)."""
-    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), _MOST_DRAWS)
+    rng = np.random.default_rng(seed)
+    draws = min(max(round(count), 2), _MOST_DRAWS)
     step = max(1, _VALUES_AT_ONCE // draws)
     for start in range(0, resamples, step):
         chosen = rng.integers(0, sample.values.size, (min(step, resamples - start), draws))
@@ -371,10 +375,15 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     """
     from scipy.stats import beta
 
-    values, estimate = sample.values, _estimate(label, sample.values, sample.weights)
-    n, low, high = values.size, values.min(), values.max()
+    values = sample.values
+    estimate = _estimate(label, sample.values, sample.weights)
+    n = values.size
+    low = values.min()
+    high = values.max()
     if label.startswith("q"):  # by Clopper and Pearson's interval of a share among independent draws
-        below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
+        below = count * float(label[1:]) / 100
+        above = count * (1 - float(label[1:]) / 100)
+        tail = 0.5 - confidence / 2
         least = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
         most = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
         ends = _quantile(values, [float(least), float(most)], sample.weights)
@@ -396,7 +405,8 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     """Return the ends of an interval of few samples, taken as log-normal, or as normal if any is negative."""
     from scipy.stats import chi2, nct, norm, t
 
-    values, weights = sample.values, sample.weights
+    values = sample.values
+    weights = sample.weights
     estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     lost = (1 - 1 / _effective_count(weights, size=values.size)) / (1 - 1 / count)  # to the mean of like places
@@ -404,7 +414,8 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
         return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
     law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
-    middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2 * lost
+    middle = _mean(law, -1, weights)
+    variance = _std(law, -1, weights) ** 2 * lost
     if label == "mean":
         spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior
         if positive:
