@@ -77,6 +77,14 @@ class Pair(NamedTuple):
         """Return the radius (nm) of JKR's contact at pull-off, and the contact modulus (GPa) at that size."""
         return contact_at_pull_off(radius, work, self.contact_modulus, self.layer)
 
+    def tabor_parameters(self, radius) -> list:
+        """Return Tabor's parameter (R w²/(E*² z₀³))^{1/3} of spheres of a radius (nm), for each attraction."""
+        moduli = [self.contact_at_pull_off(radius, work)[1] for work, _ in self.attractions]
+        return [
+            np.cbrt(radius * work**2 / (modulus**2 * length**3))
+            for (work, length), modulus in zip(self.attractions, moduli)
+        ]
+
     def smooth_pull_off(self, *, stiff: bool) -> float:
         """Return the pull-off force (nN) of the sphere on a smooth flat: Bradley's of stiff bodies, else JKR's."""
         return (2.0 if stiff else 1.5) * math.pi * self.work * self.sphere_radius

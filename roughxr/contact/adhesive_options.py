@@ -138,10 +138,7 @@ def _tabor_parameter(specimen: Specimen) -> float:
     parameter = median_tabor(specimen)
     if np.isfinite(parameter) or specimen.indenter.map:
         return parameter
-    pair = specimen.pair
-    radius = _indenter_radius(specimen)
-    _, modulus = pair.contact_at_pull_off(radius, pair.solid_work)
-    return float((radius * pair.solid_work**2 / (modulus**2 * pair.range**3)) ** (1 / 3))
+    return float(specimen.pair.tabor_parameters(_indenter_radius(specimen))[0])
 
 
 def snap_in_gap(length: float, parameter: float) -> float:

@@ -7,7 +7,6 @@ import xarray as xr
 
 from ..asperity.catalogue import asperities
 from ..bodies.pair_record import Pair, read_pair
-from ..kernels.asperity import maugis
 from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import EXPONENTIAL, JKR, SHORT_RANGE
@@ -53,12 +52,8 @@ def _tabor_parameters(catalogue: xr.Dataset, pair: Pair) -> np.ndarray:
     """Return Tabor's parameter of each asperity, NaN for a saddle."""
     A, B = (0.5 * (catalogue[name].values + 1 / pair.sphere_radius) for name in ("curvature_min", "curvature_max"))
     with np.errstate(invalid="ignore", divide="ignore"):
-        composite = 0.5 / np.sqrt(A * B)
-        parameters = [
-            maugis.tabor(A, B, pair.contact_at_pull_off(composite, work)[1], work, length)
-            for work, length in pair.attractions
-        ]
-    return np.where(A > 0, np.max(parameters, axis=0), np.nan)
+        parameters = np.max(pair.tabor_parameters(0.5 / np.sqrt(A * B)), axis=0)
+    return np.where(A > 0, parameters, np.nan)
 
 
 def median_tabor(specimen: Specimen) -> float:

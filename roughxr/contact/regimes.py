@@ -89,16 +89,14 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     contact, _ = pair.contact_at_pull_off(tip, w)
     close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
     result = {
-        "sphere_tabor": max(_tabor(radius, modulus, *each) for each in pair.attractions),
-        "asperity_tabor": (
-            max(_tabor(tip, modulus, *each) for each in pair.attractions) if humid else median_tabor(specimen)
-        ),
+        "sphere_tabor": float(max(pair.tabor_parameters(radius))),
+        "asperity_tabor": float(max(pair.tabor_parameters(tip))) if humid else median_tabor(specimen),
         "share_beyond_contact": float(close.share_beyond_contact.median()),
         "pixels_per_contact": contact / specimen.pixel,
         "peak_pressure": _peak_pressure(tip, modulus, w),
     }
     if humid:
-        result["sphere_maugis"] = PER_TABOR * _tabor(radius, modulus, *pair.attractions[-1])
+        result["sphere_maugis"] = PER_TABOR * float(pair.tabor_parameters(radius)[-1])
     if np.isfinite(pair.hardness):
         result["yields"] = result["peak_pressure"] > pair.hardness
     beyond = 1.0 if humid else result["share_beyond_contact"]
@@ -109,11 +107,6 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     out = xr.Dataset(result).set_coords("recommended")
     out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
     return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
-
-
-def _tabor(radius: float, modulus: float, w: float, length: float) -> float:
-    pair = {"contact_modulus": modulus, "work_of_adhesion": w, "adhesion_range": length}
-    return reference.tabor_parameter(radius=radius, **pair) if w > 0 else 0.0
 
 
 def _recommended(tabor: float, beyond: float) -> str:
