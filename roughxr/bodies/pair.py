@@ -213,17 +213,17 @@ def assign_pair(
     )
     values |= _hardness(bodies, hardness, values) | coating
     if air is not None:
-        own = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
+        attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
         values = {"work_of_adhesion": 0.0} | values | under_liquid
-        values |= liquids.liquid_coordinates(values, air, bodies=own)
+        values |= liquids.liquid_coordinates(values, air, bodies=attracting)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
-    given = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    given |= {"layer_material": layer.material} if isinstance(layer, Layer) else {}
-    given |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
-    return schema.record(schema.label(out), "assign_pair", **(given | values))
+    arguments = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    arguments |= {"layer_material": layer.material} if isinstance(layer, Layer) else {}
+    arguments |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
+    return schema.record(schema.label(out), "assign_pair", **(arguments | values))
 
 
 def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium: Quantity = "vacuum") -> float:
@@ -265,17 +265,17 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     return substances.combined(first_constant, second_constant, _own_constant(medium, substances.MEDIA))
 
 
-def _own_constant(given: Any, known: dict[str, Any]) -> float:
+def _own_constant(body: Any, constants: dict[str, Any]) -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
-    if isinstance(given, str) and not carries_units(given):
-        material = known[schema.one_of(given.strip().lower(), known, "hamaker_constant")]
+    if isinstance(body, str) and not carries_units(body):
+        material = constants[schema.one_of(body.strip().lower(), constants, "hamaker_constant")]
         return material if isinstance(material, float) else material.hamaker
-    return single(given, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
+    return single(body, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
 
 
-def _attraction(bodies: tuple | None, adhesion: float | None, given: Any) -> dict[str, float]:
+def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: Any) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
-    constant = _plausibly(given, "hamaker_constant")
+    constant = _plausibly(stated_constant, "hamaker_constant")
     if bodies is not None and adhesion is None and constant is None:
         constant = substances.combined(*(body.hamaker for body in bodies))
     if constant is not None:
@@ -298,37 +298,37 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     return x, y, height
 
 
-def _contact_modulus(bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+def _contact_modulus(bodies: tuple | None, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if poisson_ratio is not None and young_modulus is None:
         raise ValueError("poisson_ratio: used with young_modulus only, found none; leave it out")
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    if (modulus := _plausibly(given, "contact_modulus")) is not None:
+    if (modulus := _plausibly(stated_modulus, "contact_modulus")) is not None:
         return modulus
     if poisson_ratio is None:
         raise ValueError("poisson_ratio: expected with young_modulus, found none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 
-def _coated(layer: Layer, bodies: tuple | None, given: Any, young_modulus: Any, poisson_ratio: Any):
+def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any):
     """Return the moduli of layer and indenter, two pairs, and the coordinates of the layer and its base."""
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    if given is not None or poisson_ratio is None:
+    if stated_modulus is not None or poisson_ratio is None:
+        stated = "no poisson_ratio" if stated_modulus is None else "their contact_modulus"
         raise ValueError(
-            "layer: expected the moduli of the indenter and of the scan's body, found "
-            f"{'their contact_modulus' if given is not None else 'no poisson_ratio'}; give young_modulus=(75, 130) and "
-            "poisson_ratio=(0.22, 0.28), or materials='glass/silicon'"
+            f"layer: expected the moduli of the indenter and of the scan's body, found {stated}; give "
+            "young_modulus=(75, 130) and poisson_ratio=(0.22, 0.28), or materials='glass/silicon'"
         )
     _exactly_one(material=layer.material, young_modulus=layer.young_modulus)
     _exactly_one(material=layer.material, poisson_ratio=layer.poisson_ratio)
-    own = layer if layer.material is None else substances.named_pair(layer.material)[0]
+    material = layer if layer.material is None else substances.named_pair(layer.material)[0]
     indenter, base = _values_of_both(young_modulus, "GPa", "young_modulus")
     ratios = _values_of_both(poisson_ratio, "1", "poisson_ratio")
     values = {
         "layer_thickness": _plausibly(layer.thickness, "layer_thickness"),
-        "layer_modulus": _plausibly(own.young_modulus, "young_modulus"),
-        "layer_poisson_ratio": _ratio(own.poisson_ratio),
+        "layer_modulus": _plausibly(material.young_modulus, "young_modulus"),
+        "layer_poisson_ratio": _ratio(material.poisson_ratio),
         "base_modulus": np.inf if isinstance(base, float) and base == np.inf else _plausibly(base, "young_modulus"),
         "base_poisson_ratio": _ratio(ratios[1]),
     }
@@ -337,24 +337,24 @@ def _coated(layer: Layer, bodies: tuple | None, given: Any, young_modulus: Any, 
             f"layer: expected at most {_STIFFEST_LAYER:g} times the modulus of its base, {values['base_modulus']:g} "
             f"GPa, found {values['layer_modulus']:g} GPa"
         )
-    return ((indenter, values["layer_modulus"]), (ratios[0], own.poisson_ratio)), values
+    return ((indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio)), values
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
         raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
     name = "surface_energy"
-    given = surface_energy
+    stated = surface_energy
     times = 2.0
     if surface_energy is None:
         name = "work_of_adhesion"
-        given = work_of_adhesion
+        stated = work_of_adhesion
         times = 1.0
-    if given is None:
+    if stated is None:
         return None
-    value = single(given, "J/m^2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
+    value = single(stated, "J/m^2", name, "one number >= 0 in J/m²", lambda value: value >= 0)
     if value > 0:
-        _plausible(times * value, "work_of_adhesion", given, name)
+        _plausible(times * value, "work_of_adhesion", stated, name)
     return times * value
 
 
@@ -370,61 +370,64 @@ def _stated(**values: float | None) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _plausibly(given: Any, name: str) -> Any:
+def _plausibly(stated: Any, name: str) -> Any:
     """Return a positive number, or None where it is not given; raise or warn where it is implausible."""
-    return None if given is None else _plausible(positive(given, _RANGES[name].units, name), name, given)
+    return None if stated is None else _plausible(positive(stated, _RANGES[name].units, name), name, stated)
 
 
-def _hardness(bodies: tuple | None, given: Any, pair: dict[str, float]) -> dict[str, float]:
+def _hardness(bodies: tuple | None, stated: Any, pair: dict[str, float]) -> dict[str, float]:
     """Return the hardness (GPa), else named materials' estimate; raise or warn if adhesion alone exceeds it."""
-    if given is None:
+    if stated is None:
         return {} if bodies is None else {"hardness_estimate": min(body.hardness for body in bodies)}
-    value = _plausibly(given, "hardness")
+    value = _plausibly(stated, "hardness")
     length = pair.get("adhesion_range")
     strength = pair.get("work_of_adhesion", 0.0) / (length or DEFAULT_RANGE)
-    words = (
+    sentence = (
         f"hardness: {value:.3g} GPa does not exceed the adhesive traction w/rho = {strength:.3g} GPa (rho = "
         f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
     )
     if value <= strength and length is not None:
-        raise ValueError(f"{words}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
+        raise ValueError(f"{sentence}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
         warn(
-            f"{words}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
+            f"{sentence}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
             ImplausiblePair,
         )
     return {"hardness": value}
 
 
-def _radius(given: Any, ds: xr.Dataset) -> float:
+def _radius(stated: Any, ds: xr.Dataset) -> float:
     """Return the sphere's radius (nm); raise or warn where the scan's pixels do not resolve it."""
-    radius = _plausibly(given, "sphere_radius")
+    radius = _plausibly(stated, "sphere_radius")
     if "height" not in ds or not {"x", "y"} <= set(ds["height"].dims) & set(ds.indexes):
         return radius
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
-    words = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
+    sentence = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
     if radius < _FEWEST_PIXELS * pixel:
         raise ValueError(
-            f"{words}: expected more than one; plain numbers are in nm, other units are written as in '3 um'"
+            f"{sentence}: expected more than one; plain numbers are in nm, other units are written as in '3 um'"
         )
     if radius < _FEW_PIXELS * pixel:
         warn(
-            f"{words}, too few to resolve its contact; plain numbers are in nm, other units are written as in '3 um'",
+            f"{sentence}, too few to resolve its contact; plain numbers are in nm, other units are written as in "
+            "'3 um'",
             ImplausiblePair,
         )
     return radius
 
 
-def _plausible(value: float, quantity: str, given: Any, name: str = "") -> float:
+def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> float:
     """Return a value; raise if no body can have it, warn if it is improbable."""
-    known = _RANGES[quantity]
-    words = f"{name or quantity}: {given!r} is {value:.4g} {known.units}"
-    words += f" of {quantity}" if name not in ("", quantity) else ""
-    advice = f"{known.known}; plain numbers are in {known.units}, other units are written as in '3 um' or '70e9 Pa'"
-    if not known.least <= value <= known.greatest:
-        raise ValueError(f"{words}, which no body has ({advice})")
-    if not known.low <= value <= known.high:
-        warn(f"{words}: is this intended? ({advice})", ImplausiblePair)
+    possible = _RANGES[quantity]
+    sentence = f"{name or quantity}: {stated!r} is {value:.4g} {possible.units}"
+    sentence += f" of {quantity}" if name not in ("", quantity) else ""
+    advice = (
+        f"{possible.known}; plain numbers are in {possible.units}, other units are written as in '3 um' or '70e9 Pa'"
+    )
+    if not possible.least <= value <= possible.greatest:
+        raise ValueError(f"{sentence}, which no body has ({advice})")
+    if not possible.low <= value <= possible.high:
+        warn(f"{sentence}: is this intended? ({advice})", ImplausiblePair)
     return value
 
 
@@ -469,11 +472,11 @@ def _facing(height: xr.DataArray) -> xr.DataArray:
     return xr.DataArray(turned.values, axes, list(axes), attrs={"units": "nm"})
 
 
-def _exactly_one(**given: Any) -> None:
+def _exactly_one(**alternatives: Any) -> None:
     """Raise unless exactly one of several alternatives is given."""
-    stated = [name for name, value in given.items() if value is not None]
+    stated = [name for name, value in alternatives.items() if value is not None]
     if len(stated) != 1:
-        raise ValueError(f"expected one of {', '.join(given)}, found {' and '.join(stated) or 'none of them'}")
+        raise ValueError(f"expected one of {', '.join(alternatives)}, found {' and '.join(stated) or 'none of them'}")
 
 
 def _is_several(value: Any) -> bool:

@@ -72,16 +72,16 @@ MEDIA = {"vacuum": 0.0, "air": 0.0, "water": 0.037, "ethanol": 0.042, "hexadecan
 
 def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
     """Return the two materials named in "glass/silicon" or ("glass", "silicon"); a single name is used for both."""
-    given = names.split("/") if isinstance(names, str) else list(names)
-    given = [str(name).strip().lower() for name in given]
-    unknown = [name for name in given if name not in MATERIALS]
-    if len(given) not in (1, 2) or unknown:
+    both = names.split("/") if isinstance(names, str) else list(names)
+    both = [str(name).strip().lower() for name in both]
+    unknown = [name for name in both if name not in MATERIALS]
+    if len(both) not in (1, 2) or unknown:
         raise ValueError(
             f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}"
-            f"{did_you_mean(unknown[0], set(MATERIALS) - set(given)) if unknown else ''}; "
+            f"{did_you_mean(unknown[0], set(MATERIALS) - set(both)) if unknown else ''}; "
             "for other materials give young_modulus and poisson_ratio"
         )
-    return MATERIALS[given[0]], MATERIALS[given[-1]]
+    return MATERIALS[both[0]], MATERIALS[both[-1]]
 
 
 def combined(first: float, second: float, medium: float = 0.0) -> float:

@@ -27,8 +27,8 @@ _FILE_OPTIONS = "file_options"
 def add_options(command: argparse.ArgumentParser, options: Sequence[argparse.Action]) -> None:
     """Add ``--config`` and ``--write-config`` to a command, for some of its options."""
     command.add_argument("--config", metavar="FILE", help="read options from a file that --write-config wrote")
-    words = "write a file of all options with their meaning, to edit, and end"
-    command.add_argument("--write-config", metavar="FILE", action=_Write, default=options, help=words)
+    help = "write a file of all options with their meaning, to edit, and end"
+    command.add_argument("--write-config", metavar="FILE", action=_Write, default=options, help=help)
     command.set_defaults(**{_FILE_OPTIONS: options})
 
 

@@ -106,9 +106,9 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
-        least, most = (number(float(f"{value:.3g}"), units) for value in quantiles)
+        least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
         median = with_interval(*critical_median(critical, name), units)
-        print(f"  median {median}; 5 % of {of} below {least}, 95 % below {most}")
+        print(f"  median {median}; 5 % of {of} below {least}, 95 % below {largest}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {places_in_words(critical)}: {first}")

@@ -32,9 +32,9 @@ def image_options(options: Namespace) -> dict[str, Any]:
 def info(options: Namespace) -> None:
     """Print the channels of a file and the roughness of the one that is read, or the formats that are read."""
     if options.formats:
-        for known in formats.READ.values():
-            needs = f"; needs the extra {known.extra!r}" if known.extra else ""
-            print(f"{known.name} ({', '.join(known.endings.split())}){needs}")
+        for format in formats.READ.values():
+            needs = f"; needs the extra {format.extra!r}" if format.extra else ""
+            print(f"{format.name} ({', '.join(format.endings.split())}){needs}")
         print(f"and what SurfaceTopography reads besides, of optical profilers: {formats.BESIDES}")
         return
     if options.file is None:

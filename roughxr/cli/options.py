@@ -77,13 +77,13 @@ class Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
         args = config.with_file(args, self)
-        known = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
+        options = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
         for word in args or ():
             option = word.partition("=")[0]
             if not option.startswith("-") and "COMMAND" in self.format_usage():
                 break  # the options after the command are its own
-            if option.startswith("--") and not any(name.startswith(option) for name in known):
-                self.error(f"unknown option {option}{did_you_mean(option, known)}")
+            if option.startswith("--") and not any(name.startswith(option) for name in options):
+                self.error(f"unknown option {option}{did_you_mean(option, options)}")
         return super().parse_known_args(args, namespace)
 
     def error(self, message: str) -> Any:
@@ -111,23 +111,23 @@ def _command(commands: Any, name: str, does: str, help: str) -> argparse.Argumen
 def _add(to: Any, *rows: tuple[str, str | None, str], **more: Any) -> list[argparse.Action]:
     """Add options, each from flags, metavar ("E..." for several values) and help; ``more`` applies to all of them."""
     added = []
-    for flags, metavar, words in rows:
+    for flags, metavar, help in rows:
         several = {"nargs": "+"} if metavar and metavar.endswith("...") else {}
         named = {"metavar": metavar.removesuffix("...")} if metavar else {}
-        added.append(to.add_argument(*flags.split(), help=words, **named, **several, **more))
+        added.append(to.add_argument(*flags.split(), help=help, **named, **several, **more))
     return added
 
 
-def _flag(to: Any, flags: str, words: str) -> argparse.Action:
-    return to.add_argument(*flags.split(), action="store_true", help=words)
+def _flag(to: Any, flags: str, help: str) -> argparse.Action:
+    return to.add_argument(*flags.split(), action="store_true", help=help)
 
 
 def _paper(commands: Any) -> None:
     does = "repeat the paper's analysis on the synthetic glass sample: table and figures, then an estimate"
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
-    words = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
-    _flag(command, "--no-estimate", words)
+    help = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
+    _flag(command, "--no-estimate", help)
     _add_budget(command, 4)
     _flag(command, "-q --quiet", _QUIET)
 
@@ -150,25 +150,25 @@ def _run(commands: Any) -> None:
     options += _add(shape, ("--indenter", "FILE", "a scan of the indenter, instead of a sphere"))
     options += _add(group, *_BODIES, *_AIR)
     group = command.add_argument_group("places and displacements")
-    words = "number of places along x and y, or one number for both; default: 8 8"
-    options += _add(group, ("--subregions", "N...", words), type=int, default=(8, 8))
-    words = "a second scan of the surface on finer pixels, 1 to 2 radii wide, for the best estimate"
-    options += _add(group, ("--finer", "FILE", words))
-    words = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
-    options.append(_flag(group, "--particle", words))
-    words = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
-    options += _add(group, ("--delta", "D...", words), type=float)
+    help = "number of places along x and y, or one number for both; default: 8 8"
+    options += _add(group, ("--subregions", "N...", help), type=int, default=(8, 8))
+    help = "a second scan of the surface on finer pixels, 1 to 2 radii wide, for the best estimate"
+    options += _add(group, ("--finer", "FILE", help))
+    help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
+    options.append(_flag(group, "--particle", help))
+    help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
+    options += _add(group, ("--delta", "D...", help), type=float)
     group = command.add_argument_group("the simulation with adhesion")
-    words = "compressive force before retraction, nN or as '50 nN'; default: 0"
-    options += _add(group, ("--preload", "P", words), default=0.0, type=number)
-    words = (
+    help = "compressive force before retraction, nN or as '50 nN'; default: 0"
+    options += _add(group, ("--preload", "P", help), default=0.0, type=number)
+    help = (
         f"law of adhesion: {', '.join(laws_of('adhesive'))}; {_DEFAULT}, exponential where its range matters, else jkr"
     )
-    options += _add(group, ("--law", "LAW", words), default=AUTO)
-    words = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
-    options += _add(group, ("--mesh", "N", words), default="auto", type=_cells)
-    words = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
-    _add(command, ("--scheduler", "NAME", words))
+    options += _add(group, ("--law", "LAW", help), default=AUTO)
+    help = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
+    options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
+    help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
+    _add(command, ("--scheduler", "NAME", help))
     options += _add_budget(command)
     _flag(command, "-q --quiet", _QUIET)
     config.add_options(command, options)
@@ -205,8 +205,8 @@ def _measurements(commands: Any) -> None:
     does = "print what a file of measured pull-off forces contains"
     command = _command(commands, "measured", "measurements:describe", does)
     _add_measurement(command)
-    words = "of curves on a flat, nm: fit modulus and work of adhesion, which are then printed and written"
-    _add(command, ("--sphere-radius", "R", words))
+    help = "of curves on a flat, nm: fit modulus and work of adhesion, which are then printed and written"
+    _add(command, ("--sphere-radius", "R", help))
     _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.parquet"))
     _flag(command, "-q --quiet", _QUIET)
     does = "compare the pull-off forces of a run with measured ones"
@@ -247,25 +247,25 @@ def _detach(commands: Any) -> None:
         type=float,
     )
     _add(slides, ("--shear-strength", "TAU", "shear strength of the contact, GPa, or text such as '5 MPa'"))
-    words = (
+    help = (
         "pull-off forces of the simulation, with finer roughness (extrapolated) or as scanned (adhesive); default: "
         "extrapolated if the run contains it"
     )
-    _add(command, ("--method", None, words), choices=("extrapolated", "adhesive"))
+    _add(command, ("--method", None, help), choices=("extrapolated", "adhesive"))
     _add(command, ("-o --output", "TABLE", "write one row for each place, OUT.csv or OUT.parquet"))
-    words = "write input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
-    _add(command, ("--parameters", "TABLE", words))
-    words = (
+    help = "write input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
+    _add(command, ("--parameters", "TABLE", help))
+    help = (
         f"write input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"
     )
-    command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=words)
-    words = "draw a map of the mode of detachment, or of the critical load, and the resisting moments"
-    _add(command, ("--picture", "PNG", words))
+    command.add_argument("--dem", nargs=2, action="append", default=[], metavar=("CODE", "FILE"), help=help)
+    help = "draw a map of the mode of detachment, or of the critical load, and the resisting moments"
+    _add(command, ("--picture", "PNG", help))
 
 
 def _add_measurement(command: Any) -> None:
-    words = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
-    _add(command, ("file", "FILE...", words))
+    help = "a table with named columns, an adhesion image, or force-distance curves; several files are pooled"
+    _add(command, ("file", "FILE...", help))
     group = command.add_argument_group("what to read from the file, and what the file does not state")
     _add(group, ("--channel", None, "name of the column, or name or number of the image"))
     _add(group, ("--direction", None, "scan direction of an image; default: trace (forward)"), choices=_DIRECTIONS)
@@ -278,15 +278,15 @@ def _add_measurement(command: Any) -> None:
         ("--spring-constant", "K", "spring constant, for deflections, N/m"),
     )
     _add(group, ("--pulls", None, "sign of pull-off forces in the file"), choices=("positive", "negative"))
-    words = "for tables of one force curve each: part, from its far end, that may contain the baseline (1: all of it)"
-    _add(group, ("--baseline", "PART", words), type=float)
+    help = "for tables of one force curve each: part, from its far end, that may contain the baseline (1: all of it)"
+    _add(group, ("--baseline", "PART", help), type=float)
 
 
 def _add_reading_options(command: Any) -> list[argparse.Action]:
     group = command.add_argument_group("what to read from the file")
     options = _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
-    words = "scan direction to read; default: trace (forward)"
-    options += _add(group, ("--direction", None, words), choices=_DIRECTIONS)
+    help = "scan direction to read; default: trace (forward)"
+    options += _add(group, ("--direction", None, help), choices=_DIRECTIONS)
     return options + _add(
         group,
         ("--size", "L...", "size of the scan along x and y, nm, if the file does not state it"),
@@ -296,5 +296,5 @@ def _add_reading_options(command: Any) -> list[argparse.Action]:
 
 
 def _add_budget(command: Any, default: int = 8) -> list[argparse.Action]:
-    words = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
-    return _add(command, ("--budget", "PLACES", words), type=int, default=default)
+    help = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
+    return _add(command, ("--budget", "PLACES", help), type=int, default=default)

@@ -59,8 +59,8 @@ def _run_each(options: Namespace, output: Path) -> None:
     for name, reason in refused.items():
         print_error(f"{name}: left out: {reason}")
     print(f"written to {output}: {output.name}.csv (a row a scan), places.csv, index.html, a folder for each scan")
-    left = len(unread) + len(refused)
-    print(f"{answer} {left} of {len(options.scan)} files were left out.".lstrip() if left else answer)
+    left_out = len(unread) + len(refused)
+    print(f"{answer} {left_out} of {len(options.scan)} files were left out.".lstrip() if left_out else answer)
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
@@ -120,8 +120,8 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
 
 def _stated(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
     """Return the options that are given, as numbers, quantities or pairs."""
-    given = {name: getattr(options, name) for name in names}
-    return {name: numbers(value) for name, value in given.items() if value is not None}
+    stated = {name: getattr(options, name) for name in names}
+    return {name: numbers(value) for name, value in stated.items() if value is not None}
 
 
 def write_report(options: Namespace) -> None:

@@ -111,8 +111,8 @@ def _put_fields(record: np.ndarray, cycles: Cycles, problem: Problem) -> None:
     if problem.yielding:
         heights = followed.residual_heights
         put_fields(record, surface, {"residual_height": heights})
-        left = np.stack((heights, np.broadcast_to(heights[-1], heights.shape)))
-        shape = surface._replace(separation=surface.separation - left)
+        residual_heights = np.stack((heights, np.broadcast_to(heights[-1], heights.shape)))
+        shape = surface._replace(separation=surface.separation - residual_heights)
     put_fields(record, surface, state_fields(_split_branches(followed.pressures), shape, deltas, problem))
 
 

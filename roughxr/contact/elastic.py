@@ -212,15 +212,22 @@ def _cycle(surface: Surface, problem: Problem, limits: _Limits, keep: int) -> _S
     """Load a place that yields, and retract from the deformed shape; both branches share their last state."""
     separation = surface.separation
     deltas, columns, pressure, displacement = _solutions(separation, surface, problem, limits, max(keep, 1))
-    left = yielding.residual_heights(pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness)
+    residual_heights = yielding.residual_heights(
+        pressure, displacement, separation, deltas[-len(pressure) :], problem.hardness
+    )
     elastic = problem._replace(steps=problem.steps[:-1], hardness=np.inf, yielding=False)
     last = slice(-1, None)
-    unloaded = _solutions(separation - left[-1], surface, elastic, limits, max(keep - 1, 0))
+    unloaded = _solutions(separation - residual_heights[-1], surface, elastic, limits, max(keep - 1, 0))
     joined = [
         np.concatenate((branch, loaded[last])) for branch, loaded in zip(unloaded, (deltas, columns, pressure[-keep:]))
     ]
     deltas, columns, pressure = (np.stack(pair) for pair in zip((deltas, columns, pressure[-keep:]), joined))
-    return _Solved(deltas, columns, pressure, np.stack((left, np.broadcast_to(left[-1], left.shape))))
+    return _Solved(
+        deltas,
+        columns,
+        pressure,
+        np.stack((residual_heights, np.broadcast_to(residual_heights[-1], residual_heights.shape))),
+    )
 
 
 def _solutions(separation: np.ndarray, surface: Surface, problem: Problem, limits: _Limits, keep: int):

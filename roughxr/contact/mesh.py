@@ -55,8 +55,8 @@ class Mesh:
             object.__setattr__(self, "step", positive(self.step, "nm", "step"))
 
 
-def read_mesh(given: Mesh | int | str | None, usual: Mesh) -> Mesh:
+def read_mesh(mesh: Mesh | int | str | None, usual: Mesh) -> Mesh:
     """Return a `Mesh`, or the usual one with another refinement, as in ``mesh=4``."""
-    if given is None:
+    if mesh is None:
         return usual
-    return given if isinstance(given, Mesh) else replace(usual, refine=given)
+    return mesh if isinstance(mesh, Mesh) else replace(usual, refine=mesh)

@@ -198,6 +198,6 @@ def _lowest_at_rim(separation: np.ndarray, indenter: Indenter) -> float:
     """Return the least separation along the rim of an indenter's map, beyond which the indenter is unknown."""
     if indenter.map is None:
         return np.inf
-    known = np.pad(np.isfinite(separation), 1, constant_values=True)
-    inside = known[:-2, 1:-1] & known[2:, 1:-1] & known[1:-1, :-2] & known[1:-1, 2:]
+    is_finite = np.pad(np.isfinite(separation), 1, constant_values=True)
+    inside = is_finite[:-2, 1:-1] & is_finite[2:, 1:-1] & is_finite[1:-1, :-2] & is_finite[1:-1, 2:]
     return float(separation[~inside].min(initial=np.inf))

@@ -391,7 +391,7 @@ def meniscus_sphere(
     constants = np.array([_meniscus(gap_value, radius, kelvin_radius, *angles) for gap_value in D])
     thin = 2 * radius * np.maximum(sum(np.cos(angles)) - D / kelvin_radius, 0.0)
     forces = {"force": constants, "thin_force": thin}
-    return _curves("distance", D, {name: 0 - np.pi * surface_tension * each for name, each in forces.items()})
+    return _curves("distance", D, {name: 0 - np.pi * surface_tension * factor for name, factor in forces.items()})
 
 
 def _meniscus(distance: float, R: float, r_K: float, sphere: float, plane: float) -> float:

@@ -189,9 +189,9 @@ def pack_patches(patches: list[np.ndarray]) -> np.ndarray:
     out = np.full((sum(len(row[0]) for row in rows), width), np.inf)
     low = 0
     for row in rows:
-        left = 0
+        column = 0
         for patch in row:
-            out[low : low + len(patch), left : left + patch.shape[1]] = patch
-            left += patch.shape[1]
+            out[low : low + len(patch), column : column + patch.shape[1]] = patch
+            column += patch.shape[1]
         low += len(row[0])
     return out

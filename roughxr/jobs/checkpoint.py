@@ -179,22 +179,22 @@ class Checkpoint:
     def begin(self, identity: Mapping[str, Any]) -> bool:
         """Log that the run begins or resumes, and return whether it resumes; raise if another run's is stored."""
         file = self.path / "identity.json"
-        known = None
+        stored = None
         try:
-            known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
+            stored = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
         except ValueError:
             print_line(f"{self.path}: its settings are damaged: everything is computed again")
             for batch in self.path.glob("*.npz"):
                 batch.unlink()
-        if known is None:
+        if stored is None:
             with self._writing(), archive.atomic_write(file) as temporary:
                 temporary.write_text(json.dumps(identity), encoding="utf-8")
         else:
-            _refuse_other(known, identity, self.path)
-        self.log("begun" if known is None else "resumed")
+            _refuse_other(stored, identity, self.path)
+        self.log("begun" if stored is None else "resumed")
         for batch in sorted(self.path.glob("*.npz")):
             self._note(batch.name, self._read(batch.name)[0])
-        return known is not None
+        return stored is not None
 
     def put(self, items: Sequence[str], results: np.ndarray) -> None:
         """Store the results of a batch; once this returns, they are safe on disk."""
@@ -276,9 +276,9 @@ class Checkpoint:
             if isinstance(result, Failure):
                 first = batch[0] * work.each
                 last = (batch[-1] + 1) * work.each - 1
-                words = f"subregion {first}" if first == last else f"subregions {first} to {last}"
-                failed[f"{words}: {result.reason}"] = work.each * len(batch)
-                self.log(f"{work.name}: {words} failed: {result.reason}")
+                label = f"subregion {first}" if first == last else f"subregions {first} to {last}"
+                failed[f"{label}: {result.reason}"] = work.each * len(batch)
+                self.log(f"{work.name}: {label} failed: {result.reason}")
             else:
                 self.put([items[k] for k in batch], result)
 
@@ -316,13 +316,13 @@ def _file_name(items: Sequence[str]) -> str:
 def _identity(scan: xr.Dataset, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Return the identity of a run: plain values, by name."""
     names = (scan.attrs.get(key) for key in ("title", "source_file", "source"))
-    known: dict[str, Any] = {"scan": next((str(name) for name in names if name), "scan without a title")}
-    known["scan_sha256"] = schema.height_hash(scan)
-    known |= {name: float(value) for name, value in schema.pair_coordinates(scan).items()}
+    identity: dict[str, Any] = {"scan": next((str(name) for name in names if name), "scan without a title")}
+    identity["scan_sha256"] = schema.height_hash(scan)
+    identity |= {name: float(value) for name, value in schema.pair_coordinates(scan).items()}
     if "indenter_height" in scan:
-        known["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
-    known |= {key: as_json(value, _with_hash) for key, value in arguments.items()}
-    return json.loads(json.dumps({**flat(known), "roughxr": f"{__version__} (source {source_digest()})"}))
+        identity["indenter"] = dask.base.tokenize(*(scan[f"indenter_{part}"].values for part in ("x", "y", "height")))
+    identity |= {key: as_json(value, _with_hash) for key, value in arguments.items()}
+    return json.loads(json.dumps({**flat(identity), "roughxr": f"{__version__} (source {source_digest()})"}))
 
 
 def _lines(identity: Mapping[str, Any]) -> str:

@@ -71,13 +71,13 @@ class _Lines:
         return getattr(self.stream, name)
 
 
-def print_line(words: str) -> None:
+def print_line(line: str) -> None:
     """Write a line, if progress is shown."""
     if stream := _STREAM.get():
         if stream.isatty():
-            tqdm.write(words, file=stream)
+            tqdm.write(line, file=stream)
         else:
-            stream.write(words)
+            stream.write(line)
         stream.flush()
 
 
@@ -134,8 +134,8 @@ class Stages:
         self._begun = time.monotonic()
         names = list(self._expected)
         where = f"stage {names.index(name) + 1} of {len(names)}"
-        left = self._time_left(sum(self._expected[later] for later in names[names.index(name) :]), self._why)
-        print_line(f"{where}, {left}: {self._words.get(name, name)}{more}")
+        time_left = self._time_left(sum(self._expected[later] for later in names[names.index(name) :]), self._why)
+        print_line(f"{where}, {time_left}: {self._words.get(name, name)}{more}")
         if self._token is not None:  # within a run, whose end removes the name again
             _STAGE.set(where)
 

@@ -128,9 +128,9 @@ def concatenate(batches: Sequence[tuple[Any, int]], dtype: np.dtype) -> da.Array
 
 def compute_each(work: Tasks, items: Sequence[int], receive: Callable[[Sequence[int], Any], None]) -> None:
     """Compute items on the active scheduler; call ``receive(items, result)`` in this thread as each batch finishes."""
-    total, left = (work.each * n for n in (len(work.arguments), len(items)))
+    total, remaining = (work.each * n for n in (len(work.arguments), len(items)))
     batches = work.batches(items)
-    with subregion_bar(total, done=total - left, label=work.name) as bar:
+    with subregion_bar(total, done=total - remaining, label=work.name) as bar:
 
         def finished(batch: Sequence[int], result: Any) -> None:
             receive(batch, result)

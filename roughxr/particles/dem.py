@@ -69,7 +69,7 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     force = force.isel(subregion=np.argsort(force.values))
     count = min(whole_number(classes, "classes", least=1), force.size)
     share = shares(force).values / shares(force).values.sum()
-    below, sums = (np.append(0.0, np.cumsum(each)) for each in (share, share * force.values))
+    below, sums = (np.append(0.0, np.cumsum(values)) for values in (share, share * force.values))
     means = count * np.diff(np.interp(np.arange(count + 1) / count, below, sums))  # of whole and cut places
     lines = _lammps_lines(ds, means.tolist(), fraction(poisson_ratio, "poisson_ratio"))
     return "\n".join([*(f"# {line}" for line in _header(ds, force)), *lines]) + "\n"
@@ -123,12 +123,12 @@ def _distribution(ds: xr.Dataset) -> str:
     table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
     if "lever" in ds:
         pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values  # in the weakest direction
-        known = np.isfinite(pull)
-        lever = pd.Series(lever[known]).groupby(pull[known]).mean().loc[force].to_numpy()
+        adhering = np.isfinite(pull)
+        lever = pd.Series(lever[adhering]).groupby(pull[adhering]).mean().loc[force].to_numpy()
         table["lever_over_radius"] = lever / float(ds["sphere_radius"])
         if "lever_error" in ds:
-            error = pd.Series(ds["lever_error"].values[known])
-            table["lever_error"] = error.groupby(pull[known]).mean().loc[force].to_numpy()
+            error = pd.Series(ds["lever_error"].values[adhering])
+            table["lever_error"] = error.groupby(pull[adhering]).mean().loc[force].to_numpy()
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()),

@@ -257,13 +257,13 @@ _POSSIBLE = {
 }
 
 
-def _physical(given: Any, units: str, name: str) -> float | None:
+def _physical(quantity: Any, units: str, name: str) -> float | None:
     """Return the given value, or None; raise outside the physical limits."""
-    low, high, known = _POSSIBLE[name]
-    value = None if given is None else positive(given, units, name)
+    low, high, examples = _POSSIBLE[name]
+    value = None if quantity is None else positive(quantity, units, name)
     if value is not None and not low <= value <= high:
         stated = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
-        raise ValueError(f"{name}: expected a physical value ({known}), found {stated}")
+        raise ValueError(f"{name}: expected a physical value ({examples}), found {stated}")
     return value
 
 

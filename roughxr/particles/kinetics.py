@@ -134,5 +134,5 @@ def resuspension_rate(ratio: Any, speed: Any, flow: Flow = FLOWS["air"]) -> Any:
 
     with np.errstate(divide="ignore"):
         x = np.minimum((1 / np.asarray(ratio, float) - 1) / FLUCTUATION, 1e6)
-    most = FREQUENCY * speed**2 / (2 * np.pi * flow.viscosity)
-    return most * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))
+    largest_rate = FREQUENCY * speed**2 / (2 * np.pi * flow.viscosity)
+    return largest_rate * np.exp(np.minimum(-0.5 * x * x - log_ndtr(x), 0.0))

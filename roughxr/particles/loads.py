@@ -131,10 +131,10 @@ def _in_range(plus: Any, formula: str) -> Any:
 
 
 def _wall_shear(strength: Any, body: Body) -> Push:
-    given = strength, body.radius, body.flow
-    away = lift(*given) - _weight_of(body)
-    plus = friction_reynolds(*given)
-    return Push(drag(*given), torque(*given), away, _in_range(plus, body.flow.lift))
+    at_wall = strength, body.radius, body.flow
+    away = lift(*at_wall) - _weight_of(body)
+    plus = friction_reynolds(*at_wall)
+    return Push(drag(*at_wall), torque(*at_wall), away, _in_range(plus, body.flow.lift))
 
 
 def _tilt(strength: Any, body: Body) -> Push:

@@ -185,11 +185,11 @@ def _rolled(surface: basins.DilatedSurface, minima: np.ndarray) -> tuple[np.ndar
 
 def _claim_own_pixels(labels: np.ndarray, places: np.ndarray, to: np.ndarray, surface: basins.DilatedSurface) -> None:
     """Label the pixel of each resting position by that position: the sphere may have come from another basin."""
-    own = np.unique(to)
-    own = own[own != basins.OFF]
-    i, j = np.round((places[own, :2] - surface.first) / surface.pixel).astype(int).T
-    order = np.argsort(-places[own, 2])  # the lowest one of a pixel last
-    labels[i[order], j[order]] = own[order]
+    labels_there = np.unique(to)
+    labels_there = labels_there[labels_there != basins.OFF]
+    i, j = np.round((places[labels_there, :2] - surface.first) / surface.pixel).astype(int).T
+    order = np.argsort(-places[labels_there, 2])  # the lowest one of a pixel last
+    labels[i[order], j[order]] = labels_there[order]
 
 
 def _borders(z: np.ndarray, labels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -116,8 +116,8 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
     surface, (x, y) = _within_range(surface_at(place, problem), cell_axes(place, problem), problem, adhesion)
     cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
     path = cycles.paths[0]
-    known = events(cycles, 0)
-    if not known:
+    pull_off_events = events(cycles, 0)
+    if not pull_off_events:
         return layout.blank(), layout.blank()
     retraction = path.states["prescribed"] & (np.arange(path.states.size) >= path.turn)
     states = path.states[retraction][::-1]
@@ -130,7 +130,7 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
         touching[k] = touching_cells(gap, pressure[k], problem.dx, opening)
     force = states["force"]
     area = states["contact_area"]
-    pull_off = {name: known[name] for name in ("pull_off_force", "pull_off_delta")}
+    pull_off = {name: pull_off_events[name] for name in ("pull_off_force", "pull_off_delta")}
     converged = bool(states["converged"].all())
     all_states, every_second = (
         moments_of_states(

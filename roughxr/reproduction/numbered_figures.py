@@ -76,8 +76,8 @@ def _asperity(x: str, y: str) -> Callable:
         ax.plot(jkr[x][: first + 1], jkr[y][: first + 1], label="JKR, unstable", **stroke(0) | {"linestyle": ":"})
         for control, least, marker in (("displacement", "delta", "o"), ("load", "P", "s")):
             end = int(np.argmin(jkr[least]))
-            words = f"detaches at a fixed {control}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
-            ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=words)
+            label = f"detaches at a fixed {control}: ({jkr[x][end]:.2f}, {jkr[y][end]:.2f})".replace("-", "−")
+            ax.plot(jkr[x][end], jkr[y][end], marker, color=BLACK, markerfacecolor="white", label=label)
         ax.set(xlabel=labels[x], ylabel=labels[y], xlim=(None, jkr[x].max()), ylim=(None, jkr[y].max()))
         ax.figure.legend(loc="outside lower left")  # within the axes it would hide the curves
         return ax
@@ -130,17 +130,17 @@ def _above():
     return upper, lower
 
 
-def _mark_x(ax, words: str, x: float, height: float) -> None:
+def _mark_x(ax, label: str, x: float, height: float) -> None:
     """Draw a dotted line at a displacement, with words to its left at a part of the Axes' height."""
     ax.axvline(x, color=BLACK, linewidth=0.8, linestyle=":")
-    ax.annotate(f"{words} ", (x, height), xycoords=("data", "axes fraction"), ha="right", fontsize=SMALL)
+    ax.annotate(f"{label} ", (x, height), xycoords=("data", "axes fraction"), ha="right", fontsize=SMALL)
 
 
-def _mark_y(ax, words: str, y: float, side: str = "left") -> None:
+def _mark_y(ax, label: str, y: float, side: str = "left") -> None:
     """Draw a dotted line at a value, with words above it on one side."""
     ax.axhline(y, color=BLACK, linewidth=0.8, linestyle=":")
     at = (0.01 if side == "left" else 1, y)
-    ax.annotate(words, at, xycoords=("axes fraction", "data"), ha=side, va="bottom", fontsize=SMALL)
+    ax.annotate(label, at, xycoords=("axes fraction", "data"), ha=side, va="bottom", fontsize=SMALL)
 
 
 def _with_ratios(solutions: dict[str, xr.Dataset], over: str, label: str):
@@ -226,13 +226,13 @@ def _strongest_place(run: Run):
 
 def _pull_offs(run: Run):
     """Draw the pull-off forces by method, one above the other, with the paper's mean and standard deviation."""
-    samples = {words: run[f"statistics/{key}"] for key, words in _METHODS.items() if f"statistics/{key}" in run}
+    samples = {label: run[f"statistics/{key}"] for key, label in _METHODS.items() if f"statistics/{key}" in run}
     made = panels(None, len(samples), 1, aspect=0.42 * len(samples))
     largest = max(float(ds["pull_off_force"].max()) for ds in samples.values())
     bins = np.linspace(0, largest, 41)
-    for ax, (words, ds) in zip(made, samples.items()):
+    for ax, (label, ds) in zip(made, samples.items()):
         ax.axvspan(_MEAN - _STD, _MEAN + _STD, color=GREY, alpha=0.25, linewidth=0, label="paper, mean ± std")
-        figures.distribution(ds, bins=bins, label=words, ax=ax)
+        figures.distribution(ds, bins=bins, label=label, ax=ax)
         if ax is not made[-1]:
             ax.set_xlabel("")
     return made

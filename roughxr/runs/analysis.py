@@ -168,8 +168,8 @@ def run(
     specimen = specimen_of(scan)
     if finer is not None:
         second_scan(specimen.scan, finer)  # refused before minutes are spent
-    words = "one force of at least 0 nN"
-    force = single(preload, "nN", "preload", words, lambda force: force >= 0)
+    expected = "one force of at least 0 nN"
+    force = single(preload, "nN", "preload", expected, lambda force: force >= 0)
     adhesion = {"preload": force, "law": read_law(law, "adhesive"), "mesh": read_mesh(mesh, _usual_mesh(specimen))}
     adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer}
     if particle:
@@ -199,7 +199,7 @@ def execute(
     task = Task(specimen, plan)
     parts = _applicable(task, parts)
     expected = {part.name: part.fixed + part.each * task.places for part in parts} | {"pages": 10.0}
-    words = {part.name: part.words for part in parts} | {"pages": _PAGES}
+    labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
         pixels = " x ".join(map(str, specimen.heights.shape))
         print_line(
@@ -207,7 +207,7 @@ def execute(
             "on sharp or soft summits and for the first run on a machine. If it is interrupted, the same call "
             "continues it."
         )
-    with Stages(expected, words) as stages:
+    with Stages(expected, labels) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),
             path,
@@ -365,9 +365,9 @@ def _error_budget(task: Task) -> dict[str, xr.Dataset]:
     out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
     how = {"preload": plan.preload, "mesh": mesh, "places": plan.budget, "law": solved.attrs["law"]}
     groups = {BUDGET: schema.record(out, "error_budget", scan, **how)}
-    some = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
+    sampled = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
     try:
-        scales = scale_dependence(scan, seeds=2, subregions=some, preload=plan.preload)
+        scales = scale_dependence(scan, seeds=2, subregions=sampled, preload=plan.preload)
     except ValueError:  # no sphere, or no spectrum to extrapolate
         return groups
     return groups | {"statistics/scale_dependence": scales}
@@ -394,10 +394,10 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     solved = task.groups["solutions/adhesive"]
     moments = simulated_moments(task.specimen, solved)
     out = {"solutions/rolling": moments}
-    known = groups | out
+    all_groups = groups | out
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
-            out[group] = quietly(critical_load, report.run_moments(known, way))
+            out[group] = quietly(critical_load, report.run_moments(all_groups, way))
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
@@ -415,11 +415,11 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
         warnings.simplefilter("ignore", UnresolvedContact)
-        some = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
+        sampled = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.refine == "auto":
-            mesh, finer = _converged_mesh(specimen, plan, some, stages)
-        elif some["subregions"].sizes["subregion"] < task.places:
-            _need_pull_off(first := adhesive(specimen, mesh=mesh, **some))
+            mesh, finer = _converged_mesh(specimen, plan, sampled, stages)
+        elif sampled["subregions"].sizes["subregion"] < task.places:
+            _need_pull_off(first := adhesive(specimen, mesh=mesh, **sampled))
             _show_answer(first, specimen, stages)
         before = stages.passed()
         solved = adhesive(specimen, mesh=mesh, **options | how)
@@ -437,9 +437,9 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
 
     ``took`` is the duration of the simulation with adhesion at all places, s.
     """
-    each = took / places
-    why = f"each place took {number(each, 's', 2)}"
-    return why, {"rolling": 3 + 0.8 * took, "budget": 5 + 17 * budget * each}  # as many solves of each place
+    one_place = took / places
+    why = f"each place took {number(one_place, 's', 2)}"
+    return why, {"rolling": 3 + 0.8 * took, "budget": 5 + 17 * budget * one_place}  # as many solves of each place
 
 
 def _show_answer(solved: xr.Dataset, specimen: Specimen, stages: Stages) -> None:
@@ -510,9 +510,9 @@ def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}
     if task.has_sphere and not task.is_coated:
-        some = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
-        groups["statistics/regime"] = quietly(regime, specimen, subregions=some, refine=refine)
-        groups["statistics/formulas"] = quietly(formulas, specimen, subregions=some, refine=refine)
+        sampled = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
+        groups["statistics/regime"] = quietly(regime, specimen, subregions=sampled, refine=refine)
+        groups["statistics/formulas"] = quietly(formulas, specimen, subregions=sampled, refine=refine)
     return groups
 
 

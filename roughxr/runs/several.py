@@ -61,12 +61,12 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
     took: dict[str, float] = {}  # s, of scans that were computed from their beginning
     time_left = TimeLeft()
     for count, (scan, folder) in enumerate(scans.items()):
-        words = ""
+        estimate = ""
         if took:
             last, duration = list(took.items())[-1]
-            left = sum(took.values()) / len(took) * (len(scans) - count)
-            words = f", {time_left(left, f'{last} took {rough_duration(duration)}')} for all of them"
-        print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{words}")
+            remaining = sum(took.values()) / len(took) * (len(scans) - count)
+            estimate = f", {time_left(remaining, f'{last} took {rough_duration(duration)}')} for all of them"
+        print_line(f"scan {count + 1} of {len(scans)}: {scan.name}{estimate}")
         begun = time.monotonic()
         resumed = folder.exists()
         try:
@@ -92,11 +92,11 @@ def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
 def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path) -> str:
     """Write the tables of scans and of all places, and the summary page; return the pooled answer in words."""
     tables = [place_table(run.places, name) for name, run in finished.items()]
-    every = xr.concat(tables, "scan", data_vars="all", coords="minimal")
+    all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
     for ending in endings:
         to_table(scan_table(finished), output / f"{output.name}{ending}")
-        to_table(every, output / f"places{ending}")
+        to_table(all_places, output / f"places{ending}")
     answer = _pooled_words(finished)
     page = render_template(
         "index.html",
@@ -139,10 +139,10 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
     sizes = np.array([run.size for run in enough.values()])
     if np.ptp(sizes, axis=0).max() > _ALIKE * sizes.max():
         return "The scans differ in size or pixel: each mean is that of its own scan, and none is pooled."
-    each = [run.places[[_FORCE]].where(run.places[_FORCE].notnull(), drop=True) for run in enough.values()]
-    numbered = [run.assign_coords(subregion=np.arange(run.sizes["subregion"])) for run in each]
-    every = xr.concat(numbered, "scan", join="outer", data_vars="all", coords="minimal", compat="override")
-    pooled_mean = pooled(every, _FORCE, statistics=["mean"]).isel(statistic=0)
+    samples = [run.places[[_FORCE]].where(run.places[_FORCE].notnull(), drop=True) for run in enough.values()]
+    numbered = [run.assign_coords(subregion=np.arange(run.sizes["subregion"])) for run in samples]
+    all_samples = xr.concat(numbered, "scan", join="outer", data_vars="all", coords="minimal", compat="override")
+    pooled_mean = pooled(all_samples, _FORCE, statistics=["mean"]).isel(statistic=0)
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
     return (
         f"Mean pull-off over {len(enough)} scans, as scanned: {with_interval(value, low, high)}; "

@@ -210,11 +210,11 @@ def _stem(name: str) -> str:
 
 def listing(channels: list[Channel]) -> str:
     """Return the channels as one line: number, name, direction, units; of very many the first ones."""
-    words = [f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels)]
-    return printable(", ".join(" ".join(word.split()) for word in _first_of(words)))
+    lines = [f"{k}: {image.name!r} {image.direction} [{image.units or '?'}]" for k, image in enumerate(channels)]
+    return printable(", ".join(" ".join(word.split()) for word in _first_of(lines)))
 
 
-def _first_of(words: list[str]) -> list[str]:
+def _first_of(names: list[str]) -> list[str]:
     """Return words, the first ones and the number of the others where they are very many, as of a movie's frames."""
-    more = len(words) - _MOST_LISTED
-    return words if more <= 0 else [*words[:_MOST_LISTED], f"… and {more} more"]
+    more = len(names) - _MOST_LISTED
+    return names if more <= 0 else [*names[:_MOST_LISTED], f"… and {more} more"]

@@ -73,8 +73,10 @@ def combined_spectrum(
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
         raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
-    known = np.unique(np.concatenate(bins))
-    sums = np.array([_binned(np.searchsorted(known, at), *part, known.size) for at, part in zip(bins, parts)])
+    wavevectors = np.unique(np.concatenate(bins))
+    sums = np.array(
+        [_binned(np.searchsorted(wavevectors, at), *part, wavevectors.size) for at, part in zip(bins, parts)]
+    )
     modes, power, wavevector = np.moveaxis(sums, 1, 0)
     total = modes.sum(axis=0)
     means = np.ma.divide(power, modes)  # masked without modes
@@ -87,17 +89,17 @@ def combined_spectrum(
         },
         {"wavevector": wavevector.sum(axis=0) / total},
     )
-    given = {"shortest": shortest, "per_decade": per_decade}
-    return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **given)
+    arguments = {"shortest": shortest, "per_decade": per_decade}
+    return record(label(out), "combined_spectrum", scans[0], scans=len(scans), **arguments)
 
 
 def _least(shortest: Any, count: int) -> list[float]:
     """Return the shortest wavelength (nm) for which each scan may be used."""
     shortest = plain(shortest, "nm", "shortest") if shortest is not None else None
-    given = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
-    if len(given) != count:
-        raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(given)}")
-    return [0.0 if wavelength is None else positive(wavelength, "nm", "shortest") for wavelength in given]
+    stated = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
+    if len(stated) != count:
+        raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(stated)}")
+    return [0.0 if wavelength is None else positive(wavelength, "nm", "shortest") for wavelength in stated]
 
 
 def _usable(scan: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -94,18 +94,19 @@ def _read_topographies(path: Path) -> list[xr.Dataset]:
     topographies = []
     with zipfile.ZipFile(path) as archive:
         content = sum(member.file_size for member in archive.infolist())
-        most = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
-        if content > most:
+        largest = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
+        if content > largest:
             raise UnreadableScan(
-                path, f"expected a content of at most {most / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged"
+                path,
+                f"expected a content of at most {largest / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged",
             )
         unpacked = 0
         for number, surface in enumerate(_metadata(archive, path)["surfaces"]):
             for entry in surface["topographies"]:
                 unpacked += archive.getinfo(_member_name(entry)).file_size
-                if unpacked > most:
+                if unpacked > largest:
                     raise UnreadableScan(
-                        path, f"expected each file once, found more than {most / 2**20:.3g} MiB in all"
+                        path, f"expected each file once, found more than {largest / 2**20:.3g} MiB in all"
                     )
                 ds = _topography(archive, entry, path)
                 stated = {"surface": surface.get("name", number)}
@@ -170,8 +171,8 @@ def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
     if is_netcdf(first_bytes(file, 8)):
         with unread(file) as ds:
             if ds["heights"].ndim == 1:
-                known = np.ones(ds["x"].shape, bool) if "mask" not in ds else ds["mask"].values == 0
-                return _line(ds["x"].values[known], ds["heights"].values[known], ds["x"].attrs["unit"], None)
+                measured = np.ones(ds["x"].shape, bool) if "mask" not in ds else ds["mask"].values == 0
+                return _line(ds["x"].values[measured], ds["heights"].values[measured], ds["x"].attrs["unit"], None)
         return read_scan(file).load().drop_encoding()
     order, method = _DETRENDED[entry.get("detrend_mode", "center")]
     unit = entry["unit"]
@@ -181,10 +182,10 @@ def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:
         return _line(x, height * scale, unit, order)
     channel = int(entry.get("data_source", 0))
     stated = list_channels(file)[channel]
-    given: dict[str, Any] = {} if stated.units else {"height_units": unit}
+    options: dict[str, Any] = {} if stated.units else {"height_units": unit}
     if stated.size is None:
-        given["size"] = tuple(float(side) * factor(unit, "nm") for side in entry["size"])
-    ds = read_scan(file, channel=channel, **given)
+        options["size"] = tuple(float(side) * factor(unit, "nm") for side in entry["size"])
+    ds = read_scan(file, channel=channel, **options)
     height = ds["height"] if stated.units else ds["height"] * scale
     return (
         ds.assign(height=height - height.mean()) if method is None else level(ds.assign(height=height), method=method)

@@ -98,8 +98,8 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
     except (UnreadableScan, ImportError):
         raise
     except Exception as error:
-        words = " ".join(str(error).split())[:300] or "no reason given"
-        reason = f"it lacks {words}" if isinstance(error, KeyError) else f"{type(error).__name__}: {words}"
+        error_text = " ".join(str(error).split())[:300] or "no reason given"
+        reason = f"it lacks {error_text}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error_text}"
         raise UnreadableScan(path, f"damaged, or a variant not supported ({reason})") from error
 
 
@@ -161,10 +161,10 @@ def read_scan(
     if size is None:  # with a size the file is a matrix of numbers
         refuse_curves(path)
     family, read = reader_of(path)
-    given = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
+    options = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
     if family == "netcdf":
         with recognized(path, family):
-            return _labelled_netcdf(path, given)
+            return _labelled_netcdf(path, options)
     code, channels = images(path, family, read)
     with recognized(path, code):
         chosen = choose(_with_units(channels, height_units, path), channel, direction, path)
@@ -174,18 +174,18 @@ def read_scan(
     tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
         warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
-    return record(ds, "open_scan", file=file_name(path), **given)
+    return record(ds, "open_scan", file=file_name(path), **options)
 
 
-def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
+def _labelled_netcdf(path: Path, options: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
-    opened = guarded(path, open_netcdf, path, channel=given["channel"])
-    stated = [option for option in ("direction", "size", "height_units") if given[option] is not None]
+    opened = guarded(path, open_netcdf, path, channel=options["channel"])
+    stated = [option for option in ("direction", "size", "height_units") if options[option] is not None]
     if stated:
         opened.close()
         raise ValueError(f"{stated[0]}: a NetCDF file states it itself; leave {stated[0]}= out")
     try:
-        ds = _with_origin(validate(opened, "scan"), path, given)
+        ds = _with_origin(validate(opened, "scan"), path, options)
     except BaseException as error:
         opened.close()
         if isinstance(error, ValueError):  # such as coordinates that are not uniform: add the file's name
@@ -195,13 +195,13 @@ def _labelled_netcdf(path: Path, given: dict[str, Any]) -> xr.Dataset:
     return ds
 
 
-def _with_origin(ds: xr.Dataset, path: Path, given: dict[str, Any]) -> xr.Dataset:
+def _with_origin(ds: xr.Dataset, path: Path, options: dict[str, Any]) -> xr.Dataset:
     if "source_sha256" in ds.attrs or any("roughxr" in step for step in history(ds)):
         return ds
     for doubt in size_doubts(ds):
         warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
     ds = label(ds).assign_attrs(source_file=file_name(path), source_sha256=file_hash(path), source_format="netcdf")
-    return record(ds, "open_scan", file=file_name(path), **given)
+    return record(ds, "open_scan", file=file_name(path), **options)
 
 
 def _with_units(channels: list[Channel], height_units: str | None, path: Path) -> list[Channel]:

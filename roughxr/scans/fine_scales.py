@@ -60,10 +60,10 @@ class Spectrum(NamedTuple):
     def density(self, q):
         """Return C(q), nm⁴."""
         density = k_correlation(q, self.plateau, self.rolloff, self.hurst)
-        known = np.log(2 * np.pi / self.shortest_measured)
+        log_end = np.log(2 * np.pi / self.shortest_measured)
         if self.measured is not None:
-            density = np.where(np.log(q) <= known, np.exp(np.interp(np.log(q), *self.measured)), density)
-        shorter = np.maximum(np.log(q) - known, 0.0)
+            density = np.where(np.log(q) <= log_end, np.exp(np.interp(np.log(q), *self.measured)), density)
+        shorter = np.maximum(np.log(q) - log_end, 0.0)
         return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
 
     def directional_density(self, kx, ky):
@@ -254,8 +254,8 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -
     fit = entered(fit)
     if "psd" not in fit:
         lay = float(fit["lay_strength"]) * np.exp(2j * np.radians(float(fit["lay_direction"]) - 90))
-        known: Any = [float(fit[name]) for name in _NAMES]
-        model = Spectrum(*known)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
+        parameters: Any = [float(fit[name]) for name in _NAMES]
+        model = Spectrum(*parameters)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
         if not model.shown < shown:
             return model
         q = 2 * np.pi / np.geomspace(shown, model.shown, _POINTS)

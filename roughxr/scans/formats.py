@@ -66,8 +66,8 @@ _NOT_READ = {
 
 def name_of(code: str) -> str:
     """Return the name of a format that is read, with its usual ending, for an error."""
-    known = READ.get(code)
-    return f"{known.name.partition(':')[0]} ({known.endings.split()[0]})" if known else code
+    row = READ.get(code)
+    return f"{row.name.partition(':')[0]} ({row.endings.split()[0]})" if row else code
 
 
 def not_read(path: Path) -> str:

@@ -141,15 +141,15 @@ def _nanosurf_images(path: Path, name: str, item: Any, stated: dict[str, Any], k
     low = float(stated[f"{kind}_min"])
     high = float(stated[f"{kind}_max"])
     least = 0.0
-    most = 1.0
+    largest = 1.0
     missing = None
     if item.dtype.kind in "iu":
         least = float(np.iinfo(item.dtype).min)
-        most = float(np.iinfo(item.dtype).max)
+        largest = float(np.iinfo(item.dtype).max)
         if kind == "signal_calibration" and least < 0:  # version 2 of the format
             missing = least
             least = least + 1.0
-    factor = (high - low) / (most - least)
+    factor = (high - low) / (largest - least)
     units = re.sub(r".*\[(.*)\].*", r"\1", str(stated.get(f"{kind}_unit", ""))) or None
     title = str(stated.get("signal_name", stated.get("name", name)))
     direction = stated_direction(str(item.parent.attrs.get("segment_name", item.parent.attrs.get("name", ""))))

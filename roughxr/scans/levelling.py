@@ -82,9 +82,11 @@ def _flattened(height: xr.DataArray, inside: np.ndarray, degree: int) -> np.ndar
     along_x, along_y = (_legendre(height[axis].values, degree) for axis in ("x", "y"))
     n = degree + 1
     right = along_x.T @ np.where(inside, height.values, 0.0) @ along_y
-    left = (_products(along_x).T @ inside.astype(float) @ _products(along_y)).reshape(n, n, n, n).transpose(0, 2, 1, 3)
+    normal_matrix = (
+        (_products(along_x).T @ inside.astype(float) @ _products(along_y)).reshape(n, n, n, n).transpose(0, 2, 1, 3)
+    )
     p, q = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
-    matrix = left[p, q][:, p, q]
+    matrix = normal_matrix[p, q][:, p, q]
     if np.linalg.matrix_rank(matrix) < len(p):
         raise ValueError(
             f"level: expected enough heights for a background of {len(p)} terms, found too few that are "

@@ -187,13 +187,13 @@ def _scan(
     Drop the encoding: packing would quantise results.
     """
     stored = turned[name].variable.transpose(*dims)
-    own = name == "height" and dims == ("x", "y")
+    is_scan = name == "height" and dims == ("x", "y")
     mask = turned["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
     width = max(float(np.ptp(values)) for values in centres.values())
     image = indexing.LazilyIndexedArray(_Image(partial(_heights, path, stored, mask, ratio, width), stored.shape))
-    height = xr.Variable(("x", "y"), image, {**(ds[name].attrs if own else {}), "units": "nm"})
-    coords = {a: (a, v, {**(ds[a].attrs if own else {}), "units": "nm"}) for a, v in centres.items()}
-    base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if own else xr.Dataset()
+    height = xr.Variable(("x", "y"), image, {**(ds[name].attrs if is_scan else {}), "units": "nm"})
+    coords = {a: (a, v, {**(ds[a].attrs if is_scan else {}), "units": "nm"}) for a, v in centres.items()}
+    base = ds.drop_vars([name, *[axis for axis in "xy" if axis in ds.variables]]) if is_scan else xr.Dataset()
     out = base.assign_coords(coords).assign(height=height).assign_attrs(ds.attrs)
     out.set_close(ds.close)
     return out

@@ -67,13 +67,13 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 def _missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
     """Return a warning if one value is many ranges of all others, and over ``least`` nm, away from them."""
-    known = height[np.isfinite(height)]
-    for value in (known.min(), known.max()):
-        others = known[known != value]
+    finite = height[np.isfinite(height)]
+    for value in (finite.min(), finite.max()):
+        others = finite[finite != value]
         relief, gap = (np.ptp(others), np.abs(others - value).min()) if others.size else (0.0, 0.0)
         if relief > 0 and gap > max(_OFF_RATIO * relief, least):
             return [
-                f"{value:.6g} nm at {known.size - others.size} of {known.size} pixels, {gap:.4g} nm off all others, "
+                f"{value:.6g} nm at {finite.size - others.size} of {finite.size} pixels, {gap:.4g} nm off all others, "
                 f"which range over {relief:.4g} nm: if it marks missing pixels, replace it by nan (in the file, "
                 "or its export as text), then fill them (ds.contact.fill(), in a shell --fill linear)"
             ]
@@ -119,8 +119,8 @@ def faults(height: np.ndarray) -> list[str]:
     """Return a sentence for each recording fault: clipped or wrapped heights, shifted lines."""
     if np.nanmin(height) == np.nanmax(height):
         return []
-    known = np.isfinite(height)
-    height = height[known.any(axis=1)][:, known.any(axis=0)]  # lines without any height are neither
+    finite = np.isfinite(height)
+    height = height[finite.any(axis=1)][:, finite.any(axis=0)]  # lines without any height are neither
     lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
     return [*_clipped(height), *_wrapped(height), *lines]
 
@@ -182,11 +182,11 @@ def _garbled(height: np.ndarray) -> list[str]:
     """Return a warning if neighbouring heights, or whole lines, are uncorrelated."""
     alike = _neighbour_correlations(height)
     if max(alike) < _LEAST_CORRELATION:
-        words = f"neighbouring heights are uncorrelated (correlation {max(alike):.2g})"
-        return [f"{words}: a damaged header, or nothing but noise"]
+        finding = f"neighbouring heights are uncorrelated (correlation {max(alike):.2g})"
+        return [f"{finding}: a damaged header, or nothing but noise"]
     if min(alike) < _LEAST_CORRELATION:
-        words = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
-        return [f"neighbouring lines {words}: a damaged header, or lines that are not levelled to each other"]
+        finding = f"along {'xy'[alike.index(max(alike))]} are uncorrelated (correlation {min(alike):.2g})"
+        return [f"neighbouring lines {finding}: a damaged header, or lines that are not levelled to each other"]
     return []
 
 

@@ -102,8 +102,8 @@ def _serve(reader: ModuleType) -> None:
         try:
             result = reader.read(**question)
         except Exception as error:  # any error of a library
-            words = " ".join(str(error).split())[:300] or "no reason given"
-            result = words if type(error) is ValueError else f"{type(error).__name__}: {words}"
+            reason = " ".join(str(error).split())[:300] or "no reason given"
+            result = reason if type(error) is ValueError else f"{type(error).__name__}: {reason}"
         pickle.dump(result, answers)
         answers.flush()
 

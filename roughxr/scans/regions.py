@@ -58,10 +58,10 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
-        given: xr.Dataset = schema.entered(subregions)
-        if given["subregion_x"].size == 0:
+        places: xr.Dataset = schema.entered(subregions)
+        if places["subregion_x"].size == 0:
             raise ValueError("subregions: expected at least one contact centre, found none")
-        subregions = given
+        subregions = places
     edges = extent(ds)
     x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
     _refuse_outside(x, y, edges)

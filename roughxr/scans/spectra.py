@@ -89,10 +89,10 @@ def unit_window(name: str, shape: tuple[int, ...]) -> np.ndarray:
 
 def _spectrum(height: np.ndarray, scale: np.ndarray | float, steps: tuple[float, float]) -> np.ndarray:
     """Return C(q) = |dx dy FFT(h)|² / A of a height map, in nm⁴."""
-    known = np.isfinite(height)
-    if not known.all():
-        if known.mean() < 1 - MOST_MISSING:
+    finite = np.isfinite(height)
+    if not finite.all():
+        if finite.mean() < 1 - MOST_MISSING:
             return np.full(height.shape, np.nan)
-        height = np.where(known, height, height[known].mean())
+        height = np.where(finite, height, height[finite].mean())
     transformed = np.fft.fft2(height * scale)
     return np.abs(transformed) ** 2 * (steps[0] * steps[1] / height.size)

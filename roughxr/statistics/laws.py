@@ -110,8 +110,8 @@ def fit(
     out["aic_difference"] = out["aic"] - out["aic"].min()
     weight = xr.DataArray(np.exp(-0.5 * out["aic_difference"])).fillna(0.0)
     out["akaike_weight"] = weight / weight.sum()
-    for own in ("location", "scale"):
-        out[own].attrs["units"] = ds[name].attrs.get("units", "1")
+    for parameter in ("location", "scale"):
+        out[parameter].attrs["units"] = ds[name].attrs.get("units", "1")
     out = schema.label(out).assign_attrs(variable=name, samples=values.size)
     out.attrs["missing"] = "NaN where a law is not defined for the samples"
     return schema.record(out, "fit", ds, name=name, simulations=simulations)

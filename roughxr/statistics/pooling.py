@@ -144,9 +144,9 @@ def random_effects(estimate: np.ndarray, error: np.ndarray, *, confidence: float
     tau2 = _variance_between(estimate, error)
     weight = _weights(error, tau2)
     mean = float((weight * estimate).sum() / weight.sum())
-    own = (weight * (estimate - mean) ** 2).sum() / (k - 1)
+    scatter = (weight * (estimate - mean) ** 2).sum() / (k - 1)
     exact = not (error > 0).any()
-    half = t.ppf(0.5 + confidence / 2, k - 1) * np.sqrt((own if exact else max(own, 1.0)) / weight.sum())
+    half = t.ppf(0.5 + confidence / 2, k - 1) * np.sqrt((scatter if exact else max(scatter, 1.0)) / weight.sum())
     bare = _weights(error, 0.0)
     spread = (bare * (estimate - (bare * estimate).sum() / bare.sum()) ** 2).sum()
     p_value = np.nan if exact else float(chi2.sf(spread, k - 1))
@@ -174,5 +174,5 @@ def _variance_between(estimate: np.ndarray, error: np.ndarray) -> float:
         mean = (weight * estimate).sum() / weight.sum()
         return (weight * (estimate - mean) ** 2).sum() - (k - 1)
 
-    most = k * float(np.ptp(estimate)) ** 2
-    return 0.0 if excess(0.0) <= 0 or most == 0 else float(brentq(excess, 0.0, most))
+    largest = k * float(np.ptp(estimate)) ** 2
+    return 0.0 if excess(0.0) <= 0 or largest == 0 else float(brentq(excess, 0.0, largest))

@@ -180,11 +180,11 @@ def conditions(array: xr.DataArray) -> list[str]:
     return [str(dim) for dim in array.dims if dim not in ("subregion", "x", "y")]
 
 
-def without_weights(some: Samples, verb: str) -> Samples:
+def without_weights(sample: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning if they differed."""
-    if some.weights is not None:
+    if sample.weights is not None:
         warn(f"{verb}: all places count equally; their shares of particles, or of debris on the area, are not used")
-    return some._replace(weights=None)
+    return sample._replace(weights=None)
 
 
 def warn_of_missing(name: str, missing: int, total: int, why: str | None = None) -> None:
@@ -239,8 +239,8 @@ def other_dimensions(ds: xr.Dataset, name: str) -> list[str]:
     if name not in ds:
         return []
     dims = [str(dim) for dim in ds[name].dims]
-    own = ["x", "y"] if {"x", "y"} <= set(dims) else [dim for dim in dims if dim in SAMPLES]
-    return [dim for dim in dims if dim not in own] if own else []
+    sampled = ["x", "y"] if {"x", "y"} <= set(dims) else [dim for dim in dims if dim in SAMPLES]
+    return [dim for dim in dims if dim not in sampled] if sampled else []
 
 
 def density_units(units: str) -> str:

@@ -68,13 +68,13 @@ def vary(
     """
     ds = schema.entered(ds)
     indenter = schema.entered(indenter)
-    given = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
-    given |= {"humidity": humidity}
-    axes = {name: _values(values, name, ds) for name, values in given.items() if values is not None}
+    varied = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
+    varied |= {"humidity": humidity}
+    axes = {name: _values(values, name, ds) for name, values in varied.items() if values is not None}
     if contact_modulus is not None and schema.is_coated(ds):
         raise ValueError("contact_modulus: expected a half space, found a layer with its own moduli; leave it out")
     if not axes and indenter is None:
-        raise ValueError(f"expected values of {', '.join(given)} or several of them, found none")
+        raise ValueError(f"expected values of {', '.join(varied)} or several of them, found none")
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
         raise ValueError(
             "fields: expected one sphere_radius, since each has windows of its own size, found "
@@ -128,9 +128,9 @@ def _placed(ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]) -
         )
 
 
-def _values(given: Any, name: str, ds: xr.Dataset) -> list[float]:
+def _values(stated: Any, name: str, ds: xr.Dataset) -> list[float]:
     """Return the values of a parameter, ascending and plausible."""
-    values = schema.ascending(given, schema.VARIABLES[name].units, name).tolist()
+    values = schema.ascending(stated, schema.VARIABLES[name].units, name).tolist()
     for value in values if name != "humidity" else ():
         materials.check_plausible(name, value, ds)
     return values

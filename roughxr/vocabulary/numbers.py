@@ -49,9 +49,9 @@ def percent(share: SupportsFloat) -> str:
 
 def prefixed(largest: float, units: str = "nN") -> tuple[str, float]:
     """Return the largest unit in which a value is at least one, and that unit's size."""
-    known = _PREFIXES.get(units, ((units, 1.0),))
+    choices = _PREFIXES.get(units, ((units, 1.0),))
     rounded = float(f"{abs(largest):.3g}") if math.isfinite(largest) else 0.0
-    return next(((unit, size) for unit, size in known if rounded >= size), (units, 1.0))
+    return next(((unit, size) for unit, size in choices if rounded >= size), (units, 1.0))
 
 
 def quantity(value: float, units: str = "nN", digits: int = 3) -> str:
@@ -66,10 +66,10 @@ def with_error(value: float, error: float, *others: float, unit: str = "") -> tu
     Each has at least one and at most three digits.
     """
     numbers = (value, error, *others)
-    known = max(abs(value), abs(error))
-    if not (math.isfinite(known) and error > 0):
+    largest = max(abs(value), abs(error))
+    if not (math.isfinite(largest) and error > 0):
         return tuple(number(part, unit) for part in numbers)
-    place = max(_power(error, 2) - 1, _power(known, 3) - 2)
+    place = max(_power(error, 2) - 1, _power(largest, 3) - 2)
     return tuple(_to_place(part, place, unit) for part in numbers)
 
 
