@@ -1,4 +1,4 @@
-"""Contact of an indenter with a scan at every place: elastic, adhesive or rigid; estimates and closed forms.
+"""Contact of an indenter with a scan at every place: elastic, adhesive or rigid; closed forms.
 
 A Dataset is read once into plain numbers, solved by one of the kinds of contact, and labelled once.
 
@@ -12,7 +12,7 @@ batch           pull-offs of slightly different surfaces, pairs and meshes, in o
 rigid           `rigid`: bodies too stiff to deform
 menisci         condensed liquid between rigid bodies: its work, and the error of thin menisci
 regimes         `regime`, `formulas`: the recommended model, and the usual formulas
-estimates       `tabor`, and the pull-off from an elastic sweep: cheap estimates
+estimates       `tabor`: Tabor's parameter, and the law that follows from it
 reference       closed forms of single contacts, and formulas for rough surfaces, for comparison
 
 A new kind of contact is one new file: the layout of its results, a function ``(place, problem, layout, options) ->

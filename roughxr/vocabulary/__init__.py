@@ -2,6 +2,7 @@
 
 table           the table of names
 adhesion_laws   the table of laws of adhesion
+error_sources   the table of sources of error
 schema          validation of input, labels of results, pixels and heights of a scan
 provenance      the history of a Dataset
 text            escaping of control characters, suggestions for misspelt words, warnings
