@@ -27,11 +27,11 @@ from .file_commands import image_options, print_attributes, save_picture
 def measurement(files: list[str], options: Namespace) -> xr.Dataset:
     """Return the measured pull-offs in files, read with the given options."""
     constant = options.spring_constant and words.number(options.spring_constant)
-    scales = {"units": options.units, "sensitivity": options.sensitivity, "spring_constant": constant}
+    known = {"units": options.units, "sensitivity": options.sensitivity, "spring_constant": constant}
     if options.baseline is None:
         stated = {"place_units": options.place_units, "pulls": options.pulls}
-        return open_pull_off(files, **image_options(options), **stated, **scales)
-    curves = [curves_pull_off(open_curves(file, **scales), baseline=options.baseline) for file in files]
+        return open_pull_off(files, **image_options(options), **stated, **known)
+    curves = [curves_pull_off(open_curves(file, **known), baseline=options.baseline) for file in files]
     return xr.concat(curves, "subregion", combine_attrs="drop_conflicts") if len(files) > 1 else curves[0]
 
 
@@ -127,8 +127,8 @@ def compare_with_run(options: Namespace) -> None:
     if not methods:
         raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
     predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
-    measured = measurement(options.file, options)
-    compared = compare(predicted, measured)
+    own = measurement(options.file, options)
+    compared = compare(predicted, own)
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(compared, columns))
@@ -156,18 +156,18 @@ def compare_with_run(options: Namespace) -> None:
     print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
-        figures.predicted_and_measured(predicted, measured, comparison=compared, ax=axes)
+        figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
         save_picture(axes[0].figure, options.picture)
 
 
 def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
-    sentence = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+    words = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
     if best := best_estimate(groups):
         ratio = number(best[0] / float(means["predicted"]), digits=2)
-        sentence += f" With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
+        words += f" With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
     if not best or np.isnan(best).any():
-        return sentence
+        return words
     _, low, high = best
     overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
     decided = "they agree" if overlap else "they disagree"
@@ -175,7 +175,7 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
         decided = "it is too wide to decide"
     relation = "overlaps" if overlap else "does not overlap"
     return (
-        f"{sentence}\nIts interval, by all known errors of the prediction, {relation} that of the measured mean: "
+        f"{words}\nIts interval, by all known errors of the prediction, {relation} that of the measured mean: "
         f"{decided}. "
         "Errors of spring constant and sensitivity are not included."
     )
@@ -190,8 +190,8 @@ def _with_intervals(ds: xr.Dataset, columns: Mapping[str, str]) -> str:
     """Return estimates with their 95 % intervals as a table of text."""
     rows = {}
     for name in ds["statistic"].values.tolist():
-        columns_with_ends = [_with_ends(ds.sel(statistic=name), column) for column in columns]
-        rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "", name="") for ends in columns_with_ends]
+        known = [_with_ends(ds.sel(statistic=name), column) for column in columns]
+        rows[_STATISTICS.get(name, name)] = [with_interval(*ends, "", name="") for ends in known]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=list(columns.values()))
     return table.to_string(header=any(columns.values()), justify="left")
 
@@ -208,6 +208,6 @@ def _has_pull_off(ds: xr.Dataset) -> bool:
 def _shift(compared: xr.Dataset) -> str:
     if "measured_force" not in compared:
         return ""
-    shift = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
+    words = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
     correlation, p_value = (number(compared[f"place_{name}"], digits=2) for name in ("correlation", "p_value"))
-    return f", {shift}; correlation {correlation}, p = {p_value}"
+    return f", {words}; correlation {correlation}, p = {p_value}"

@@ -107,10 +107,10 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     header = gwyddion_header(lines)
     heading = ""
     for line in lines:
-        text = line.lstrip("# \t")
-        if len(text) > _LONGEST_LINE:
+        words = line.lstrip("# \t")
+        if len(words) > _LONGEST_LINE:
             raise UnreadableScan(
-                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(text)} in one"
+                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(words)} in one"
             )
         entry = _ENTRY.match(words)
         entries = [entry.groups()] if entry else _ENTRIES.findall(words)
@@ -120,7 +120,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
         elif not entries and not line.lstrip().startswith("#"):
             raise UnreadableScan(
                 path,
-                f"expected a matrix of numbers, found {text[:60]!r}; a table of pull-offs is read by "
+                f"expected a matrix of numbers, found {words[:60]!r}; a table of pull-offs is read by "
                 "`roughxr measured`",
             )
     return header, heading
@@ -145,10 +145,10 @@ def _sides(header: dict[str, str]) -> list[str]:
 
 def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
     """Return the size of width and height, and their common units, where a header states them."""
-    lengths = [match.groups() for match in map(_LENGTH.match, _sides(header)) if match]
-    if len(lengths) < 2:
+    known = [match.groups() for match in map(_LENGTH.match, _sides(header)) if match]
+    if len(known) < 2:
         return None, None
-    (width, x_units), (height, y_units) = lengths
+    (width, x_units), (height, y_units) = known
     if x_units != y_units:
         return (float(width), float(height) * factor(y_units, x_units)), x_units
     return (float(width), float(height)), x_units

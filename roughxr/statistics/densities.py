@@ -55,7 +55,7 @@ def pdf(
     others = other_dimensions(ds, name)
     if others:
         return _pdf_along(ds, name, others[0], bins)
-    sample = samples(ds, name)
+    some = samples(ds, name)
     units = ds[name].attrs.get("units", "1")
     ends = some.values if some.bounds is None else some.bounds[np.isfinite(some.bounds)]
     edges = _bin_edges(ends, bins, units)

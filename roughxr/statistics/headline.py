@@ -110,7 +110,9 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     adhering = int(np.isfinite(bounds[0]).sum())
     if not (bounds[1] > 0).any():
         raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
-    ends = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if adhering > 1 else None
+    ends = (
+        bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if adhering > 1 else None
+    )
     names = ("low", "high", "independent_places", "likelihood_low", "likelihood_high")
     low, high, independent, *by_likelihood = (
         np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names

@@ -144,13 +144,12 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
-    ds = schema.entered(ds)
-    within = schema.entered(within)
+    ds, within = schema.entered(ds), schema.entered(within)
     others = other_dimensions(ds, name)
     if others:
-        options = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
-        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **options)
-    all_samples = samples(ds, name)
+        given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
+        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **given)
+    every = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
@@ -165,11 +164,11 @@ def bootstrap(
         estimate = likelihood.values[0]
         ends = _bounded_ends(every, count, labels, confidence, resamples, seed)
     largest = _largest(ds, name)
-    if "mean" in labels and _shows_two_populations(all_samples, largest):
+    if "mean" in labels and _shows_two_populations(every, largest):
         share = float(ds["debris_share"])
-        ends[:, labels.index("mean")] = _two_population_ends(all_samples, share, largest, confidence, resamples, seed)
-    is_too_few = all_samples.places is not None and count < fewest
-    low, high = np.full_like(ends, np.nan) if is_too_few else ends
+        ends[:, labels.index("mean")] = _two_population_ends(every, share, largest, confidence, resamples, seed)
+    few = every.places is not None and count < fewest
+    low, high = np.full_like(ends, np.nan) if few else ends
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -198,7 +197,7 @@ def bootstrap(
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
-        out.attrs["not_shown"] = not_shown(all_samples.values.size, count, 1 - confidence)
+        out.attrs["not_shown"] = not_shown(every.values.size, count, 1 - confidence)
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
@@ -212,8 +211,7 @@ def not_shown(places: int, independent: float, risk: float = 0.05) -> str:
 
 def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -> xr.Dataset:
     """Return `bootstrap` of a variable at each entry of a second dimension."""
-    within = options.pop("within", None)
-    n = ds.sizes[along]
+    within, n = options.pop("within", None), ds.sizes[along]
     surfaces = [within if within is None or along not in within.dims else within.isel({along: k}) for k in range(n)]
     parts = [bootstrap(ds.isel({along: k}), name, within=surfaces[k], **options) for k in range(n)]
     return xr.concat(parts, dim=ds[along], combine_attrs="drop_conflicts")
@@ -260,28 +258,23 @@ def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None)
 def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float = 0.95, resamples: int = 399):
     """Return bootstrap intervals of a histogram's densities."""
     sample = samples(ds, name)
-    edges = np.asarray(bins, dtype=float)
-    shares = []
+    edges, shares = np.asarray(bins, dtype=float), []
     for values, weights in _resampled(sample, _independent(sample), resamples, seed=0):
         weights = np.ones_like(values) if weights is None else weights
-        shares += [
-            np.histogram(row, edges, weights=row_weights)[0] / row_weights.sum()
-            for row, row_weights in zip(values, weights)
-        ]
+        shares += [np.histogram(row, edges, weights=each)[0] / each.sum() for row, each in zip(values, weights)]
     return np.quantile(np.array(shares) / np.diff(edges), [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
 
 def _independent(sample: Samples, within: Samples | None = None) -> float:
     """Return the effective sample size, at most that of all places of the surface."""
-    counts = [independent_places(part.values, part.places) for part in (sample, within) if part is not None]
+    every = [independent_places(some.values, some.places) for some in (sample, within) if some is not None]
     weights = sample.weights if sample.on_debris is None else None
-    return min(counts) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
+    return min(every) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
 
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
     """Yield resamples of ``count`` values, and of their weights (or None), in arrays (some resamples, draws)."""
-    rng = np.random.default_rng(seed)
-    draws = min(max(round(count), 2), _MOST_DRAWS)
+    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), _MOST_DRAWS)
     step = max(1, _VALUES_AT_ONCE // draws)
     for start in range(0, resamples, step):
         chosen = rng.integers(0, sample.values.size, (min(step, resamples - start), draws))
@@ -378,18 +371,13 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     """
     from scipy.stats import beta
 
-    values = sample.values
-    estimate = _estimate(label, sample.values, sample.weights)
-    n = values.size
-    low = values.min()
-    high = values.max()
+    values, estimate = sample.values, _estimate(label, sample.values, sample.weights)
+    n, low, high = values.size, values.min(), values.max()
     if label.startswith("q"):  # by Clopper and Pearson's interval of a share among independent draws
-        below = count * float(label[1:]) / 100
-        above = count * (1 - float(label[1:]) / 100)
-        tail = 0.5 - confidence / 2
+        below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
         least = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
-        upper_share = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
-        ends = _quantile(values, [float(least), float(upper_share)], sample.weights)
+        most = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
+        ends = _quantile(values, [float(least), float(most)], sample.weights)
         if min(below, above) < -np.log(tail):  # the quantile may lie beyond all samples
             law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
             ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
@@ -408,8 +396,7 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     """Return the ends of an interval of few samples, taken as log-normal, or as normal if any is negative."""
     from scipy.stats import chi2, nct, norm, t
 
-    values = sample.values
-    weights = sample.weights
+    values, weights = sample.values, sample.weights
     estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
     lost = (1 - 1 / _effective_count(weights, size=values.size)) / (1 - 1 / count)  # to the mean of like places
@@ -417,19 +404,18 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
         return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
     law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
-    middle = _mean(law, -1, weights)
-    variance = _std(law, -1, weights) ** 2 * lost
+    middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2 * lost
     if label == "mean":
         spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior
         if positive:
             more = count - 1 + _PRIOR_FREEDOM
             spreads += [((variance * (count - 1) + _PRIOR_SPREAD**2 * _PRIOR_FREEDOM) / more, more)]
-        intervals = []
+        every = []
         for spread, freedom in spreads:
-            log_variance = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
-            half = np.sqrt(spread / count + log_variance**2 / (2 * freedom))
-            intervals += [middle + log_variance / 2 + t.ppf(tails, freedom) * half]
-        ends = min(intervals, key=np.ptp)
+            own = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
+            half = np.sqrt(spread / count + own**2 / (2 * freedom))
+            every += [middle + own / 2 + t.ppf(tails, freedom) * half]
+        ends = min(every, key=np.ptp)
     else:
         away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
