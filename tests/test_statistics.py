@@ -64,7 +64,7 @@ def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
 
 
 def test_a_sweep_that_is_elastic_has_no_pull_off_however_lightly_it_presses():
-    with pytest.raises(ValueError, match="found one without; take reference"):
+    with pytest.raises(ValueError, match="found one without; solve with adhesion"):
         pull_off(sweep([[0.0, 0.2, 0.5]]).assign_attrs(method="direct"))
 
 
