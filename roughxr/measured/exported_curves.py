@@ -73,38 +73,54 @@ def _opened(path: Path, kind: str, known: tuple, *_state: int) -> tuple[str, lis
 
 def _jpk_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     """Yield the curve of a text exported by JPK's programs."""
-    parts: dict[str, list[np.ndarray]] = {"height (measured)": [], "force": [], "segment": [], "paused": []}
-    stated: dict[str, str] = {}
-    metadata = dict(known)
-    needed: list[str] = []
     lines = decoded(path.read_bytes()).splitlines()
     is_head = np.array([line.startswith("#") or not line.strip() for line in lines])
     starts = np.flatnonzero(np.diff(is_head.astype(int), prepend=1) == -1)
     ends = [*np.flatnonzero(np.diff(is_head.astype(int)) == 1) + 1, len(lines)]
-    for number, (start, end) in enumerate(zip(starts, ends)):
-        head = (line[1:].partition(":") for line in lines[:start] if line.startswith("#"))
-        stated = {key.strip(): value.strip() for key, _, value in head}
-        names = stated.get("columns", "").split()
-        units = stated.get("units", "").split()
-        values = np.loadtxt(lines[start:end], ndmin=2)
-        height = next((name for name in _JPK_HEIGHTS if name in names), None)
-        if height is None or "vDeflection" not in names or len(units) != len(names):
-            raise ValueError(f"expected columns of height and vDeflection with units, found {', '.join(names)}")
-        metadata |= _jpk_calibration(stated, known)
-        deflection = units[names.index("vDeflection")]
-        needed = [] if deflection == "N" else ["spring constant"] if deflection == "m" else _CALIBRATION
-        factor = np.prod([metadata.get(name, np.nan) for name in needed])
-        parts["height (measured)"].append(values[:, names.index(height)] * _SIZES[units[names.index(height)]])
-        parts["force"].append(values[:, names.index("vDeflection")] * factor)
-        parts["segment"].append(np.full(len(values), number))
-        parts["paused"].append(np.full(len(values), stated.get("segment") == "pause"))
-    columns = {name: np.concatenate(values) for name, values in parts.items()}
-    places = {f"position {axis}": float(stated.get(f"{axis}Position", np.nan)) for axis in "xy"}
-    yield {"metadata": {**metadata, **places}, "data": columns, "needed": needed}
+    segments = [_jpk_segment(lines, int(start), int(end), known) for start, end in zip(starts, ends)]
+    sizes = [segment.height.size for segment in segments]
+    columns = {
+        "height (measured)": np.concatenate([segment.height for segment in segments]),
+        "force": np.concatenate([segment.force for segment in segments]),
+        "segment": np.repeat(np.arange(len(segments)), sizes),
+        "paused": np.repeat([segment.stated.get("segment") == "pause" for segment in segments], sizes),
+    }
+    last = segments[-1]
+    places = {f"position {axis}": float(last.stated.get(f"{axis}Position", np.nan)) for axis in "xy"}
+    yield {"metadata": {**last.calibration, **places}, "data": columns, "needed": last.needed}
+
+
+class _Segment(NamedTuple):
+    """A segment of a JPK text."""
+
+    stated: dict[str, str]  # above it
+    calibration: dict[str, float]
+    needed: list[str]  # names of the calibration that its deflection needs
+    height: np.ndarray  # m
+    force: np.ndarray  # N, NaN without its calibration
+
+
+def _jpk_segment(lines: list[str], start: int, end: int, known: dict[str, float]) -> _Segment:
+    """Return the segment in the lines from ``start`` to before ``end``, by the headers above."""
+    head = (line[1:].partition(":") for line in lines[:start] if line.startswith("#"))
+    stated = {key.strip(): value.strip() for key, _, value in head}
+    names = stated.get("columns", "").split()
+    units = dict(zip(names, stated.get("units", "").split()))
+    height = next((name for name in _JPK_HEIGHTS if name in units), None)
+    if height is None or units[height] not in _SIZES or units.get("vDeflection") not in _NEEDED:
+        raise ValueError(f"expected columns of height and vDeflection with units, found {', '.join(names)}")
+    values = dict(zip(names, np.loadtxt(lines[start:end], ndmin=2).T))
+    calibration = _jpk_calibration(stated, known)
+    needed = _NEEDED[units["vDeflection"]]
+    factor = np.prod([calibration.get(name, np.nan) for name in needed])
+    return _Segment(stated, calibration, needed, values[height] * _SIZES[units[height]], values["vDeflection"] * factor)
 
 
 #: Values that make a force of a voltage, by afmformats' names.
 _CALIBRATION = ["sensitivity", "spring constant"]
+
+#: Values that make a force of a deflection in each unit.
+_NEEDED = {"pN": [], "nN": [], "uN": [], "N": [], "nm": _CALIBRATION[1:], "m": _CALIBRATION[1:], "V": _CALIBRATION}
 
 
 def _jpk_calibration(stated: dict[str, str], known: dict[str, float]) -> dict[str, float]:
@@ -129,22 +145,26 @@ def _nanoscope_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     header = _header_values([line.strip().strip('"') for line in lines[:first]])
     table = pd.read_csv(StringIO("\n".join(lines[first:])), sep="\t", skipinitialspace=True, dtype=str)
     table = table.apply(lambda column: pd.to_numeric(column.str.replace(",", "."), errors="coerce"))
-    branches = []
-    metadata = _nanoscope_calibration(header, "Sens. DeflSens") | known
-    needed: list[str] = []
-    for number, branch in enumerate(("Ex", "Rt")):
-        named = {_column_quantity(name, branch): table[name].to_numpy() for name in table if f"_{branch}" in name}
-        ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
-        deflection = next((("Defl", unit) for unit in ("pN", "nN", "uN", "nm", "V") if ("Defl", unit) in named), None)
-        if ramp is None or deflection is None:
-            raise ValueError(f"expected columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}, found {', '.join(table)}")
-        unit = deflection[1]
-        needed = [] if unit.endswith("N") else ["spring constant"] if unit == "nm" else _CALIBRATION
-        factor = _SIZES.get(unit, 1.0) * np.prod([metadata.get(name, np.nan) for name in needed])
-        height = -named[ramp] * _SIZES[ramp[1]]
-        branches.append((height, named[deflection] * factor, np.full(height.size, number)))
-    columns = dict(zip(("height (measured)", "force", "segment"), map(np.concatenate, zip(*branches))))
-    yield {"metadata": metadata, "data": columns, "needed": needed}
+    calibration = _nanoscope_calibration(header, "Sens. DeflSens") | known
+    branches = [_text_branch(table, branch, calibration) for branch in ("Ex", "Rt")]
+    height, force, needed = zip(*branches)
+    columns = {"height (measured)": np.concatenate(height), "force": np.concatenate(force)}
+    columns["segment"] = np.repeat([0, 1], [part.size for part in height])
+    yield {"metadata": calibration, "data": columns, "needed": needed[0]}
+
+
+def _text_branch(
+    table: pd.DataFrame, branch: str, calibration: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Return height (m) and force (N) of a branch, and the names of the calibration that its deflection needs."""
+    named = {_column_quantity(name, branch): table[name].to_numpy() for name in table if f"_{branch}" in name}
+    ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
+    deflection = next((("Defl", unit) for unit in _NEEDED if ("Defl", unit) in named), None)
+    if ramp is None or deflection is None:
+        raise ValueError(f"expected columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}, found {', '.join(table)}")
+    needed = _NEEDED[deflection[1]]
+    factor = _SIZES.get(deflection[1], 1.0) * np.prod([calibration.get(name, np.nan) for name in needed])
+    return -named[ramp] * _SIZES[ramp[1]], named[deflection] * factor, needed
 
 
 def _column_quantity(name: str, branch: str) -> tuple[str, str]:
@@ -201,6 +221,18 @@ class _Heights(NamedTuple):
     size: float
 
 
+def _heights(
+    path: Path, sensor: dict[str, str] | None, values: dict[str, str], count: int, sizes: tuple[int, int]
+) -> _Heights:
+    """Return the heights of all curves: those of a sensor, else of the ramp."""
+    if sensor is None:
+        ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
+        return _Heights(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
+    measured = _stored(path, sensor, count, sum(sizes))
+    metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
+    return _Heights(measured.counts, -measured.volts * metres)
+
+
 def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     """Yield the curves of NanoScope's force curves and volumes."""
     blocks = _nanoscope_blocks(path)
@@ -218,13 +250,7 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
     metadata = _nanoscope_calibration(header | deflection, stored.sensitivity) | known
     volts = stored.volts / 2**bits
-    if sensor is None:
-        ramp = (_sine_heights if _is_peak_force(header) else _ramp_heights)(header | deflection, sizes)
-        heights = _Heights(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
-    else:
-        measured = _stored(path, sensor, count, sum(sizes))
-        size = measured.volts * _nanoscope_calibration(header, measured.sensitivity).get("sensitivity", np.nan)
-        heights = _Heights(measured.counts, -size)
+    heights = _heights(path, sensor, header | deflection, count, sizes)
     for number in range(count):
         places = _place(number, count, header, scans) if count > 1 else {}
         read_columns = partial(_nanoscope_columns, number, stored, volts, heights, sizes, metadata)

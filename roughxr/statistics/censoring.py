@@ -52,7 +52,8 @@ def with_infinity(ends: np.ndarray) -> np.ndarray:
 def least_spread_values(bounds: np.ndarray) -> np.ndarray:
     """Return the values within bounds that have the least standard deviation."""
     low, high = bounds
-    least, most = float(low.min()), float(high.max())
+    least = float(low.min())
+    most = float(high.max())
     for _ in range(60):
         middle = (least + most) / 2
         is_low = np.clip(middle, low, high).mean() < middle

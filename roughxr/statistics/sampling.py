@@ -73,14 +73,20 @@ def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     weight = None if weights is None else weights.values[finite]
     flagged = has_debris_flags(ds[name]) and SHARE not in ds.coords
     on_debris = ds["on_debris"].values.astype(bool)[finite] if flagged else None
-    is_limit = bounds[0] < bounds[1]
-    if not is_limit.any():
+    if not (bounds[0] < bounds[1]).any():
         return Samples(values[finite], weight, places, missing, on_debris)
+    censored = _censored_bounds(ds, bounds)
+    return Samples(values[finite], weight, places, missing, on_debris, bounds[:, finite], censored[:, finite])
+
+
+def _censored_bounds(ds: xr.Dataset, bounds: np.ndarray) -> np.ndarray:
+    """Return bounds for a likelihood: below what is detected, where that is known."""
     censored = bounds.copy()
     if DETECTION in ds:
-        is_below = is_limit & np.isfinite(bounds[1]) & np.isfinite(ds[DETECTION].values)
-        censored[1, is_below] = ds[DETECTION].values[is_below]
-    return Samples(values[finite], weight, places, missing, on_debris, bounds[:, finite], censored[:, finite])
+        limits = ds[DETECTION].values
+        is_below = (bounds[0] < bounds[1]) & np.isfinite(bounds[1]) & np.isfinite(limits)
+        censored[1, is_below] = limits[is_below]
+    return censored
 
 
 def sample_bounds(ds: xr.Dataset, name: str) -> np.ndarray:

@@ -181,8 +181,9 @@ def bootstrap(
     units = ds[name].attrs.get("units", "1")
     limits: dict[str, str] = {}
     if likelihood is not None:
-        ends_by_law = ("statistic", likelihood.values[1]), ("statistic", likelihood.values[2])
-        out = out.assign(likelihood_low=ends_by_law[0], likelihood_high=ends_by_law[1])
+        _, likelihood_low, likelihood_high = likelihood.values
+        out["likelihood_low"] = ("statistic", likelihood_low)
+        out["likelihood_high"] = ("statistic", likelihood_high)
         limits["limits"] = limits_in_words(every.bounds, lambda value: quantity(value, units))
         limits["law"] = likelihood.law or "none: fewer than three forces are measured"
     words = ds[name].attrs.get("long_name", name)
