@@ -24,6 +24,7 @@ from ..contact.mesh import Mesh, read_mesh
 from ..contact.regimes import need_sphere
 from ..particles import resting
 from ..scans import level, regions
+from ..scans.editing import on_square_pixels
 from ..specimen import Specimen
 from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
 from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
@@ -401,9 +402,8 @@ def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.
 
     Raise where it is not finer, too small, or not of the same surface.
     """
-    finer = (
-        schema.validate(finer, "scan")[["height"]].reset_coords(drop=True).assign_coords(schema.pair_coordinates(ds))
-    )
+    finer = on_square_pixels(schema.validate(finer, "scan"))[["height"]].reset_coords(drop=True)
+    finer = finer.assign_coords(schema.pair_coordinates(ds))
     shown = [_as_shown(finer, ds, phase) for phase in _PHASES]
     _refuse_other_surface(ds, shown[0])
     return finer, shown
