@@ -63,7 +63,11 @@ def main():
     rows = []
     print("surface       truth nN  ln(image / truth)  ln(estimate / truth)  stated error  rest / probe")
     for name in given.surfaces:
-        truth, truth_error, image, image_error, log, scatter, probe = solved.get(name, solved_surface, table[name])
+        try:
+            truth, truth_error, image, image_error, log, scatter, probe = solved.get(name, solved_surface, table[name])
+        except ValueError as reason:
+            print(f"{name:12s} refused: {reason}", flush=True)
+            continue
         off = np.log(image / truth)
         error = np.hypot.reduce([truth_error, image_error, scatter, extrapolation._RESTING_SCATTER])
         rows.append((off, off + log, error, truth / probe))
