@@ -9,11 +9,14 @@ import seaborn
 import xarray as xr
 from matplotlib.figure import Figure
 
+from . import verb_calls
+
 matplotlib.use("Agg")
 
 from matplotlib import pyplot
 
-from roughxr import figures
+from roughxr import figures, scans
+from roughxr.accessor import ContactAccessor
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.reconstruction import reconstruct
 from roughxr.asperity.superposition import superpose
@@ -320,8 +323,8 @@ def test_any_result_draws_itself(run):
 def test_a_map_alone_has_x_to_the_right(run):
     """xarray's own plot draws the first dimension upright."""
     ax = run["scan"].height.contact.plot(ax=Figure().subplots())
-    (mesh,) = ax.collections
-    np.testing.assert_array_equal(mesh.get_array(), run["scan"].height.values.T)
+    (picture,) = ax.images
+    np.testing.assert_array_equal(picture.get_array(), run["scan"].height.values.T)
     assert ax.get_xlabel().startswith("x")
 
 
@@ -399,7 +402,7 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     assert rose.get_xlabel() == "resisting moment [nN nm]\nmedian and middle half of 2 places"
     left, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
     words = [text.get_text() for text in left.get_legend().get_texts()]
-    assert words == ["mean, 95 % interval", "predicted", "measured"]
+    assert words == ["mean of 8, 95 % interval", "predicted", "measured"]
 
 
 def force_of(values):
@@ -443,6 +446,23 @@ def cycle(size):
     return xr.Dataset({"force": size * both})
 
 
+def over_parameters(size, *parameters):
+    """Return pull-offs of three places over some parameters."""
+    shape = [len(values) for _, values in parameters]
+    force = size * (1.0 + np.arange(3 * np.prod(shape, dtype=int)).reshape(3, *shape))
+    coords = {"subregion": [0, 1, 2]} | {name: (name, values, {"units": "nN"}) for name, values in parameters}
+    return xr.Dataset({"pull_off_force": (tuple(coords), force, {"units": "nN"})}, coords)
+
+
+def spectrum_and_fit():
+    scan = _surface()
+    return scans.power_spectrum(scan).merge(scans.self_affine_fit(scan), combine_attrs="override")
+
+
+def named(size, dim="formula"):
+    return xr.Dataset({"pull_off_force": (dim, size * np.array([1.0, 3.0, 50.0]))}, {dim: ["sum", "bradley", "rumpf"]})
+
+
 #: Every figure of the package, of data in nm and nN times a size.
 FIGURES = {
     "asperity_statistics": lambda run, size: figures.asperity_statistics(enlarged(run["asperities"], size)),
@@ -466,6 +486,18 @@ FIGURES = {
     "sweep": lambda run, size: figures.sweep(enlarged(run["solutions/direct"], size)),
     "deep sweep": lambda run, size: figures.sweep(adhering(1000.0 * size)),
     "cycle": lambda run, size: figures.sweep(cycle(size)),
+    "over a preload": lambda run, size: figures.plot(over_parameters(size, ("preload", [0.0, 10.0, 1000.0]))),
+    "over two": lambda run, size: figures.plot(
+        over_parameters(size, ("preload", [0.0, 1.0]), ("load", [1.0, 2.0, 90.0]))
+    ),
+    "spectrum": lambda run, size: figures.plot(spectrum_and_fit()),
+    "named": lambda run, size: figures.plot(named(size)),
+    "bootstrap": lambda run, size: figures.plot(force_of(size * np.arange(1.0, 9.0)).contact.bootstrap()),
+    "summary": lambda run, size: figures.plot(force_of(size * np.arange(1.0, 9.0)).contact.summary()),
+    "fit": lambda run, size: figures.plot(force_of(size * np.arange(1.0, 9.0)).contact.fit(simulations=0)),
+    "map": lambda run, size: figures.plot(
+        xr.Dataset({"pull_off_force": (("x", "y"), size * np.eye(3))}, {"x": [1.0, 2, 3], "y": [1.0, 2, 3]})
+    ),
 }
 
 
@@ -484,7 +516,7 @@ def axes_with_labels(figure):
 def unit_size(label):
     """Return the size of the unit in a label, in the schema's units; 1 for parts, per cent and numbers."""
     unit = (re.findall(r"\[(.*)\]$", label) or ["1"])[0].translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    tables = ("nm", "nN", "GPa", "nm^2", "1/nm", "1/nN", "nN nm", "rad", "1/rad", "m/s", "1")
+    tables = ("nm", "nN", "GPa", "nm^2", "nm^4", "1/nm", "1/nN", "nN nm", "rad", "1/rad", "m/s", "1")
     return 1.0 if unit == "%" else next(factor(unit, table) for table in tables if converts(unit, table))
 
 
@@ -496,7 +528,7 @@ def number_of(text):
         return float(f"{power[1]}1e{power[2]}")
     if "π" in text:
         return eval(text.replace("π", "3.141592653589793"))
-    return float(re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text)) if re.search(r"\d", text) else None
+    return float(re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text)) if re.match(r"[-$.\d]", text) else None
 
 
 def assert_ticks_are_true(figure):
@@ -511,6 +543,57 @@ def assert_ticks_are_true(figure):
                 assert value * unit_size(label) == pytest.approx(tick.get_loc(), rel=1e-5, abs=1e-12), label
                 compared += 1
     assert compared > 1
+
+
+def test_a_variable_over_a_parameter_is_its_mean_and_its_places():
+    ds = over_parameters(1.0, ("preload", [0.0, 10.0, 1000.0]))
+    *places, _, mean = figures.plot(ds).lines
+    np.testing.assert_array_equal([line.get_ydata() for line in places], ds.pull_off_force)
+    np.testing.assert_allclose(mean.get_ydata(), ds.pull_off_force.mean("subregion"))
+    two = figures.plot(over_parameters(1.0, ("preload", [0.0, 1.0]), ("load", [1.0, 2.0, 90.0])))
+    assert [text.get_text() for text in two.get_legend().get_texts()] == ["0 nN", "1 nN"]
+    with pytest.raises(ValueError, match=r"select first, for example ds.isel\(load=0\)"):
+        figures.plot(over_parameters(1.0, ("preload", range(9)), ("load", range(8))))
+
+
+def test_an_interval_is_drawn_from_its_lower_to_its_upper_end():
+    intervals = force_of(np.arange(1.0, 9.0)).contact.bootstrap()
+    (ends,) = figures.plot(intervals).collections
+    drawn = np.array([segment[:, 0] for segment in ends.get_segments()])
+    np.testing.assert_allclose(drawn, np.c_[intervals.low, intervals.high])
+
+
+#: Verbs whose results are drawn elsewhere, or are no Datasets.
+NOT_DRAWN = {
+    "plot": "draws",
+    "to_table": "a table of pandas",
+    "error_budget": "test_figures_show_the_numbers_that_they_are_given",
+    "answer": "test_the_answer_is_drawn_with_its_intervals",
+    "extrapolated": "an error budget",
+    "resting": "samples of places",
+    "scale_dependence": "cut_off",
+}
+
+
+@pytest.mark.parametrize("verb", sorted({name for name in vars(ContactAccessor) if name[0] != "_"} - set(NOT_DRAWN)))
+def test_a_result_of_each_verb_is_drawn_or_another_figure_is_named(verb):
+    datasets = verb_calls.made()
+    for kinds, options in verb_calls.CALLS[verb]:
+        result = verb_calls.call(verb, kinds, options, datasets)
+        try:
+            drawn = result.contact.plot()
+        except ValueError as refusal:
+            assert re.search(r"draw|select first", str(refusal))
+        else:
+            labels = [ax.get_xlabel() + ax.get_ylabel() for ax in np.ravel(drawn)]
+            assert all(labels) and "subregion [1]" not in "".join(labels)
+        pyplot.close("all")
+
+
+def test_the_answer_is_drawn_with_its_intervals():
+    summary = force_of(np.arange(1.0, 9.0)).contact.answer()
+    (ends,) = figures.plot(summary).collections
+    np.testing.assert_allclose(ends.get_segments()[0][:, 0], [summary.low, summary.high])
 
 
 def test_every_figure_of_the_package_is_among_those_whose_ticks_are_compared():

@@ -6,7 +6,7 @@ import xarray as xr
 from scipy import stats
 
 from roughxr.statistics import LAWS, fit
-from roughxr.statistics.laws import law_density
+from roughxr.statistics.laws import fitted_law
 
 KNOWN = {
     "normal": (stats.norm(15, 2), (np.nan, 15, 2)),
@@ -49,7 +49,7 @@ def test_density_of_a_fit_integrates_to_one():
     found = fit(sample("weibull", 500), "pull_off_force", simulations=0)
     points = np.linspace(-60, 60, 24001)
     for law in LAWS:
-        assert np.trapezoid(law_density(found, law, points), points) == pytest.approx(1, abs=1e-3)
+        assert np.trapezoid(fitted_law(found, law).pdf(points), points) == pytest.approx(1, abs=1e-3)
 
 
 def test_positive_laws_leave_other_samples_alone():

@@ -7,16 +7,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution, label_density
+from .images import COLOURS, image
 from .maps import scan_map, subregion_map
 from .measured_figure import quantiles
 from .particle_figures import fraction_remaining, moment_rose
-from .style import STROKES, Axes, Panels, axes, label_axis, legend, stroke, styled
+from .style import STROKES, Axes, Panels, axes, label_axes, label_axis, legend, stroke, styled
 from .sweeps import sweep
 from .uncertainty_bars import cut_off, error_budget
+from .values import answer_rows, fitted_laws, named_values, over_parameter, quantile_box, spectrum, violations
 
 
 def plot(
@@ -33,10 +36,10 @@ def plot(
         Densities, up to five, are drawn as steps between the edges of their bins; another DataArray as xarray does,
         maps with x to the right.
     name : str, optional
-        A variable of the Dataset: a map along x and y, or samples along ``subregion`` or ``asperity``. By default: the
-        heights of a scan, the statistics of asperities, the forces of a solution over displacement, the pull-off
-        forces, the bars of an error budget, the pull-off over the shortest wavelength, the rose of resisting moments,
-        the fraction remaining, or the quantiles of `compare`.
+        A variable of the Dataset: a map along x and y, samples along ``subregion`` or ``asperity``, lines over a
+        parameter such as load, preload or radius, or dots for named entries. By default the figure that suits the
+        result: heights of a scan, statistics of asperities, forces of a solution over displacement, pull-off forces,
+        bars of an error budget, intervals of an answer, a spectrum, and so on.
     ax : Axes or sequence of them, optional
         A new figure by default.
     **options
@@ -60,9 +63,7 @@ def plot(
         parts = set(map(str, [*ds.data_vars, *ds.dims]))
         if (draw := next((draw for needs, draw in _OWN_FIGURES if needs <= parts), None)) is not None:
             return draw(ds, ax=ax, **options)
-        swept = "force" in ds and "delta" in ds["force"].dims  # it may contain the pull-off as well
-        names = ("pressure", "force", "height") if swept else ("pull_off_force", "pressure", "force", "height")
-        name = next((main for main in [*names, *map(str, ds.data_vars)] if main in ds.data_vars), "")
+        name = _main_variable(ds)
     if name not in ds:
         raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
     return _variable(ds, name, ax, options)
@@ -71,19 +72,41 @@ def plot(
 #: Figures of particular results, each with the variables and dimensions that identify the result.
 _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
-    ({"relative_error", "standard_error", "entry"}, error_budget),
+    ({"relative_error", "entry"}, error_budget),
     ({"predicted_quantile", "measured_quantile"}, quantiles),
     ({"remaining", "friction_velocity", "time"}, fraction_remaining),
     ({"resisting_moment", "subregion", "direction"}, moment_rose),
     ({"pull_off_force", "shortest_kept", "seed"}, cut_off),
+    ({"psd", "wavevector"}, spectrum),
+    ({"psd_plateau", "hurst_exponent"}, spectrum),
+    ({"aic", "law"}, fitted_laws),
+    ({"violation", "check"}, violations),
+    ({"solved_places", "low", "high"}, answer_rows),
 )
+
+
+#: Share of known forces from which a sweep is drawn rather than its pull-off.
+_KNOWN = 0.9
+
+
+def _main_variable(ds: xr.Dataset) -> str:
+    """Return the variable that shows a result best."""
+    # a sweep may contain the pull-off as well; rigid bodies have no force where they would overlap
+    swept = "force" in ds and "delta" in ds["force"].dims and bool(ds["force"].notnull().mean() > _KNOWN)
+    names = ["pressure", "force", "height"] if swept else ["pull_off_force", "pressure", "force", "height"]
+    if "load" in ds.dims:
+        names.insert(names.index("force"), "contact_area")  # the force is the load
+    return next((main for main in [*names, *map(str, ds.data_vars)] if main in ds.data_vars), "")
 
 
 def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> Any:
     """Draw a variable by its dimensions."""
-    dims = set(ds[name].dims)
+    dims = set(map(str, ds[name].dims))
     if not dims:
-        raise ValueError(f"{name}: a single number cannot be drawn; expected a variable with at least one dimension")
+        raise ValueError(
+            f"{name}: a single number cannot be drawn; draw what it was computed from: scan.contact.plot() for the "
+            "heights, scan.contact.formulas().contact.plot() for forces of several models"
+        )
     if name == "height" and dims == {"x", "y"}:
         return scan_map(ds, ax=ax, **options)
     if {"subregion", "x", "y"} <= dims:
@@ -94,6 +117,12 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
         way = schema.one_of(options.pop("on", "distribution"), ("distribution", "map"), "on")
         draw = subregion_map if way == "map" or name == "mode" else distribution
         return draw(ds, name, ax=ax, **options)
+    if dims == {"statistic"} and "estimate" not in ds:
+        return quantile_box(ds, name, ax=ax)
+    if len(dims) == 1 and ds[min(dims)].dtype.kind in "OU":
+        return named_values(ds, name, ends=("low", "high") if name == "estimate" else None, ax=ax)
+    if {"x", "y"}.isdisjoint(dims):
+        return over_parameter(ds, name, ax=ax, **options)
     return _array(ds[name], ax=ax, **options)
 
 
@@ -103,6 +132,12 @@ def _array(array: xr.DataArray, *, ax: Axes | None = None, **options: Any) -> An
     ax = axes(ax)
     if array.name in ("pdf", "cdf") and array.size <= len(STROKES) * array.shape[-1]:
         return _densities(array, ax, **options)
+    if set(array.dims) == {"x", "y"} and array.name in schema.VARIABLES and not options:
+        centred = array.transpose("x", "y")
+        image(
+            ax, centred.values, extent(centred.to_dataset()), str(array.name), COLOURS.get(str(array.name), "rocket_r")
+        )
+        return label_axes(ax, "x", "y")
     if set(array.dims) == {"x", "y"}:
         options = {"x": "x", "y": "y", **options}
     array.plot(ax=ax, **options)

@@ -14,6 +14,15 @@ from .style import BLACK, BLUE, TEXT, Axes, axes, label_axes, styled
 #: Level of the outline of a mask, below a half, so that diagonal neighbours have one outline: they are one patch.
 _OUTLINE_LEVEL = 0.49
 
+#: Least tension that is drawn, over the largest pressure or tension.
+_LEAST_TENSION = 0.02
+
+#: Least width of the drawn square, in cells.
+_FEWEST_CELLS = 12
+
+#: Range of the scale of grey below the lowest height, in ranges of height.
+_PALE = 2.0
+
 
 @styled
 def field_map(
@@ -30,11 +39,19 @@ def field_map(
     Parameters
     ----------
     ds : Dataset
-        A direct solution with fields.
+        A solution of `direct` or `adhesive` with fields; of `adhesive` with tension, blue, beside pressure, red.
     scan : Dataset, optional
         The scan that it was solved on: its heights are drawn in grey below the pressure, and yielded cells outlined.
     subregion, delta : optional
         By default the first place, and the largest displacement (nm); the nearest one is drawn.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> contact = scan.contact.direct(load=[500.0], fields=True)
+    >>> roughxr.figures.field_map(contact, scan=scan).get_xlabel()
+    'x from the contact centre [nm]'
     """
     schema.one_of(name, ("pressure", "displacement", "gap"), "name")
     if scan is not None and name != "pressure":
@@ -43,26 +60,44 @@ def field_map(
     ax = axes(ax, aspect=0.85)
     extent = regions.extent(contact)
     if scan is not None:
-        image(ax, _heights(contact, scan), extent, "height", "gray", bar=False)
+        heights = _heights(contact, scan).values
+        low, high = np.nanmin(heights), np.nanmax(heights)
+        pale = low - _PALE * (high - low), high  # so that dark pressures are seen, also in grey print
+        image(ax, heights, extent, "height", "gray", limits=pale, bar=False)
     if name in ("pressure", "displacement") and not bool(contact["pressure"].notnull().any()):
         # without a colour bar, which would show values that do not exist
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
+    elif name == "pressure" and bool((contact["pressure"] < 0).any()):
+        largest = float(abs(contact["pressure"]).max())
+        image(ax, contact[name], extent, name, "vlag", limits=(-largest, largest), extend="neither")
     else:
         image(ax, contact[name], extent, name, COLOURS[name])
-    _outline(ax, contact, contact["pressure"].notnull().values, BLACK)
+    _outline(ax, contact, (contact["pressure"] > 0).values, BLACK)
     if scan is not None and "residual_height" in contact:
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
-    inside = contact["pressure"].notnull()
-    whole = float(max(np.abs(extent)))
-    largest = max(float(abs(contact[axis]).where(inside).max()) for axis in ("x", "y"))
-    view = min(1.5 * largest, whole) if largest > 0 else whole  # 1.5 times the contact, within the data
-    ax.set(xlim=(-view, view), ylim=(-view, view))
+    _show_contact(ax, contact, extent)
     ax.locator_params(nbins=4)
     return label_axes(ax, "indenter_x", "indenter_y")
 
 
+def _show_contact(ax, contact: xr.Dataset, extent: tuple[float, float, float, float]):
+    """Limit the Axes to a square 1.5 times as wide as the contact, within the data; all of them without contact."""
+    inside = contact["pressure"].notnull()
+    if not bool(inside.any()):
+        return
+    ends = [[float(getattr(contact[axis].where(inside), end)()) for end in ("min", "max")] for axis in ("x", "y")]
+    half = 0.75 * max(
+        max(high - low for low, high in ends), _FEWEST_CELLS * (extent[1] - extent[0]) / inside.sizes["x"]
+    )
+    limits = []
+    for (low, high), first, last in zip(ends, extent[::2], extent[1::2]):
+        middle = 0.5 * (low + high)
+        limits.append((max(middle - half, first), min(middle + half, last)))
+    ax.set(xlim=limits[0], ylim=limits[1])
+
+
 def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> xr.Dataset:
-    """Return one contact's fields along (x, y), the pressure NaN where nothing touches."""
+    """Return one contact's fields along (x, y), the pressure NaN where there is neither contact nor much tension."""
     missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
     if missing:
         raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
@@ -72,9 +107,11 @@ def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> x
     if "delta" in contact.dims:
         last = contact["delta"].values[-1] if delta is None else magnitude(delta, "nm", "delta")
         contact = contact.sel(delta=last, method="nearest")
-    elif "load" in contact.dims:
-        contact = contact.isel(load=-1)
-    return contact.assign(pressure=contact["pressure"].where(contact["pressure"] > 0)).transpose("x", "y", ...)
+    others = [dim for dim in contact["pressure"].dims if dim not in ("x", "y")]
+    contact = contact.isel(dict.fromkeys(others, -1))  # the largest load or preload, on retraction
+    size = abs(contact["pressure"])
+    shown = size > (_LEAST_TENSION * size.max() if bool((contact["pressure"] < 0).any()) else 0.0)
+    return contact.assign(pressure=contact["pressure"].where(shown)).transpose("x", "y", ...)
 
 
 def _heights(contact: xr.Dataset, scan: xr.Dataset) -> xr.DataArray:

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from .. import statistics
-from ..statistics.laws import LAWS, law_density
+from ..statistics.laws import LAWS, fitted_law
 from ..statistics.sampling import density_units, limits_in_words, sample_bounds
 from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
@@ -72,6 +72,14 @@ def distribution(
         Label in the legend, and index of the line style where several distributions share the Axes.
     fewest : int
         Smallest number of samples that are drawn as a density.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> pull_offs = scan.contact.pull_off_map(subregions=(8, 8))
+    >>> roughxr.figures.distribution(pull_offs, laws=["normal", "weibull"]).get_xlabel()
+    'pull-off force [nN]'
     """
     import seaborn
 
@@ -117,8 +125,9 @@ def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confid
     style = {"color": color, "transform": ax.get_xaxis_transform(), "clip_on": False}
     ax.plot([low, high], [row, row], linewidth=1.6, solid_capstyle="butt", **style)
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
-    known = f"mean, {100 * confidence:g} % interval" if np.isfinite(low) else "mean, too few independent places"
-    words = None if order else known
+    count = int(ds[name].notnull().sum())
+    accuracy = f"{100 * confidence:g} % interval" if np.isfinite(low) else "too few independent"
+    words = None if order else f"mean of {count}, {accuracy}"
     ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=words, **style)
 
 
@@ -133,13 +142,18 @@ def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr
     fits = laws if isinstance(laws, xr.Dataset) else statistics.fit(ds, name, laws=laws, simulations=0)
     least = edges[0] - 0.3 * np.ptp(edges)
     points = np.linspace(max(least, 0.0) if values.min() >= 0 else least, edges[-1], 400)[1:]
+    law_curves(ax, fits, points, 1.2 * highest)
+
+
+def law_curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float = np.inf) -> None:
+    """Draw the densities of fitted laws in the order of their AIC, where they are below ``highest``."""
     ranked = fits.dropna("law", subset=["aic"]).sortby("aic")
     for order, law in enumerate(map(str, ranked["law"].values)):
         worse = float(ranked["aic_difference"].sel(law=law))
         words = LAWS[law].words.partition(",")[0] + (f" (ΔAIC {worse:.1f})" if order else "")
         inside = points[points > 0] if LAWS[law].positive else points
-        curve = law_density(ranked, law, inside)
-        shown = np.where(curve > 1.2 * highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
+        curve = fitted_law(ranked, law).pdf(inside)
+        shown = np.where(curve > highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
         ax.plot(inside, shown, label=words, **stroke(order))
 
 
@@ -150,6 +164,14 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     Saddles have no contact ellipse and are included in the heights only, whose density is logarithmic to show few
     debris particles among thousands of peaks. Orientations are compared with the uniform density, with a band of two
     standard deviations of a random sample.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> catalogue = roughxr.open_sample("glass").contact.asperities()
+    >>> panels = roughxr.figures.asperity_statistics(catalogue)
+    >>> [panel.get_xlabel() for panel in panels[:2]]
+    ['height [nm]', 'ln(B/A) of the\\ncurvatures']
     """
     catalogue = schema.validate(catalogue, "asperities")
     heights, anisotropy, ratio, orientation = made = panels(ax, 2, 2, aspect=0.95)

@@ -12,12 +12,12 @@ from .style import TEXT, printed_label, round_ticks, tidy, unit_formatter
 COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "gap": "mako_r"}
 
 
-def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), bar: bool = True):
+def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), bar: bool = True, extend=""):
     """Draw values along (x, y) as an image, with a colour bar labelled from the schema."""
     style = {"vmin": limits[0], "vmax": limits[1], "cmap": colour_map(cmap), "origin": "lower", "aspect": "equal"}
     mappable = ax.imshow(np.asarray(values, dtype=float).T, extent=extent, **style)
     if bar:
-        colorbar(ax, mappable, name, "neither" if limits[0] is None else "both")
+        colorbar(ax, mappable, name, extend or ("neither" if limits[0] is None else "both"))
 
 
 def colorbar(ax, mappable, name: str, extend: str = "neither"):

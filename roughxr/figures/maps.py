@@ -44,6 +44,12 @@ def scan_map(
         Asperities: each fitted paraboloid is outlined 0.2 nm below its vertex, at most as wide as its patch.
     limits : (float, float)
         Ends of the colour scale, nm; by default the lowest and the highest point.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> roughxr.figures.scan_map(roughxr.open_sample("glass"), subregions=(8, 8)).get_xlabel()
+    'x [µm]'
     """
     ds = schema.validate(ds, "scan")
     ax = axes(ax, aspect=0.85)
@@ -66,6 +72,14 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
 
     ``name`` is a variable along ``subregion``; ``"mode"`` of `critical_load` is drawn in one colour for each mode, with
     the number of places in the legend.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> pull_offs = scan.contact.pull_off_map(subregions=(8, 8))
+    >>> roughxr.figures.subregion_map(pull_offs).get_xlabel()
+    'x of the contact centre [µm]'
     """
     if name not in ds or ds[name].dims != ("subregion",):
         raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement or load first")

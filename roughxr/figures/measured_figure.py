@@ -18,6 +18,16 @@ def predicted_and_measured(
     """Draw the pull-off forces of both as distributions, and their quantiles against each other.
 
     ``comparison`` is the result of `compare` for them, if it is known already.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import roughxr
+    >>> import xarray as xr
+    >>> forces = np.random.default_rng(0).lognormal(3.0, 0.4, (2, 30))
+    >>> predicted, measured = (xr.Dataset({"pull_off_force": ("subregion", row, {"units": "nN"})}) for row in forces)
+    >>> roughxr.figures.predicted_and_measured(predicted, measured)[1].get_ylabel()
+    'measured pull-off force [nN]'
     """
     left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     forces = {"predicted": predicted, "measured": measured}

@@ -34,6 +34,14 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
 
     The dashed circle is the median of all places and directions. Where a median is negative, the sphere rolls by
     itself, and the line passes through the centre. ``ax`` is polar.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> moments = scan.contact.rolling(directions=8, subregions=(3, 3))
+    >>> roughxr.figures.moment_rose(moments).get_xlabel()
+    'resisting moment [nN nm]\\nmedian and middle half of 9 places'
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -75,6 +83,15 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the fraction remaining of `resuspension` over friction velocity, with its band, a line for each time.
 
     Dotted where drag, torque and lift are not valid.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> moments = scan.contact.rolling(directions=8, subregions=(3, 3))
+    >>> fraction = moments.contact.resuspension(friction_velocity=[0.3, 1.0, 3.0, 10.0])
+    >>> roughxr.figures.fraction_remaining(fraction).get_ylabel()
+    'fraction remaining'
     """
     ax = axes(ax)
     speed = ds["friction_velocity"].values

@@ -15,6 +15,9 @@ from .distributions import distribution
 from .maps import scan_map
 from .style import BLACK, PAGE, TITLE, label_axis, styled
 
+#: Group of a run that contains the fields of one contact at its pull-off.
+PULL_OFF_CONTACT = "solutions/pull_off_contact"
+
 #: Methods of the pull-off distributions, and their labels.
 _METHODS = {"adhesive": "simulation, as scanned", "energy": "superposed asperities"}
 
@@ -24,17 +27,30 @@ def overview(run: Mapping[str, xr.Dataset]):
     """Draw the scan with its contact centres, the pressure under one of them, and the pull-off forces of a run.
 
     Takes the groups of a run, and returns a Figure that belongs to no pyplot window.
+
+    Examples
+    --------
+    >>> import contextlib, io, tempfile
+    >>> import roughxr
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1))
+    ...     panels = roughxr.figures.overview(groups).axes
+    >>> len(panels)
+    3
     """
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(PAGE * 1.25, PAGE * 0.47), layout="constrained")
     heights, pressure, pull_off = panels = figure.subplots(1, 3, width_ratios=[1, 1, 1.05])
     scan_map(run["scan"], subregions=run["solutions/direct"], ax=heights)
-    contact = run["solutions/contact"]
+    contact = run.get(PULL_OFF_CONTACT, run["solutions/contact"])
     field_map(contact, "pressure", ax=pressure)
     _pull_offs(run, pull_off)
     delta = number(float(contact["delta"][0]), "nm")
-    for ax, title in zip(panels, ("Heights and contact centres", f"Contact pressure at δ = {delta}", "Pull-off force")):
+    state = "pull-off" if PULL_OFF_CONTACT in run else f"δ = {delta}"
+    for ax, title in zip(panels, ("Heights and contact centres", f"Contact pressure at {state}", "Pull-off force")):
         ax.set_title(title, fontsize=TITLE, fontweight="bold", pad=18)
     return figure
 

@@ -37,6 +37,14 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
 
     Of a solution with loading and retraction: the mean of both, and the work lost between them as an area. Where the
     tension would be invisible, larger forces are on a logarithmic scale.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> solution = scan.contact.direct(delta=[4.0, 8.0, 12.0], subregions=(3, 3))
+    >>> roughxr.figures.sweep(solution).get_xlabel()
+    'displacement [nm]'
     """
     if "force" in ds and set(ds["force"].dims) == {"subregion", "branch", "delta"}:
         return _loop(ds, axes(ax))
@@ -56,6 +64,10 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         _interval_bars(ax, ds, "q50", BLACK, "95 % interval of the median")
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
     tension = float(-force.min("delta").median())  # of the median place
+    if {"pull_off_force", "pull_off_delta"} <= set(ds) and bool(ds["pull_off_force"].notnull().any()):
+        style: dict[str, Any] = {"color": VERMILION, "marker": "v", "markersize": 2.6, "linewidth": 0, "zorder": 3}
+        ax.plot(ds["pull_off_delta"], -ds["pull_off_force"], label="pull-off", **style)
+        tension = float(ds["pull_off_force"].median())  # a sweep may step over it
     if 0 < tension < _LEAST_VISIBLE * float(force.max()):
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
@@ -81,6 +93,15 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
 
     Of several subregions the mean, its 95 % interval by bootstrap, and the band that contains 68 % of them; of
     one (``ds.sel(subregion=[3])``) its force, the pull-off marked.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> places = {"delta": [4.0, 8.0, 12.0], "subregions": (3, 3)}
+    >>> summed = scan.contact.superpose(law="hertz", **places)
+    >>> roughxr.figures.mean_force({"direct": scan.contact.direct(**places), "superposed": summed}).get_xlabel()
+    'displacement [nm]'
     """
     ax = axes(ax)
     explained, forces = False, [0.0]
@@ -109,10 +130,13 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
 
 def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | None):
     """Draw 95 % intervals of a statistic of the force at some displacements."""
-    some = ds.isel(delta=slice(None, None, -(-ds.sizes["delta"] // _MOST_BARS)))
-    intervals = statistics.bootstrap(some, "force", statistics=[statistic], resamples=399)
+    shown = ds.isel(delta=(ds["force"].notnull().sum("subregion") > 1).values)
+    if not shown.sizes["delta"]:
+        return
+    shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // _MOST_BARS)))
+    intervals = statistics.bootstrap(shown, "force", statistics=[statistic], resamples=399)
     low, high = (intervals[end].sel(statistic=statistic).values for end in ("low", "high"))
-    ax.vlines(some["delta"].values, low, high, color=color, linewidth=0.8, label=label)
+    ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8, label=label)
 
 
 def _along_delta(ds: xr.Dataset) -> xr.Dataset:

@@ -14,6 +14,7 @@ from .style import (
     BLUE,
     DASHED,
     GREY,
+    ORANGE,
     SMALL,
     VERMILION,
     Axes,
@@ -29,30 +30,47 @@ from .style import (
 def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the entries of an error budget as bars with their own errors, in per cent of the mean pull-off.
 
-    Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean.
+    Each entry has its standard error and the sign of the change, a known bias what was subtracted from the mean. Of a
+    result of `extrapolated` the entries of its interval, with a mark at what remains of each after its remedy.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="jkr")
+    >>> ax = roughxr.figures.error_budget(budget)
+    >>> ax.get_yticklabels()[-1].get_text()
+    'all of these'
     """
-    numbers = (100 * ds[name].values for name in ("relative_error", "standard_error", "pull_off_change"))
-    bars = {str(name): (*row, BLUE) for name, *row in zip(ds["entry"].values, *numbers, ds["known_bias"].values)}
-    bars["all of these"] = (
-        100 * float(ds["total_error"]),
-        100 * float(ds["total_standard_error"]),
-        np.nan,
-        False,
-        BLACK,
-    )
+    entry = ds["entry"].values
+    columns = [
+        100 * ds[name].values if name in ds else np.full(entry.size, np.nan)
+        for name in ("relative_error", "standard_error", "pull_off_change", "remaining_error")
+    ]
+    is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
+    bars = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
+    total = float(ds["total_error"]) if "total_error" in ds else float(np.sqrt((ds["relative_error"] ** 2).sum()))
+    total_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
+    bars["all of these"] = (100 * total, 100 * total_error, np.nan, np.nan, False, BLACK)
     ax = axes(ax, aspect=0.16 + 0.058 * len(bars))
     longest = 0.0
-    for row, (value, error, change, is_bias, color) in enumerate(bars.values()):
+    for row, (value, error, change, remaining, subtracted, color) in enumerate(bars.values()):
         end = np.nan_to_num(value) + np.nan_to_num(error)
         longest = max(longest, end)
         if np.isfinite(value):
             ax.barh(row, value, height=0.62, color=color, edgecolor="none")
         if error > 0:
             ax.plot([max(value - error, 0.0), end], [row, row], color=GREY, linewidth=1.2)
-        words = _words(value, error, change, is_bias)
+        if remaining < value:
+            ax.plot([remaining], [row], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, zorder=3)
+        words = _words(value, error, change, subtracted)
         ax.annotate(words, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
+    if (columns[3] < columns[0]).any():
+        ax.plot([], [], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, label="after its remedy")
+        legend(ax, loc="lower right", bbox_to_anchor=(1, 1), borderpad=0)
     ax.set_yticks(range(len(bars)), list(bars))
-    ax.set(ylim=(len(bars) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel="error of the mean pull-off force [%]")
+    label = "standard deviation of the mean pull-off force [%]"
+    ax.set(ylim=(len(bars) - 0.5, -0.5), xlim=(0, 1.4 * longest or 1.0), xlabel=label)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     return ax
@@ -72,10 +90,18 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
 
 @styled
 def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
-    """Draw the pull-off of `scale_dependence` over the shortest wavelength: every place, and the mean with its scatter.
+    """Draw the pull-off of `scale_dependence` over the shortest wavelength: every place, and the mean over places.
 
-    Bars are the standard deviation of the mean over seeds. The dashed line is the shortest wavelength that the scan
+    Bars are the range of the mean over seeds. The dashed line is the shortest wavelength that the scan
     shows: roughness was added left of it, and cut off right of it.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> over = scan.contact.scale_dependence(shortest=[20.0, 40.0], seeds=1, subregions=(1, 1))
+    >>> roughxr.figures.cut_off(over).get_xlabel()
+    'shortest wavelength of the surface [nm]'
     """
     ax = axes(ax)
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
@@ -85,8 +111,10 @@ def cut_off(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(wavelengths, np.where(values > 0, values, np.nan), color=GREY, linewidth=0.6, alpha=0.6)
         if place == 0:
             ax.lines[-1].set_label("each place")
-    look: dict[str, Any] = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5, "label": "mean, its scatter"}
-    ax.errorbar(wavelengths, means.mean("seed"), yerr=means.std("seed"), **look)
+    mean = means.mean("seed")
+    ends = [mean - means.min("seed"), means.max("seed") - mean]
+    look: dict[str, Any] = {"fmt": "o-", "color": BLUE, "capsize": 2, "markersize": 3.5}
+    ax.errorbar(wavelengths, mean, yerr=ends, label="mean, range over seeds", **look)
     shown = ds.attrs.get("shortest_wavelength", np.nan)
     if np.isfinite(shown):
         ax.axvline(shown, color=VERMILION, linewidth=0.9, linestyle=DASHED, label="shown by the scan", zorder=0)

@@ -117,11 +117,11 @@ def fit(
     return schema.record(out, "fit", ds, name=name, simulations=simulations)
 
 
-def law_density(fits: xr.Dataset, law: str, points: np.ndarray) -> np.ndarray:
-    """Return the probability density of a fitted law."""
+def fitted_law(fits: xr.Dataset, law: str):
+    """Return a fitted law as a distribution of SciPy."""
     fitted = fits.sel(law=law)
     names = ("shape", "location", "scale") if LAWS[law].positive else ("location", "scale")
-    return LAWS[law].scipy(*(float(fitted[name]) for name in names)).pdf(points)
+    return LAWS[law].scipy(*(float(fitted[name]) for name in names))
 
 
 def log_likelihood(law: Law, parameters: tuple, bounds: np.ndarray) -> np.ndarray:
