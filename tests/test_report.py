@@ -137,13 +137,28 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
 
 
 def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
-    assert cli.main(["detach", str(written.parent), "--method", "adhesive"]) == 0
+    assert cli.main(["detach", str(written.parent)]) == 0
     name, summary = "critical_friction_velocity", report.run_summary(run)
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
     assert ends[1] < ends[0] < ends[2] and f"median {numbers.with_interval(*ends, 'm/s')};" in capsys.readouterr().out
-    column = report.tables(run)["Detachment in a flow of air"]["adhesive"]
+    column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
     shown = column[[f"{end} end of the median's 95 % interval [m/s]" for end in ("lower", "upper")]]
     np.testing.assert_allclose(shown, ends[1:])
+    places = report.by_place(run).critical_friction_velocity
+    assert float(by_share(places).quantile(0.5)) == pytest.approx(ends[0], rel=0.05)
+
+
+def test_places_that_leave_without_a_flow_count_at_zero_and_all_modes_add_up(run):
+    critical = run["statistics/detachment"]
+    rolls_off = critical.subregion.isin(critical.subregion[:7])
+    speed = critical.critical_friction_velocity.where(~rolls_off)
+    changed = critical.assign(critical_friction_velocity=speed, mode=critical["mode"].where(~rolls_off, "no rest"))
+    table = report.detachment_table({**run, "statistics/detachment": changed})["adhesive"]
+    modes = [row for row in table.index if row.startswith("places where the sphere")]
+    assert table[modes].sum() == pytest.approx(100, abs=1)
+    away = 100 * float(by_share(xr.where(speed.isnull(), 1.0, 0.0)).mean())
+    assert table["places where the sphere rolls off without a flow [%]"] == pytest.approx(away, abs=1)
+    assert table["critical friction velocity, 5 % [m/s]"] == table["critical friction velocity, median [m/s]"] == 0
 
 
 def test_random_surfaces_of_a_place_are_no_places(run, capsys):
@@ -295,6 +310,19 @@ def test_the_answer_stands_before_what_is_missing(run):
     assert all("units" in found[name].attrs for name in found.data_vars)
     assert report.headline({"statistics/summary": found}) == words
     assert run["statistics/places"].sizes["subregion"] == pull.size
+
+
+def test_unseen_roughness_is_an_entry_of_the_reports_budget(run):
+    whole = report.full_budget(run)
+    budget = run["statistics/error_budget"]
+    unseen = float(run["statistics/extrapolated"].relative_error.sel(entry="unseen roughness"))
+    assert whole.entry.values.tolist() == [*budget.entry.values.tolist(), "unseen roughness"]
+    assert float(whole.total_error) ** 2 == pytest.approx(float(budget.total_error) ** 2 + unseen**2)
+    table = report.budget_table(run)
+    assert "finer than" in table.loc["unseen roughness", "how it was computed"]
+    assert float(table.loc["all of these", "error [%]"].partition(" ")[0]) > 100 * unseen
+    words = [label.get_text() for label in figures.error_budget(whole).get_yticklabels()]
+    assert words[-2:] == ["unseen roughness", "all of these"]
 
 
 def test_doubts_about_the_scan_are_cautions(run):

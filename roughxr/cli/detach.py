@@ -14,10 +14,9 @@ from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
-from ..particles.force_balance import NO_REST, places_in_words
-from ..report.detachment import best_method
+from ..particles.force_balance import NO_REST, places_in_words, strength_of_places
 from ..report.run_tables import METHOD_WORDS
-from ..report.summary import critical_median, place_table, scan_label
+from ..report.summary import best_method, critical_median, place_table, scan_label
 from ..statistics.sampling import by_share, one_of_each_place
 from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
@@ -102,12 +101,12 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
     name = str(next(iter(critical.data_vars)))
     units = critical[name].attrs["units"].replace("^2", "²")
     of = "particles" if "landing_share" in critical.coords else "places"
-    values = critical[name].where(np.isfinite(critical[name]))
+    values = strength_of_places(critical)
     print(f"{critical[name].attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
-        median = with_interval(*critical_median(critical, name), units)
+        median = with_interval(*critical_median(critical), units)
         print(f"  median {median}; 5 % of {of} below {least}, 95 % below {largest}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))

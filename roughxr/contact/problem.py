@@ -18,6 +18,9 @@ from ..vocabulary.units import Quantities
 #: The number of default displacements.
 _COUNT = 16
 
+#: Largest default displacement over the depth of the lowest first contact.
+_BEYOND_LOWEST = 1.2
+
 
 class Problem(NamedTuple):
     """The input common to all contact centres."""
@@ -93,12 +96,16 @@ def read_problem(
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
-    """Return evenly spaced displacements (nm); the largest has contact at all centres and indentation at most."""
+    """Return evenly spaced displacements (nm), half of them beyond the median first contact, the last beyond all."""
     touches = first_touches(specimen, positions)
     spread = float(specimen.heights.std())
     middle = float(np.median(touches))
-    last = max(2 * middle, 1.2 * float(touches.max()), spread) if datum == "highest_peak" else max(middle, spread)
-    return np.round(np.linspace(last / _COUNT, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
+    last = max(middle, spread)
+    first = last / _COUNT
+    if datum == "highest_peak":
+        last = max(_BEYOND_LOWEST * float(touches.max()), spread)
+        first = max(last / _COUNT, 2 * middle - last)
+    return np.round(np.linspace(first, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
 
 
 def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:

@@ -127,7 +127,7 @@ def critical_load(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> moments = roughxr.rolling(scan, directions=8, subregions=(2, 2))
-    >>> found = critical_load(moments, "wall_shear", particle_density=2500)
+    >>> found = moments.contact.critical_load("wall_shear", particle_density=2500)
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m/s', {'roll'})
     """
@@ -152,6 +152,15 @@ def critical_load(
     arguments |= fluid_arguments(body)
     arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **arguments)
+
+
+def strength_of_places(critical: xr.Dataset) -> xr.DataArray:
+    """Return the critical strengths of a result of `critical_load`, 0 where the sphere rolls off without a load.
+
+    NaN without contact, and where no strength of the load moves the sphere. Every door takes its quantiles of these.
+    """
+    name = str(next(iter(critical.data_vars)))
+    return critical[name].where(critical["mode"] != NO_REST, 0.0).assign_attrs(critical[name].attrs)
 
 
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:

@@ -32,7 +32,14 @@ _UNRESOLVED_SHARE = 0.05
 
 
 def cautions(run: Run) -> list[str]:
-    """Return cautions about the numbers of a run, given by its groups: a list of sentences, empty without a reason."""
+    """Return cautions about the numbers of a run, given by its groups: a list of sentences, empty without a reason.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> roughxr.report.cautions({"scan": roughxr.open_sample("glass")})[0]
+    'The scan is synthetic: ...'
+    """
     run = {name: schema.entered(ds) for name, ds in run.items()}
     return [sentence for find in _FINDERS for sentence in find(run)]
 

@@ -9,20 +9,25 @@ import pandas as pd
 import xarray as xr
 
 from ..particles import resuspension
-from ..particles.force_balance import with_pull_off
+from ..particles.force_balance import NEITHER, NO_CONTACT, NO_REST, strength_of_places, with_pull_off
 from ..particles.loads import AIR_DENSITY
-from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share
 from ..vocabulary.numbers import percent, quantity
-from .summary import RESTS, critical_median
+from .summary import CRITICAL, RESTS, best_method, critical_flow, critical_median
 
 Run = Mapping[str, xr.Dataset]
 
 #: The groups that the table needs.
 DETACHMENT = ("solutions/rolling", "statistics/adhesive", "statistics/detachment")
 
-#: Groups of the critical flow, by the method of the pull-off force.
-CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}
+#: Modes of detachment in words; the shares of all add up to 100 %.
+_MODES = {
+    "roll": "rolls first",
+    "lift": "lifts first",
+    NO_REST: "rolls off without a flow",
+    NEITHER: "stays in any flow",
+    NO_CONTACT: "has no contact",
+}
 
 #: Smallest number of contacts on which a sphere rests without rolling.
 _STABLE_CONTACTS = 3
@@ -44,13 +49,8 @@ def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
     return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
 
-def best_method(run: Run) -> str:
-    """Return the method of a run's best estimate: the roughness extrapolated below the scan, or as scanned."""
-    return "extrapolated" if best_estimate(run) else "adhesive"
-
-
 def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
-    speed = critical["critical_friction_velocity"]
+    speed = strength_of_places(critical)
     moment, lever = (float(by_share(moments[name]).quantile(0.5)) for name in ("resisting_moment", "lever"))
     rows = {
         "resisting moment, median over places and directions [nN nm]": moment,
@@ -64,12 +64,11 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
         rows[f"{end} end of the median's 95 % interval [m/s]"] = value
     shown = {
-        "places where the sphere rolls first [%]": critical["mode"] == "roll",
-        "places where the sphere lifts first [%]": critical["mode"] == "lift",
+        **{f"places where the sphere {words} [%]": critical["mode"] == mode for mode, words in _MODES.items()},
         "places in the range of the drag formulas (r⁺ ≤ 1) [%]": critical["in_range"],
         f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
     }
-    return rows | {words: round(100 * float(flags.mean())) for words, flags in shown.items()}
+    return rows | {words: round(100 * float(by_share(flags.astype(float)).mean())) for words, flags in shown.items()}
 
 
 def _median_percent(ds: xr.Dataset, name: str) -> float:
@@ -84,9 +83,9 @@ def detachment_notes(run: Run) -> list[str]:
     """Return the assumptions of the table as sentences; none for a run without its groups."""
     if not set(DETACHMENT) <= set(run):
         return []
-    critical = run[CRITICAL[best_method(run)]]
+    critical = critical_flow(run)
     moments = run["solutions/rolling"]
-    speed = critical["critical_friction_velocity"]
+    speed = strength_of_places(critical)
     at_rest = RESTS in run
     stress = AIR_DENSITY * float(by_share(speed).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
@@ -97,7 +96,7 @@ def detachment_notes(run: Run) -> list[str]:
         f"pull-off force times the lever arm of the simulation's contacts about the foremost edge. A single elastic "
         "contact may roll earlier: it closes in front as it opens behind, and resists by its hysteresis alone."
     ]
-    if out := int((np.isfinite(speed) & ~critical["in_range"].astype(bool)).sum()):
+    if out := int(((speed > 0) & ~critical["in_range"].astype(bool)).sum()):
         notes.append(
             f"At {out} of {speed.size} places the critical flow is outside the range of the formulas for drag and "
             "torque (r u*/ν above 1), and thus an extrapolation."
@@ -117,7 +116,7 @@ def detachment_notes(run: Run) -> list[str]:
 
 def remaining_fraction(run: Run) -> xr.Dataset:
     """Return the fraction remaining in a flow of air, over all critical friction velocities of the run."""
-    speed = run[CRITICAL[best_method(run)]]["critical_friction_velocity"].values
+    speed = critical_flow(run)["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere detaches at no place in a flow")

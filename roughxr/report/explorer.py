@@ -50,6 +50,18 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     ----------
     path, output : path
         As for `write_report`; by default ``explore.html`` beside the archive.
+
+    Examples
+    --------
+    >>> import contextlib, io, pathlib, tempfile
+    >>> import roughxr
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1))
+    ...     page = roughxr.report.write_explorer(folder + "/run.nc")
+    >>> page.name
+    'explore.html'
     """
     path = archive.run_archive(Path(path))
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
@@ -129,6 +141,8 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
                 "lines": _branch_curves(ds[["force"]], retraction, offset),
             }
         elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
+            if "solutions/curves" in run:
+                yield {"name": name, "label": label, "events": False, "lines": _loops(run, ds, offset)}
             yield {"name": name, "label": label, "events": True, "lines": _events(at_first_preload(ds), offset)}
 
 
@@ -142,6 +156,25 @@ def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.n
         [{"delta": _numbers(delta + shift), "force": _numbers(force[k])} for delta, force in forces]
         for k, shift in enumerate(offset)
     ]
+
+
+def _loops(run: Run, solved: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
+    """Return approach and retraction around the pull-off of each place; none where they were not computed."""
+    curves = run["solutions/curves"]
+    positions = [tuple(place) for place in _positions(curves)]
+    lines = _branch_curves(curves[["force"]], None, np.zeros(len(positions)))
+    order = [positions.index(place) if place in positions else None for place in map(tuple, _positions(solved))]
+    return [
+        []
+        if index is None
+        else [{"delta": _numbers(curves["delta"].values + shift), "force": branch["force"]} for branch in lines[index]]
+        for index, shift in zip(order, offset)
+    ]
+
+
+def _positions(places: xr.Dataset) -> np.ndarray:
+    """Return the positions (place, axis) of places, nm."""
+    return np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=1)
 
 
 def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:

@@ -25,8 +25,8 @@ from ..vocabulary.numbers import number
 from ..vocabulary.text import printable, sentences_on_lines
 from .caveats import cautions
 from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
-from .run_tables import METHOD_WORDS, debris_flags, prediction, tables
-from .summary import BUDGET, best_estimate_notes, by_place, headline, run_summary
+from .run_tables import METHOD_WORDS, debris_flags, full_budget, prediction, tables
+from .summary import BUDGET, best_estimate_notes, by_place, critical_flow, headline, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -44,6 +44,18 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
         The archive of a run, NetCDF-4, or the folder that `roughxr run` or `paper` made.
     output : path, optional
         The page, by default ``report.html`` beside the archive; it appears under this name once it is complete.
+
+    Examples
+    --------
+    >>> import contextlib, io, pathlib, tempfile
+    >>> import roughxr
+    >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
+    >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
+    >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
+    ...     groups = roughxr.run(scan, folder + "/run.nc", subregions=(2, 1))
+    ...     page = roughxr.report.write_report(folder + "/run.nc")
+    >>> page.name
+    'report.html'
     """
     path = archive.run_archive(Path(path))
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
@@ -212,11 +224,19 @@ _FIRST = (
         "an interval for each bar, and fitted distributions; a larger ΔAIC is a worse fit.",
     ),
     _Figure(
+        "One contact at pull-off",
+        ["scan", "solutions/pull_off_contact"],
+        lambda run: figures.field_map(run["solutions/pull_off_contact"], scan=run["scan"]),
+        "Pressure (red) and tension (blue) of the simulation with adhesion over the undeformed heights (grey), at the "
+        "place of median pull-off force.",
+    ),
+    _Figure(
         "Error budget",
         [BUDGET],
-        lambda run: figures.error_budget(run[BUDGET]),
-        "Error of the mean pull-off by source, one standard deviation each, ± its standard error; the sign is that of "
-        "the change. Known biases are subtracted from the mean, and half of each counts as error.",
+        lambda run: figures.error_budget(full_budget(run)),
+        "Error of the mean pull-off by source, one standard deviation each (the intervals above are at 95 %), ± its "
+        "standard error; the sign is that of the change. Known biases are subtracted from the mean, and half of each "
+        "counts as error. Unseen roughness is that finer than the scan.",
     ),
 )
 
@@ -243,7 +263,7 @@ _FIGURES = (
         "Heights; crosses mark the contact centres, rings those on debris.",
     ),
     _Figure(
-        "One contact",
+        "One contact without adhesion",
         ["scan", "solutions/contact"],
         lambda run: figures.field_map(run["solutions/contact"], scan=run["scan"]),
         "Pressure of the direct simulation over the undeformed heights (grey), at the place of median force; where a "
@@ -259,14 +279,14 @@ _FIGURES = (
     _Figure(
         "Resisting moment by direction",
         DETACHMENT,
-        lambda run: figures.moment_rose(run_moments(run, "adhesive")),
+        lambda run: figures.moment_rose(run_moments(run)),
         "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
         "half of all places.",
     ),
     _Figure(
         "Critical flow by place",
         DETACHMENT,
-        lambda run: critical_map(run["statistics/detachment"]),
+        lambda run: critical_map(critical_flow(run)),
         "Critical friction velocity of air along x at each place; or, if places differ in this, whether the sphere "
         "rolls, slides or lifts first.",
     ),

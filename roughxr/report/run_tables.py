@@ -11,9 +11,11 @@ import xarray as xr
 from .. import statistics
 from ..scans.regions import extent
 from ..statistics import smooth_pull_off
+from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
 from ..vocabulary.adhesion_laws import HERTZ
-from ..vocabulary.numbers import number, prefixed, value_and_interval, with_error
+from ..vocabulary.error_sources import UNSEEN
+from ..vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
 from .summary import BUDGET
 
@@ -51,7 +53,8 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
         ("Usual formulas", formula_table, {"statistics/formulas"}),
         ("Scan and asperities", scan_table, {"scan", "asperities", "reconstruction"}),
     )
-    return {title: make(run) for title, make, needs in makers if needs <= set(run)}
+    made = {title: make(run) for title, make, needs in makers if needs <= set(run)}
+    return {title: table for title, table in made.items() if len(table)}  # one place has no statistics
 
 
 def contact_table(run: Run) -> pd.DataFrame:
@@ -189,7 +192,7 @@ def budget_table(run: Run) -> pd.DataFrame:
 
     The change of the total is the sum of all known biases.
     """
-    budget = run[BUDGET]
+    budget = full_budget(run)
     values = (budget[name].values for name in ("relative_error", "standard_error", "pull_off_change", "how"))
     rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
     shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
@@ -197,6 +200,31 @@ def budget_table(run: Run) -> pd.DataFrame:
     rows["all of these"] = _budget_row(float(budget["total_error"]), float(budget["total_standard_error"]), shift, how)
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
+
+
+def full_budget(run: Run) -> xr.Dataset:
+    """Return the error budget of a run with an entry for roughness finer than the scan, if it is estimated."""
+    budget = run[BUDGET]
+    if best_estimate(run) is None:
+        return budget
+    estimate = run["statistics/extrapolated"]
+    unseen = float(estimate["relative_error"].sel(entry=UNSEEN))
+    finest = number(estimate.attrs["finest_shown"], "nm", 2)
+    row = {
+        "relative_error": unseen,
+        "standard_error": np.nan,
+        "pull_off_change": np.nan,
+        "known_bias": False,
+        "how": f"standard deviation of the logarithm of the factor by roughness finer than {finest}",
+    }
+    entries = budget[list(row)]
+    added = xr.Dataset({name: ("entry", [value]) for name, value in row.items()}, {"entry": [UNSEEN]})
+    out = xr.concat([entries.drop_vars(set(entries.coords) - {"entry"}), added], "entry")
+    out = out.assign({name: budget[name] for name in ("pull_off_corrected", "pull_off_mean")})
+    total = np.hypot(float(budget["total_error"]), unseen)
+    total_deviation = float(budget["total_standard_error"]) * float(budget["total_error"]) / total
+    without = f"Without unseen roughness it is {percent(budget['total_error'])}. {budget.attrs.get('decided', '')}"
+    return out.assign(total_error=total, total_standard_error=total_deviation).assign_attrs(budget.attrs, decided=without)
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:

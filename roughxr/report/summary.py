@@ -10,6 +10,7 @@ import pandas as pd
 import xarray as xr
 
 from ..contact.cycle import coarser_mesh_error
+from ..particles.force_balance import strength_of_places
 from ..particles.loads import AIR_DENSITY
 from ..scans.plausibility import is_noise
 from ..scans.regions import extent
@@ -40,7 +41,11 @@ _POSITION = ("subregion_x", "subregion_y")
 #: Significant digits of tables for readers: of values, and of errors.
 _DIGITS, _ERROR_DIGITS = 4, 2
 
-#: Columns of the table of places: group, variable, name, and method in words. Directions are averaged.
+#: Groups of the critical flow, by the method of the pull-off force.
+CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "statistics/detachment"}
+
+#: Columns of the table of places: group, variable, name, and method in words. Directions are averaged; "detachment" is
+#: the critical flow by the best estimate.
 _COLUMNS = (
     (RESTS, "landing_share", "landing_share", ""),
     (RESTS, "supports", "supports", ""),
@@ -53,9 +58,9 @@ _COLUMNS = (
     ("solutions/rolling", "contacts", "contacts", ""),
     ("solutions/rolling", "lever", "lever", ""),
     ("solutions/rolling", "lever_error", "lever_error", ""),
-    ("statistics/detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
-    ("statistics/detachment", "critical_load_error", "critical_load_error", ""),
-    ("statistics/detachment", "mode", "gives_way_first", ""),
+    ("detachment", "critical_friction_velocity", "critical_friction_velocity", ""),
+    ("detachment", "critical_load_error", "critical_load_error", ""),
+    ("detachment", "mode", "gives_way_first", ""),
     ("solutions/extrapolated", "pull_off_force", "pull_off_force_extrapolated", ", real surface"),
 )
 
@@ -64,6 +69,14 @@ def headline(run: Run) -> str:
     """Return the mean pull-off with its errors, the best estimate, the largest error, and what to do next, as text.
 
     Empty where the groups of the run contain no simulation with adhesion.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> import xarray as xr
+    >>> forces = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0], {"units": "nN"})})
+    >>> roughxr.report.headline({"statistics/adhesive": forces}).partition(" (")[0]
+    'Mean pull-off 590 nN'
     """
     return answer_text(run_summary({name: schema.entered(ds) for name, ds in run.items()}))
 
@@ -103,20 +116,31 @@ def best_estimate_notes(run: Run) -> list[str]:
     return [attrs["known"], attrs["assumed"]]
 
 
+def best_method(run: Run) -> str:
+    """Return the method of a run's best estimate: the roughness extrapolated below the scan, or as scanned."""
+    return "extrapolated" if best_estimate(run) else "adhesive"
+
+
+def critical_flow(run: Run) -> xr.Dataset:
+    """Return the critical flow of a run by its best estimate; empty without one."""
+    return run.get(CRITICAL[best_method(run)], run.get(CRITICAL["adhesive"], xr.Dataset()))
+
+
 def _flow(run: Run) -> dict[str, float]:
     """Return the critical air flow at the median place, with its interval, and the number of supporting contacts."""
     if not {"statistics/detachment", "solutions/rolling"} <= set(run):
         return {}
     name = "critical_friction_velocity"
-    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(run["statistics/detachment"], name)))
+    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(critical_flow(run))))
     stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
     return flow | stress | {"supports": float(by_share(contacts).quantile(0.5))}
 
 
-def critical_median(critical: xr.Dataset, name: str = "critical_friction_velocity") -> tuple[float, float, float]:
+def critical_median(critical: xr.Dataset) -> tuple[float, float, float]:
     """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
-    detaching = critical[[name]].dropna("subregion")
+    name = str(next(iter(critical.data_vars)))
+    detaching = strength_of_places(critical).dropna("subregion").to_dataset(name=name)
     first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
     if first_surfaces.sizes["subregion"] < 2:
         return (float(detaching[name].median()), np.nan, np.nan)
@@ -164,10 +188,11 @@ def by_place(run: Run) -> xr.Dataset:
     if PLACES in run:
         return run[PLACES]
     columns = {}
+    groups = {**run, "detachment": critical_flow(run)}
     for group, variable, name, method in _COLUMNS:
-        if variable not in run.get(group, ()):
+        if variable not in groups.get(group, ()):
             continue
-        column = run[group][variable]
+        column = groups[group][variable]
         column = column.mean("direction", keep_attrs=True) if "direction" in column.dims else column
         if column.dims == ("subregion",) and bool(column.notnull().any()):
             long_name = f"{column.attrs.get('long_name', name)}{method}"

@@ -64,8 +64,11 @@ from ..vocabulary.units import Places, Quantities, single, whole_number
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5
 
-#: Places of the pull-off over the shortest wavelength, and of the usual formulas.
-_SCALE_PLACES, _FORMULA_PLACES = 4, 16
+#: Places of the pull-off over the shortest wavelength, of the usual formulas, and of force over displacement.
+_SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 4, 16, 8
+
+#: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
+_CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
 
 
 class Plan(NamedTuple):
@@ -129,8 +132,8 @@ def run(
         Whether the sphere is a free particle instead of a fixed probe: from each place of ``subregions`` it rolls to a
         resting position and is solved there, weighted by the share of places that lead to this position (`resting`).
     delta : array_like, optional
-        Displacements of the direct simulation, nm; by default 16, the last such that a place of median height is
-        pressed as deep as it lies below the highest peak.
+        Displacements of the direct simulation, nm; by default 16, half of them beyond the median first contact, the
+        last a little beyond that of the lowest place.
     preload, law, mesh
         Options of the simulation with adhesion, see `adhesive`; one preload. "auto": the mesh is refined until the
         mean pull-off of four places changes by less than its accuracy, or to sixteen cells per pixel.
@@ -153,12 +156,14 @@ def run(
     --------
     Two places on a small scan without adhesion, the printed tables suppressed.
 
+    >>> from pathlib import Path
+    >>> import roughxr
     >>> import contextlib, io, tempfile
     >>> from roughxr.scans.synthetic import self_affine
     >>> scan = self_affine((32, 32), 20, rms=1, hurst=0.8, rolloff=300, cutoff=150, seed=1)
     >>> scan = scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0)
     >>> with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()) as printed:
-    ...     groups = run(scan, Path(folder) / "run.nc", subregions=(2, 1), delta=[1.0, 2.0])
+    ...     groups = roughxr.run(scan, Path(folder) / "roughxr.run.nc", subregions=(2, 1), delta=[1.0, 2.0])
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
     ({'subregion': 2, 'delta': 2}, True)
     """
@@ -432,6 +437,27 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     return groups
 
 
+def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
+    """Return force over displacement around the pull-off at some places, and the fields of one contact at pull-off."""
+    specimen, plan, solved = task.specimen, task.plan, task.groups["solutions/adhesive"]
+    known = solved.isel(subregion=np.flatnonzero((solved["pull_off_force"] > 0).values))
+    if not known.sizes["subregion"]:
+        return {}
+    low = float(known["pull_off_delta"].quantile(0.05))
+    high = float(known["preload_delta"].quantile(0.95))
+    margin = _CURVE_MARGIN * max(high - low, 0.1 * abs(low))
+    deltas = np.round(np.linspace(low - margin, high + margin, _CURVE_POINTS), 4)
+    median_place = known.sortby("pull_off_force").isel(subregion=[known.sizes["subregion"] // 2])
+    mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
+    how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
+    sample = regions.sample(known, _CURVE_PLACES)
+    curves = quietly(adhesive, specimen, subregions=sample, delta=deltas, **how)
+    at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
+    fields = quietly(adhesive, specimen, subregions=median_place, delta=at_pull_off, fields=True, **how)
+    retraction = fields.sel(branch="retraction", drop=True)
+    return {"solutions/curves": curves, "solutions/pull_off_contact": retraction}
+
+
 def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[str, float]]:
     """Return why stages that solve places again may last longer than usual, and how long, s.
 
@@ -439,7 +465,12 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
     """
     one_place = took / places
     why = f"each place took {number(one_place, 's', 2)}"
-    return why, {"rolling": 3 + 0.8 * took, "budget": 5 + 17 * budget * one_place}  # as many solves of each place
+    seconds = {
+        "curves": 2 + 2.5 * min(places, _CURVE_PLACES) * one_place,
+        "budget": 5 + 17 * budget * one_place,  # as many solves of each place
+        "rolling": 3 + 0.8 * took,
+    }
+    return why, seconds
 
 
 def _show_answer(solved: xr.Dataset, specimen: Specimen, stages: Stages) -> None:
@@ -544,6 +575,7 @@ class Part(NamedTuple):
 PARTS = (
     Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
     Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
+    Part("curves", "force over displacement", lambda task: task.adheres, 5.0, 0.0, _curves_around_pull_off),
     Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
     Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),

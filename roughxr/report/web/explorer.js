@@ -82,7 +82,8 @@ function drawScan() {
 
 function drawForce() {
   const svg = at("force"), all = data.curves.map(curve => ({ ...curve, lines: curve.lines[state.place] }));
-  at("legend").replaceChildren(...all.map(curve => {
+  const named = all.filter((curve, k) => all.findIndex(other => other.name === curve.name) === k);
+  at("legend").replaceChildren(...named.map(curve => {
     const shown = !state.hidden.has(curve.name), toggle = () => { shown ? state.hidden.add(curve.name) : state.hidden.delete(curve.name); drawForce(); };
     const button = html("button", { type: "button", onclick: toggle }, html("span", { style: `color: ${COLOURS[curve.name]}` }, curve.events ? "● " : "— "), curve.label);
     button.setAttribute("aria-pressed", shown);
@@ -93,8 +94,9 @@ function drawForce() {
   if (!points.length) { clear(svg, 10); at("force-words").textContent = "The archive contains no force over displacement of this place."; return; }
   const low = Math.min(0, ...points.map(point => point[1])), most = Math.max(0, ...points.map(point => point[1]));
   const high = low < 0 && most > -4 * low && !state.whole ? -2 * low : most, [unit, size] = forceUnit(Math.max(-low, high));
-  const active = points.filter(point => point[1] <= high && Math.abs(point[1]) > 1e-3 * Math.max(-low, high)), range = (active.length > 1 ? active : points).map(point => point[0]);
-  const first = Math.min(...range), last = Math.max(...range), margin = Math.max(0.05 * (last - first), 1 - (last - first) / 2), width = clear(svg, 340), left = 60, height = 290;
+  const wells = state.whole ? [] : points.filter(point => point[1] < 0.02 * low);
+  const active = wells.length > 1 ? wells : points.filter(point => point[1] <= high && Math.abs(point[1]) > 1e-3 * Math.max(-low, high)), range = (active.length > 1 ? active : points).map(point => point[0]);
+  const first = Math.min(...range), last = Math.max(...range), margin = Math.max(0.15 * (last - first), 0.25 - (last - first) / 2), width = clear(svg, 340), left = 60, height = 290;
   const { sx, sy } = axes(svg, { left, top: 8, width: width - left - 10, height, x: { low: first - margin, high: last + margin, size: 1, words: "displacement δ [nm]" }, y: { low: 1.05 * low - 0.02 * high, high: 1.05 * high - 0.02 * low || 1, size, words: `force [${unit}]` } });
   draw(draw(svg, "clipPath", { id: "within" }), "rect", { x: left, y: 0, width: width - left - 10, height: height + 8 });
   const inner = draw(svg, "g", { "clip-path": "url(#within)" });
@@ -104,7 +106,7 @@ function drawForce() {
     if (curve.events) path.forEach(([cx, cy]) => draw(inner, "circle", { cx, cy, r: 4.5, fill: COLOURS[curve.name], class: "event", "data-method": curve.name }));
     else if (path.length) draw(inner, "path", { d: `M${path.map(point => point.map(value => value.toFixed(1)).join(" ")).join("L")}`, class: "curve", "data-method": curve.name, stroke: COLOURS[curve.name], "stroke-width": 1.8, fill: "none" });
   }
-  at("force-words").textContent = all.some(curve => curve.events) ? "Dots: pull-off and detachment in the simulation with adhesion." : "";
+  at("force-words").textContent = all.some(curve => curve.events) ? "Dots: pull-off and detachment in the simulation with adhesion; lines: approach and retraction." : "";
 }
 
 function drawPulls() {
