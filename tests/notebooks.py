@@ -1,7 +1,7 @@
 """Execute every notebook from its folder, one on every core; fail where a cell raises.
 
-``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as small PNG files. Names of
-notebooks restrict either. A notebook that takes minutes may contain, in its own metadata under ``quick``, a line of
+``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as PNG files in full colours.
+Names of notebooks restrict either. A notebook that takes minutes may contain, in its own metadata under ``quick``, a line of
 code that reduces its size: it is executed first, unless with ``--store``.
 """
 
@@ -21,8 +21,8 @@ from nbformat.v4 import new_code_cell
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 
-#: Width (pixels) and colours of a stored picture.
-_WIDTH, _COLOURS = 640, 64
+#: Largest width of a stored picture, pixels.
+_WIDTH = 1280
 
 #: What takes longest begins first, so that no core is left alone with it.
 _FIRST = ("pull-off-statistics", "rigid-bodies", "adhesion-verdict")
@@ -48,7 +48,7 @@ def _small_picture(encoded: str) -> str:
     if picture.width > _WIDTH:
         picture = picture.resize((_WIDTH, round(picture.height * _WIDTH / picture.width)), Image.Resampling.LANCZOS)
     buffer = io.BytesIO()
-    picture.quantize(_COLOURS).save(buffer, "PNG", optimize=True)
+    picture.save(buffer, "PNG", optimize=True)
     return base64.b64encode(buffer.getvalue()).decode("ascii")
 
 

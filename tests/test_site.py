@@ -4,13 +4,25 @@ Building them is a command of its own (.github/CONTRIBUTING.md), in which every 
 """
 
 import re
+import warnings
 from pathlib import Path
 
+import matplotlib
+import numpy as np
+import pandas
 import pytest
+import xarray as xr
+from SurfaceTopography import Topography
+from SurfaceTopography.Container.IO import write_containers
+from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContainer
 
 import roughxr
 from roughxr import figures
 from roughxr.accessor import ContactAccessor
+
+from . import force_curves
+
+matplotlib.use("Agg")
 
 ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "notebooks" / "site"
@@ -48,3 +60,49 @@ def test_the_papers_two_methods_print_what_the_readme_shows():
 def test_python_that_pages_show_is_python(page):
     for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
         compile(block, str(page), "exec")
+
+
+RECIPES = re.findall(r"```python\n(.*?)```", (PAGES / "how-to.md").read_text(encoding="utf-8"), re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def readers_files(tmp_path_factory):
+    """The files that the recipes take for a reader's own, in one folder."""
+    folder = tmp_path_factory.mktemp("reader")
+    scan = roughxr.open_sample("rough")
+    part = scan.isel(x=slice(0, 64), y=slice(0, 64))
+    for name in ("first", "second", "third"):
+        roughxr.scans.to_file(part, folder / f"{name}.gsf")
+    x = part.x.values - part.x.values.mean()
+    cap = part.height.values - np.add.outer(x**2, x**2) / 6000
+    roughxr.scans.to_file(part.assign(height=(("x", "y"), cap)), folder / "probe.gsf")
+    maps = [scan.height.coarsen(x=pixels, y=pixels).mean().values for pixels in (1, 2, 4)]
+    topographies = [Topography(heights, (5000.0, 5000.0), unit="nm") for heights in maps]
+    write_containers([InMemorySurfaceContainer(topographies)], str(folder / "container.zip"))
+    random = np.random.default_rng(1)
+    forces = random.lognormal(3.5, 0.4, 30)
+    x, y = random.uniform(0, 4000, (2, 30))
+    measured = pandas.DataFrame({"x [nm]": x, "y [nm]": y, "pull-off force [nN]": forces})
+    measured.to_csv(folder / "pull-offs.csv", index=False)
+    moved = pandas.DataFrame({"landing_share": 1 / 30, "pull_off_force [nN]": forces})
+    moved.to_csv(folder / "moved.csv")
+    force_curves.write_afmformats(folder / "curves.h5", count=1)
+    ends = xr.Dataset({"pull_off_mean": 38.0, "pull_off_lower": 13.0, "pull_off_upper": 113.0})
+    (folder / "run").mkdir()
+    roughxr.archive.save({"statistics/extrapolated": ends}, folder / "run" / "run.nc")
+    return folder
+
+
+def _with_few_places(recipe: str) -> str:
+    """Return a recipe on a part of the scan and at few places, which takes seconds."""
+    part = 'open_sample("rough").isel(x=slice(0, 64), y=slice(0, 64))'
+    recipe = recipe.replace('open_sample("rough")', part)
+    return recipe.replace("(8, 8)", "(2, 2)").replace("(4, 4)", "(2, 2)").replace("count=16", "count=2")
+
+
+@pytest.mark.parametrize("number", range(len(RECIPES)))
+def test_each_recipe_runs_from_its_first_line(number, readers_files, monkeypatch):
+    monkeypatch.chdir(readers_files)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        exec(compile(_with_few_places(RECIPES[number]), "how-to.md", "exec"), {})

@@ -112,7 +112,7 @@ def rolling(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> moments = rolling(scan, directions=8, subregions=(2, 2))
+    >>> moments = scan.contact.rolling(directions=8, subregions=(2, 2))
     >>> moments.resisting_moment.dims, moments.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """

@@ -166,7 +166,7 @@ def adhesive(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(
     ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> cycle = adhesive(scan, delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="jkr")
+    >>> cycle = scan.contact.adhesive(delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="jkr")
     >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
     ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
     """

@@ -82,9 +82,12 @@ def compare(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> rng = np.random.default_rng(0)
     >>> made = [xr.Dataset({"pull_off_force": ("subregion", f * rng.gamma(9, 1.0, 400))}) for f in (1.0, 1.5)]
-    >>> compared = compare(*made).sel(statistic="mean")
+    >>> compared = roughxr.compare(*made).sel(statistic="mean")
     >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
     (True, True)
     """

@@ -142,12 +142,15 @@ def fit_curve(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> from roughxr import reference
     >>> delta = np.linspace(6000.0, -4000.0, 1500)
     >>> contact = reference.jkr_sphere(delta[::-1], radius=2000, contact_modulus=0.0001, work_of_adhesion=0.05)
     >>> force = contact.force.fillna(0.0).values[::-1] + np.random.default_rng(0).normal(0, 2.0, 1500)
     >>> made = {"piezo": ("sample", delta + force / 10.0, {"units": "nm"}), "force": ("sample", force, {"units": "nN"})}
-    >>> fit = fit_curve(xr.Dataset(made), sphere_radius="2 um", spring_constant="10 N/m")
+    >>> fit = roughxr.fit_curve(xr.Dataset(made), sphere_radius="2 um", spring_constant="10 N/m")
     >>> bool(fit.fitted_modulus_low[0] < 0.0001 < fit.fitted_modulus_high[0]), fit.law.item()
     (True, 'jkr')
     """

@@ -55,10 +55,12 @@ def open_curves(
 
     Examples
     --------
+    >>> from pathlib import Path
+    >>> import roughxr
     >>> import tempfile
     >>> path = Path(tempfile.mkdtemp()) / "curve.csv"
     >>> _ = path.write_text("piezo [um],force [nN]\\n0.01,5\\n0,-2\\n")
-    >>> open_curves(path).piezo.values
+    >>> roughxr.measured.open_curves(path).piezo.values
     array([10.,  0.])
     """
     path = files.regular_file(path)

@@ -86,7 +86,14 @@ _RUPTURE_SAMPLES, _RUPTURE_SIGNIFICANCE, _STEADY = 4, 6.0, 0.5
 
 
 class ImplausibleCurves(UserWarning):
-    """Force-distance curves were read as their file states, but no surface could give such curves."""
+    """Force-distance curves were read as their file states, but no surface could give such curves.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.measured.ImplausibleCurves)  # stop instead of warning
+    """
 
 
 class _Retraction(NamedTuple):
@@ -162,11 +169,14 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> piezo = np.linspace(20.0, -80.0, 400)
     >>> force = np.where(piezo > -10.0, 2.0 * piezo, 0.0) + 0.01 * piezo + 3.0
     >>> force += np.random.default_rng(0).normal(0.0, 0.1, 400)
     >>> curve = xr.Dataset({"piezo": ("sample", piezo, {"units": "nm"}), "force": ("sample", force, {"units": "nN"})})
-    >>> pull = curves_pull_off(curve)
+    >>> pull = roughxr.measured.curves_pull_off(curve)
     >>> bool(abs(pull.pull_off_force[0] - 20) < 0.6), round(float(pull.contact_slope[0]), 1)
     (True, 2.0)
     """

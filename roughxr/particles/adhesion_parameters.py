@@ -50,7 +50,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
+    >>> found = roughxr.particles.parameters(roughxr.rolling(scan, directions=8, subregions=(3, 3)))
     >>> bool(0 < found.adhesion_mean < 1), found.work_of_adhesion_median.units
     (True, 'J/m^2')
     """

@@ -56,7 +56,8 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> text = to_dem(roughxr.rolling(scan, directions=8, subregions=(3, 3)), code="lammps", classes=2)
+    >>> moments = scan.contact.rolling(directions=8, subregions=(3, 3))
+    >>> text = roughxr.particles.to_dem(moments, code="lammps", classes=2)
     >>> [line.split()[:4] for line in text.splitlines() if line.startswith("fix wall1")]
     [['fix', 'wall1', 'class1', 'wall/gran']]
     """

@@ -46,6 +46,16 @@ class Flow(NamedTuple):
 
     Density in kg/m³, kinematic viscosity in m²/s, gravity in m/s²; lift by "leighton_acrivos", "hall", "by_range" (the
     first up to r⁺ = 1.62, where both agree, then the second) or "none".
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> moments = scan.contact.rolling(directions=8, subregions=(2, 2))
+    >>> helium = roughxr.particles.Flow(density=0.166, viscosity=1.18e-4)
+    >>> critical = moments.contact.critical_load(flow=helium)
+    >>> bool((critical.critical_friction_velocity > 0).all())
+    True
     """
 
     density: Any = AIR_DENSITY

@@ -14,7 +14,18 @@ from .files import is_microscope_file, read_scan
 
 
 class RoughxrBackend(BackendEntrypoint):
-    """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm."""
+    """Opens AFM files as scans: ``height(x, y)`` in nm on pixel centres in nm.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import roughxr
+    >>> import xarray as xr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = roughxr.scans.to_file(roughxr.open_sample("glass"), folder + "/glass.gsf")
+    ...     xr.open_dataset(path, engine="roughxr").height.units
+    'nm'
+    """
 
     description = "AFM images as scans in nm (Bruker, Asylum, Park, JPK, Gwyddion, text, NetCDF and others)"
     open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")

@@ -29,7 +29,21 @@ _HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz
 
 
 class UnreadableScan(ValueError):
-    """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy."""
+    """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> import roughxr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = pathlib.Path(folder) / "scan.spm"
+    ...     _ = path.write_bytes(b"not a scan")
+    ...     try:
+    ...         roughxr.open_scan(path)
+    ...     except roughxr.scans.UnreadableScan:
+    ...         print("refused")
+    refused
+    """
 
     def __init__(self, path: Any, reason: str):
         super().__init__(printable(f"{path}: {reason}"))

@@ -37,6 +37,16 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     ------
     UnreadableScan, OSError, ImportError
         As :func:`open_scan`.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import roughxr
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = roughxr.scans.to_file(roughxr.open_sample("glass"), folder + "/glass.gsf")
+    ...     images = roughxr.scans.describe(path)
+    >>> images.sizes["channel"]
+    1
     """
     path = regular_file(path)
     family, _ = reader_of(path)

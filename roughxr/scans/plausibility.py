@@ -43,7 +43,14 @@ _OFF_RATIO = 10.0
 
 
 class ImplausibleScan(UserWarning):
-    """A file's statement about a scan is improbable; the scan is read as stated."""
+    """A file's statement about a scan is improbable; the scan is read as stated.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> import roughxr
+    >>> warnings.simplefilter("error", roughxr.scans.ImplausibleScan)  # stop instead of warning
+    """
 
 
 def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:

@@ -51,7 +51,7 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
+    >>> roughxr.scans.regions.centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
     64
     """
     ds = schema.entered(ds)
@@ -104,7 +104,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     Examples
     --------
     >>> import roughxr
-    >>> extent(roughxr.open_sample("glass"))
+    >>> roughxr.scans.regions.extent(roughxr.open_sample("glass"))
     (0.0, 5000.0, 0.0, 5000.0)
     """
     ds = schema.entered(ds)

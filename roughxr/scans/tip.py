@@ -36,7 +36,7 @@ def dilate(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> bool((dilate(scan, tip_radius=10).height >= scan.height).all())
+    >>> bool((roughxr.scans.dilate(scan, tip_radius=10).height >= scan.height).all())
     True
     """
     return _swept(ds, tip_radius, "dilate")
@@ -55,6 +55,14 @@ def erode(ds: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Dataset
         The scan with the tip's effect removed, nowhere higher than the image (nm). It equals the surface where the tip
         touched it. Summits sharper than the tip, which only noise makes, are cut off: see `tip_flags`.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> scan = roughxr.open_sample("glass")
+    >>> sharper = roughxr.scans.erode(scan, tip_radius="10 nm")
+    >>> bool((sharper.height <= scan.height + 1e-9).all())
+    True
     """
     return _swept(ds, tip_radius, "erode")
 
@@ -112,7 +120,7 @@ def tip_flags(catalogue: xr.Dataset, *, tip_radius: Quantity) -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> flagged = tip_flags(roughxr.open_sample("glass").contact.asperities(), tip_radius=1e6)
+    >>> flagged = roughxr.scans.tip_flags(roughxr.open_sample("glass").contact.asperities(), tip_radius=1e6)
     >>> bool(flagged.sharper_than_tip.all())
     True
     """

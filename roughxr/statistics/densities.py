@@ -42,13 +42,15 @@ def pdf(
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 2.0, 3.0], {"units": "nm"})})
-    >>> density = pdf(ds, "height", bins=2)
+    >>> density = ds.contact.pdf("height", bins=2)
     >>> density.values.tolist(), density.units, float(density.cdf[-1])
     ([0.25, 0.75], '1/nm', 1.0)
     >>> forces = [[0.0, 0.0], [0.0, 2.0], [1.0, 3.0], [1.0, 3.0]]
     >>> sweep = xr.Dataset({"force": (("subregion", "delta"), forces, {"units": "nN"})}, {"delta": [5.0, 15.0]})
-    >>> pdf(sweep, "force", bins=3).sel(delta=15).values.tolist()
+    >>> sweep.contact.pdf("force", bins=3).sel(delta=15).values.tolist()
     [0.25, 0.0, 0.75]
     """
     ds = schema.entered(ds)
@@ -127,8 +129,10 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> ds = xr.Dataset({"height": ("asperity", [3.0, 1.0, 2.0, 2.0], {"units": "nm"})})
-    >>> steps = cdf(ds, "height")
+    >>> steps = roughxr.statistics.cdf(ds, "height")
     >>> steps.height.values.tolist(), steps.values.tolist()
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """

@@ -61,8 +61,10 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
-    >>> mean = answer(schema.label(pull))
+    >>> mean = roughxr.answer(roughxr.schema.label(pull))
     Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
     Debris on less than 63 % of the surface may be missed by 3 places; the interval excludes it.
     Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.

@@ -44,11 +44,13 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> sweep = xr.Dataset(
     ...     {"force": (("subregion", "delta"), [[0.0, -3.0, 1.0]])},
     ...     coords={"subregion": [0], "delta": [-1.0, 0.0, 1.0]},
     ... )
-    >>> float(pull_off(sweep).pull_off_force[0]), float(pull_off(sweep).pull_off_delta[0])
+    >>> float(sweep.contact.pull_off().pull_off_force[0]), float(sweep.contact.pull_off().pull_off_delta[0])
     (3.0, 0.0)
     """
     ds = schema.entered(ds)
@@ -149,8 +151,10 @@ def smooth_pull_off(ds: xr.Dataset) -> float:
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> pair = xr.Dataset(coords={"sphere_radius": 3000.0, "work_of_adhesion": 1.349})
-    >>> round(smooth_pull_off(pair))
+    >>> round(roughxr.statistics.smooth_pull_off(pair))
     19071
     """
     summed_with_range = ds.attrs.get("method") == "superpose" and ds.attrs["law"] == DUGDALE
@@ -174,9 +178,12 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> forces = {"pull_off_force": ("subregion", [9.0, 18.0]), "pull_off_delta": ("subregion", [0.0, 0.0])}
     >>> pair = {"sphere_radius": 12 / np.pi, "work_of_adhesion": 2.0}
-    >>> reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
+    >>> roughxr.statistics.reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
     ds = schema.entered(ds) if "pull_off_force" in ds else schema.validate(ds, "pull_off")

@@ -33,8 +33,10 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
 
     Examples
     --------
+    >>> import xarray as xr
+    >>> import roughxr
     >>> ds = xr.Dataset({"height": ("asperity", [1.0, 2.0, 3.0], {"units": "nm"})})
-    >>> table = summary(ds)
+    >>> table = ds.contact.summary()
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """

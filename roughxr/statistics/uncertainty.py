@@ -138,9 +138,12 @@ def bootstrap(
 
     Examples
     --------
+    >>> import numpy as np
+    >>> import xarray as xr
+    >>> import roughxr
     >>> values = np.random.default_rng(1).normal(15.0, 2.0, 400)
     >>> ds = xr.Dataset({"height": ("asperity", values, {"units": "nm"})})
-    >>> mean = bootstrap(ds, "height", statistics=["mean"]).sel(statistic="mean")
+    >>> mean = ds.contact.bootstrap("height", statistics=["mean"]).sel(statistic="mean")
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """

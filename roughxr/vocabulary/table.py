@@ -12,7 +12,14 @@ from typing import NamedTuple
 
 
 class Variable(NamedTuple):
-    """The meaning of one name: its units (UDUNITS; empty where they are another variable's), label, and sign."""
+    """The meaning of one name: its units (UDUNITS; empty where they are another variable's), label, and sign.
+
+    Examples
+    --------
+    >>> import roughxr
+    >>> roughxr.schema.VARIABLES["pull_off_force"].units
+    'nN'
+    """
 
     units: str
     long_name: str
