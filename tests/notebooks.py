@@ -1,8 +1,8 @@
 """Execute every notebook from its folder, one on every core; fail where a cell raises.
 
 ``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as PNG files in full colours.
-Names of notebooks restrict either. A notebook that takes minutes may contain, in its own metadata under ``quick``, a line of
-code that reduces its size: it is executed first, unless with ``--store``.
+Names of notebooks restrict either. A notebook that takes minutes may contain, in its own metadata under ``quick``, a
+line of code that reduces its size: it is executed first, unless with ``--store``.
 """
 
 import argparse

@@ -224,7 +224,9 @@ def full_budget(run: Run) -> xr.Dataset:
     total = np.hypot(float(budget["total_error"]), unseen)
     total_deviation = float(budget["total_standard_error"]) * float(budget["total_error"]) / total
     without = f"Without unseen roughness it is {percent(budget['total_error'])}. {budget.attrs.get('decided', '')}"
-    return out.assign(total_error=total, total_standard_error=total_deviation).assign_attrs(budget.attrs, decided=without)
+    return out.assign(total_error=total, total_standard_error=total_deviation).assign_attrs(
+        budget.attrs, decided=without
+    )
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:
