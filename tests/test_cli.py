@@ -455,7 +455,9 @@ def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
 
 def test_a_reader_that_has_had_enough_is_no_error(tmp_path):
     words = f"import sys; from roughxr.cli import main; sys.exit(main({['--help']!r}))"
-    with subprocess.Popen([sys.executable, "-c", words], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as told:
+    buffered = os.environ | {"PYTHONUNBUFFERED": ""}  # the output is written at the end
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", words], **pipes, env=buffered) as told:
         told.stdout.close()
         assert told.stderr.read() == b"" and told.wait() == 0
 

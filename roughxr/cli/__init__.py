@@ -37,7 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if files:  # of a folder with a file of this name, by a shell's *
         print_error(f"{files[0]}: an option and a file of this folder; name the file ./{files[0]}, all files ./*")
         return 1
-    options = command_line().parse_args(words)
+    try:
+        options = command_line().parse_args(words)
+    finally:
+        _flush()  # of --help
     options.line = shlex.join(["roughxr", *words])
     try:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
@@ -46,7 +49,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 module, _, name = options.command.partition(":")
                 getattr(importlib.import_module(f".{module}", __package__), name)(options)
-            sys.stdout.flush()
     except (KeyboardInterrupt, SystemError) as error:
         from ..jobs.spread import is_interrupt
 
@@ -55,14 +57,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
         continues = words[:1] in (["paper"], ["run"])
         print_error("interrupted" + "; finished places are kept, and the same command continues from there" * continues)
         return 130
-    except BrokenPipeError:  # the reader, such as head, has closed the pipe; there is no output left at the end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:
+        pass
     except Exception as error:
         if options.debug or not is_expected_error(error):
             raise
         print_error(in_shell(error_text(error), options))
         return 1
+    finally:
+        _flush()
     return 0
+
+
+def _flush() -> None:
+    """Write what is left of the output, unless its reader, such as head, has closed the pipe."""
+    try:
+        sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _never_fail_to_print() -> None:
