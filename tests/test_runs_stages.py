@@ -83,7 +83,7 @@ def test_one_preload_is_what_a_run_takes(surface, tmp_path):
 
 
 #: Durations of the stages of two runs of 64 places on two busy cores, s, and of the simulation at all places: the
-#: glass twin, and the grains of `shared/scans`. Force over displacement, the third, is from runs of its own.
+#: glass twin, and the grains of `shared/scans`. The third, force over displacement, is estimated by its cost a place.
 MEASURED = {
     "glass": ([5.4, 142.8, 32.0, 210.5, 0.2, 11.1, 17.9, 15.5, 58.7, 14.4], 104.0),
     "grains": ([0.4, 16.5, 1.5, 17.7, 0.2, 1.3, 4.4, 1.0, 30.5, 5.3], 12.0),
