@@ -79,9 +79,14 @@ class Baseline(NamedTuple):
         return float(np.hypot(self.level_error, self.tilt_error * (z - self.centre)))
 
 
+def white_noise(values: np.ndarray) -> float:
+    """Return the standard deviation of white noise, from second differences, which a slow bend does not affect."""
+    return float(np.median(np.abs(np.diff(values, 2)))) / 0.6745 / np.sqrt(6)
+
+
 def sample_noise(force: np.ndarray) -> float:
-    """Return the standard deviation of white noise, from second differences; at least that of rounding."""
-    spread = float(np.median(np.abs(np.diff(force, 2)))) / 0.6745 / np.sqrt(6)
+    """Return the standard deviation of white noise; at least that of rounding."""
+    spread = white_noise(force)
     steps = np.abs(np.diff(force))
     rounding = float(steps[steps > 1e-9 * np.ptp(force)].min(initial=np.inf)) / np.sqrt(12)
     return max(spread, rounding if np.isfinite(rounding) else 0.0)
@@ -96,7 +101,7 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     z, force = z[order], force[order]
     width = max(1, min(size // _BINS, z.size // (2 * _LEAST_BINS)))
     bins = max(z.size // width, 4)
-    mean_z, mean_force = (values[: bins * width].reshape(bins, width).mean(axis=1) for values in (z, force))
+    mean_z, mean_force = (bin_means(values, width) for values in (z, force))
     variance = _variance_of_means(force, mean_force, width)
     count = _straight(mean_z, mean_force, variance)
     parts = [int(part * count) for part in (_USED, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
@@ -123,12 +128,11 @@ def with_choice_error(line: Baseline, others: list[Baseline], at: float, lowest:
 
 
 def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> float:
-    """Return the variance of bin means from second differences, which a slow bend does not affect."""
-    bend = np.abs(np.diff(means[: 3 * _LEAST_BINS], 2))
-    samples = np.abs(np.diff(force[: 3 * _LEAST_BINS * width], 2))
-    robust = [np.median(each) / 0.6745 / np.sqrt(6) for each in (bend, samples)]
+    """Return the variance of bin means, by their own noise and by that of the samples."""
+    noise_of_means = white_noise(means[: 3 * _LEAST_BINS])
+    noise_of_samples = white_noise(force[: 3 * _LEAST_BINS * width])
     rounding = 1e-12 * float(np.ptp(force)) ** 2
-    return float(max(robust[0] ** 2, robust[1] ** 2 / width, rounding, 1e-300))
+    return float(max(noise_of_means**2, noise_of_samples**2 / width, rounding, 1e-300))
 
 
 def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
@@ -171,7 +175,7 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) 
     Interference about the line counts as if its phase there were unknown, and as if it had a period or two.
     """
     width = max(1, z.size // _BINS)
-    x, y = _means(z, width)[::-1], _means(force, width)[::-1]
+    x, y = bin_means(z, width)[::-1], bin_means(force, width)[::-1]
     x = x - x[0]
     counts = np.unique(np.geomspace(max(_SHORTEST * x.size, min(_LEAST_BINS, x.size)), x.size, _STRETCHES).astype(int))
     sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
@@ -182,13 +186,13 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) 
     interference = np.maximum(misfit - white * (1 + np.sqrt(8 / counts)), 0.0)
     level_error = white / counts + _WAVES * interference
     tilt_error = (white / counts + interference) / np.maximum(variance_x, 1e-300)
-    distance = at - _means(z, width)[-1] - sums[0]
+    distance = at - bin_means(z, width)[-1] - sums[0]
     error = level_error + tilt_error * distance**2
     best = int(np.argmin(error))
     length = x[counts[best] - 1]
     bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(misfit[best] / counts[best])
     level = float(sums[2, best] + tilt[best] * distance[best])
-    end = float(length + _means(z, width)[-1])
+    end = float(length + bin_means(z, width)[-1])
     return Baseline(at, level, float(tilt[best]), float(np.hypot(np.sqrt(error[best]), bend)), 0.0, end, noise=noise)
 
 
@@ -199,7 +203,7 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
     """
     width = max(1, force.size // _BINS)
     bins = force.size // width
-    means = _means(force, width)[::-1]  # far first
+    means = bin_means(force, width)[::-1]  # far first
     variance = noise**2 / width
     distance = (gap + (width - 1) / 2) / width
     ahead = max(1, int(np.ceil(distance)))
@@ -216,9 +220,10 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
     return best[0], float(np.sqrt(best[1]))
 
 
-def _means(force: np.ndarray, width: int) -> np.ndarray:
-    bins = force.size // width
-    return force[: bins * width].reshape(bins, width).mean(axis=1)
+def bin_means(values: np.ndarray, width: int) -> np.ndarray:
+    """Return the means of successive bins of so many values; what is left at the end is left out."""
+    bins = values.size // width
+    return values[: bins * width].reshape(bins, width).mean(axis=1)
 
 
 @lru_cache(maxsize=4096)
@@ -235,7 +240,7 @@ def last_step(force: np.ndarray, noise: float) -> tuple[int, float]:
     bins = force.size // width
     if bins < 4 * m + _LEAST_BINS:
         return 0, 0.0
-    sums = np.r_[0.0, np.cumsum(_means(force, width)[::-1])]  # far first
+    sums = np.r_[0.0, np.cumsum(bin_means(force, width)[::-1])]  # far first
     means = (sums[m:] - sums[:-m]) / m
     at = np.arange(2 * m, bins - 2 * m + 1)
     rise = means[at - m] - means[at] - (means[at - 2 * m] - means[at + m]) / 3  # beyond the slope of both sides

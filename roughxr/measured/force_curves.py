@@ -12,11 +12,13 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
 from .baselines import (
     Baseline,
+    bin_means,
     extrapolated_level,
     last_step,
     least_error_line,
     sample_noise,
     straight_baseline,
+    white_noise,
     with_choice_error,
 )
 
@@ -40,9 +42,6 @@ _LONGEST_JUMP = 10
 
 #: Steps larger than this many standard deviations of the noise are the cantilever's ringing after a jump.
 _RINGING = 8.0
-
-#: Smallest number of samples after the jump.
-_LEAST_AFTER = 5
 
 #: A later loss of tension counts if it is this share of the depth.
 _LEAST_STEP = 0.02
@@ -306,42 +305,59 @@ def retraction_pull(z: np.ndarray, force: np.ndarray, share: float, ruptures: li
     ruptures = _ruptures(force) if ruptures is None else ruptures
     lowest, recovery = _lowest_sample(force)
     losses = [rupture for rupture in ruptures if rupture.height > _LEAST_STEP * recovery]
-    pull = _pull_at(z, force, lowest, share, losses)
+    far = _far_part(z, force, share, losses)
+    pull = _pull_at(z, force, lowest, far)
     if pull.is_measured:
         return pull
     pulls = [pull]  # interference may recover more than a weak pull, which may be as sharp as a sample
     if losses:
         end = max(losses, key=lambda rupture: rupture.height).end
         foot = max(end - _LONGEST_JUMP, 0)
-        pulls.append(_pull_at(z, force, foot + int(np.argmin(force[foot:end])), share, losses))
+        pulls.append(_pull_at(z, force, foot + int(np.argmin(force[foot:end])), far))
     flat = force - pull.line.force(z)
     contact = int(np.argmax(flat < 0))
     if pull.line.longest - z[-1] > _PLAIN * (z[contact] - z[-1]):
-        pulls.append(_pull_at(z, force, contact + int(np.argmin(flat[contact:])), share, losses))
+        pulls.append(_pull_at(z, force, contact + int(np.argmin(flat[contact:])), far))
     return next((each for each in pulls if each.is_measured), max(pulls, key=lambda each: each.limit))
 
 
-def _pull_at(z: np.ndarray, force: np.ndarray, lowest: int, share: float, losses: list[_Rupture]) -> Pull:
+class _FarPart(NamedTuple):
+    """The part of a retraction in which its baseline is searched, and what does not depend on the lowest sample."""
+
+    start: int  # first sample
+    after_losses: int  # first sample after all losses of tension
+    losses: list[_Rupture]
+    noise: float  # nN
+    line: Baseline  # straight
+    others: list[Baseline]  # through other stretches
+    is_all: bool  # whether the baseline may lie anywhere
+
+
+def _far_part(z: np.ndarray, force: np.ndarray, share: float, losses: list[_Rupture]) -> _FarPart:
+    """Return the far part, a share of the travel."""
+    start = int(np.argmax(z <= z.min() + share * np.ptp(z)))
+    after_losses = max([start, *(rupture.end for rupture in losses)])
+    after_losses = after_losses if force.size - after_losses >= _LEAST_SAMPLES else start
+    line, others = straight_baseline(z[after_losses:], force[after_losses:], z.size)
+    return _FarPart(start, after_losses, losses, sample_noise(force), line, others, share == 1)
+
+
+def _pull_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart) -> Pull:
     """Return the pull at a sample."""
-    line = _baseline_at(z, force, lowest, share, losses)
+    line = _baseline_at(z, force, lowest, far)
     return Pull(lowest, float(line.force(z[lowest]) - force[lowest]), line, line.error(z[lowest]))
 
 
-def _baseline_at(z: np.ndarray, force: np.ndarray, lowest: int, share: float, losses: list[_Rupture]) -> Baseline:
+def _baseline_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart) -> Baseline:
     """Return the baseline whose error holds at a sample of the lowest force."""
-    noise = sample_noise(force)
     at = z[lowest]
-    in_share = int(np.argmax(z <= z.min() + share * np.ptp(z)))
-    after_losses = max([in_share, *(rupture.end for rupture in losses)])
-    after_losses = after_losses if force.size - after_losses >= _LEAST_SAMPLES else in_share
-    line, others = straight_baseline(z[after_losses:], force[after_losses:], z.size)
-    straight = with_choice_error(line, others, at, force[lowest] if share == 1 else -np.inf)
-    first = max(_first_free_sample(force, lowest, losses, noise), in_share)
+    straight = with_choice_error(far.line, far.others, at, force[lowest] if far.is_all else -np.inf)
+    first = max(_first_free_sample(force, lowest, far.losses, far.noise), far.start)
     travel = max(at - z[-1], 1e-300)
-    stretch = (line.longest - z[-1]) / travel
+    stretch = (far.line.longest - z[-1]) / travel
     if stretch < _PLAIN and _has_jumped(z, force, lowest, first):
-        return _line_after_jump(z, force, lowest, first, straight, losses, noise)
-    wavy = least_error_line(z[after_losses:], force[after_losses:], noise, at)
+        return _line_after_jump(z, force, lowest, first, straight, far.losses, far.noise)
+    wavy = least_error_line(z[far.after_losses :], force[far.after_losses :], far.noise, at)
     is_wave = (wavy.end - z[-1]) / travel > _LONGER_BY_WAVES * stretch
     if stretch > _LEAST_STRETCH or not is_wave or straight.error(at) < wavy.error(at):
         return straight
@@ -352,8 +368,7 @@ def _baseline_at(z: np.ndarray, force: np.ndarray, lowest: int, share: float, lo
 def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
     """Return the sample from which the force recovers most, whatever the baseline, and by how much."""
     width = max(1, force.size // _RECOVERY_BINS)
-    bins = force.size // width
-    level = force[: bins * width].reshape(bins, width).mean(axis=1)
+    level = bin_means(force, width)
     recovery = np.maximum.accumulate(level[::-1])[::-1] - level
     near = int(np.argmax(recovery)) * width
     lowest = max(near - width, 0) + int(np.argmin(force[max(near - width, 0) : near + 2 * width]))
@@ -458,7 +473,7 @@ class _Rupture(NamedTuple):
 def _ruptures(force: np.ndarray) -> list[_Rupture]:
     """Return the sudden rises of the force on retraction."""
     n = _RUPTURE_SAMPLES
-    noise = float(np.median(np.abs(np.diff(force, 2)))) / 0.6745 / np.sqrt(6)
+    noise = white_noise(force)
     sums = np.r_[0.0, np.cumsum(force)]
     means = (sums[n:] - sums[:-n]) / n
     rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
