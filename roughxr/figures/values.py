@@ -63,12 +63,9 @@ def named_values(ds: xr.Dataset, name: str, *, ends: tuple[str, str] | None = No
 def _rows(names: Any, columns: tuple[Any, Any, Any], label: str, ax: Axes | None):
     """Draw values with the ends of their intervals, one row for each name."""
     values, low, high = (np.asarray(column, dtype=float) for column in columns)
-    ax = axes(ax, aspect=0.25 + 0.06 * values.size)
-    order = range(values.size)
+    ax, order = _row_axes(names, ax)
     ax.hlines(order, low, high, color=BLUE, linewidth=1.2)
     ax.plot(values, order, "o", color=BLUE)
-    ax.set_yticks(order, [str(words).replace("_", " ") for words in names])
-    ax.set_ylim(values.size - 0.5, -0.5)
     if _is_wide(np.concatenate([values, low, high])):
         ax.set_xscale("log")
         log_ticks(ax.xaxis)
@@ -76,6 +73,15 @@ def _rows(names: Any, columns: tuple[Any, Any, Any], label: str, ax: Axes | None
         ax.set_xlim(left=0)
     label_axis(ax.xaxis, label)
     return ax
+
+
+def _row_axes(names: Any, ax: Axes | None) -> tuple[Axes, np.ndarray]:
+    """Return Axes with one row for each name from the top, and the positions of the rows."""
+    ax = axes(ax, aspect=0.25 + 0.06 * len(names))
+    order = np.arange(len(names))
+    ax.set_yticks(order, [str(name).replace("_", " ") for name in names])
+    ax.set_ylim(order.size - 0.5, -0.5)
+    return ax, order
 
 
 def _is_wide(values: np.ndarray) -> bool:
@@ -195,16 +201,14 @@ def violations(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the violations of a certificate over their limits; those of zero at the left edge."""
     limit = ds["limit"].where(ds["limit"] > 0, 1.0)
     ratio = (ds["violation"] / limit).fillna(np.inf).clip(_LEAST_VIOLATION, 1 / _LEAST_VIOLATION).values
-    ax = axes(ax, aspect=0.25 + 0.06 * ratio.size)
-    order = np.arange(ratio.size)
+    ax, order = _row_axes(ds["check"].values, ax)
     met = ds["met"].values.astype(bool)
     for chosen, colour, words in ((met, BLUE, "met"), (~met, VERMILION, "not met, or unknown")):
         if chosen.any():
             ax.plot(ratio[chosen], order[chosen], "o", color=colour, label=words, clip_on=False)
     ax.axvline(1.0, color=BLACK, linewidth=0.8, linestyle=DASHED, label="limit")
     ax.set_xscale("log")
-    ax.set(xlim=(_LEAST_VIOLATION, max(10.0, 2 * ratio.max())), ylim=(ratio.size - 0.5, -0.5))
-    ax.set_yticks(order, [str(name).replace("_", " ") for name in ds["check"].values])
+    ax.set_xlim(_LEAST_VIOLATION, max(10.0, 2 * ratio.max()))
     ax.set_xlabel("largest violation / limit")
     return legend(ax)
 

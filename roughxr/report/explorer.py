@@ -161,15 +161,12 @@ def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.n
 def _loops(run: Run, solved: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
     """Return approach and retraction around the pull-off of each place; none where they were not computed."""
     curves = run["solutions/curves"]
-    positions = [tuple(place) for place in _positions(curves)]
-    lines = _branch_curves(curves[["force"]], None, np.zeros(len(positions)))
-    order = [positions.index(place) if place in positions else None for place in map(tuple, _positions(solved))]
-    return [
-        []
-        if index is None
-        else [{"delta": _numbers(curves["delta"].values + shift), "force": branch["force"]} for branch in lines[index]]
-        for index, shift in zip(order, offset)
-    ]
+    order = {tuple(position): index for index, position in enumerate(_positions(curves))}
+    indices = [order.get(tuple(position)) for position in _positions(solved)]
+    computed = [index is not None for index in indices]
+    at_places = curves[["force"]].isel(subregion=[index for index in indices if index is not None])
+    lines = iter(_branch_curves(at_places, None, offset[computed]))
+    return [next(lines) if is_computed else [] for is_computed in computed]
 
 
 def _positions(places: xr.Dataset) -> np.ndarray:

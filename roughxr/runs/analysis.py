@@ -439,18 +439,19 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
 
 def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
     """Return force over displacement around the pull-off at some places, and the fields of one contact at pull-off."""
-    specimen, plan, solved = task.specimen, task.plan, task.groups["solutions/adhesive"]
-    known = solved.isel(subregion=np.flatnonzero((solved["pull_off_force"] > 0).values))
-    if not known.sizes["subregion"]:
+    specimen = task.specimen
+    solved = task.groups["solutions/adhesive"]
+    adhering = solved.isel(subregion=np.flatnonzero((solved["pull_off_force"] > 0).values))
+    if not adhering.sizes["subregion"]:
         return {}
-    low = float(known["pull_off_delta"].quantile(0.05))
-    high = float(known["preload_delta"].quantile(0.95))
+    low = float(adhering["pull_off_delta"].quantile(0.05))
+    high = float(adhering["preload_delta"].quantile(0.95))
     margin = _CURVE_MARGIN * max(high - low, 0.1 * abs(low))
     deltas = np.round(np.linspace(low - margin, high + margin, _CURVE_POINTS), 4)
-    median_place = known.sortby("pull_off_force").isel(subregion=[known.sizes["subregion"] // 2])
-    mesh = replace(plan.mesh, refine=int(median_place["refinement"].max()), accuracy=None)
+    median_place = adhering.sortby("pull_off_force").isel(subregion=[adhering.sizes["subregion"] // 2])
+    mesh = replace(task.plan.mesh, refine=int(median_place["refinement"].max()), accuracy=None)
     how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
-    sample = regions.sample(known, _CURVE_PLACES)
+    sample = regions.sample(adhering, _CURVE_PLACES)
     at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
     try:
         curves = quietly(adhesive, specimen, subregions=sample, delta=deltas, **how)

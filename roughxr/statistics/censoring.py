@@ -75,8 +75,7 @@ def likelihood_estimates(
 ) -> CensoredEstimates:
     """Return statistics by a likelihood with censoring, of the positive law that explains the samples best."""
     missing = CensoredEstimates("", np.full((3, len(labels)), np.nan))
-    known = bounds[0][bounds[0] == bounds[1]]
-    if np.unique(known).size < _FEWEST_KNOWN or known.min() <= 0:
+    if not _determine_a_law(bounds):
         return missing
     fits = {name: fitted_parameters(law, bounds) for name, law in LAWS.items() if law.positive}
     likelihoods = {name: float(log_likelihood(LAWS[name], fit, bounds)) for name, fit in fits.items()}
@@ -94,8 +93,7 @@ def likelihood_estimates(
 
 def limited_quantile(name: str, bounds: np.ndarray, level: float, independent: float) -> tuple[float, float]:
     """Return a quantile of a positive law by its likelihood, and its logarithm's standard error; NaN if unknown."""
-    known = bounds[0][bounds[0] == bounds[1]]
-    if np.unique(known).size < _FEWEST_KNOWN or known.min() <= 0:
+    if not _determine_a_law(bounds):
         return np.nan, np.nan
     law = LAWS[name]
     fit = fitted_parameters(law, bounds)
@@ -103,6 +101,17 @@ def limited_quantile(name: str, bounds: np.ndarray, level: float, independent: f
     drop = 0.5 * bounds.shape[1] / independent  # one standard error
     low, high = _profile_ends(law, fit, bounds, [label], independent, drop)[:, 0]
     return float(fit[2] * _unit_statistic(law, fit[0], label)), float(np.log(high / low)) / 2
+
+
+def _known_values(bounds: np.ndarray) -> np.ndarray:
+    """Return the samples that are no limits."""
+    return bounds[0][bounds[0] == bounds[1]]
+
+
+def _determine_a_law(bounds: np.ndarray) -> bool:
+    """Return whether enough samples are known, and positive, for a positive law."""
+    known = _known_values(bounds)
+    return np.unique(known).size >= _FEWEST_KNOWN and bool(known.min() > 0)
 
 
 def _largest_drop(bounds: np.ndarray, independent: float, confidence: float) -> float:
@@ -129,7 +138,7 @@ def _profile_ends(
     determine well for any shape.
     """
     shape, _, scale = fit
-    known = bounds[0][bounds[0] == bounds[1]]
+    known = _known_values(bounds)
     below = (bounds[1] < np.median(known)).mean()
     level = float(np.clip(below, 0.05, 0.95))
     reach = _GRID_ERRORS / np.sqrt(known.size * independent / bounds.shape[1])

@@ -222,8 +222,10 @@ def real_pull_off(
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH
     shared = HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
     factor = float(np.exp(unseen.log))
-    with_second = _combined_factor(unseen, RoughnessFactor(0.0, second_scan_error(lowering), ""))
-    remaining = {UNSEEN: unseen.error if finer is not None else with_second.error}
+    remaining = {UNSEEN: unseen.error}
+    if finer is None:  # a second scan is the remedy
+        second = RoughnessFactor(unseen.log, second_scan_error(lowering), "by a second scan")
+        remaining[UNSEEN] = _combined_factor(unseen, second).error
     out = xr.Dataset(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
