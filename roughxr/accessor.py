@@ -63,6 +63,8 @@ class ContactAccessor:
 
     def __repr__(self) -> str:
         lines = [f"<roughxr: {_described(self._ds)}>"]
+        if "sentence" in self._ds.attrs:
+            lines.append(self._ds.attrs["sentence"])
         for group, verbs in _fitting(self._ds).items():
             if verbs:
                 lines += [f"{group}:", *(f"  .{name:20s} {_words(type(self), name)}" for name in verbs)]

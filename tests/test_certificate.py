@@ -127,9 +127,9 @@ def test_a_solution_that_solves_nothing_is_refused(surface, law):
             assert name == "elasticity" or "traction" in rows(solution.assign(change).isel(delta=[1]))[1]
 
 
-def test_a_solution_without_fields_says_so(surface, capsys):
+def test_a_solution_without_fields_says_so(surface):
     found = roughxr.certificate(roughxr.direct(surface, delta=[1.5]))
-    assert found.verdict.endswith("(only sums were checked)") and "Only sums" in capsys.readouterr().out
+    assert "conditions are met" in found.sentence and "Only sums were checked" in found.sentence
 
 
 def test_a_load_is_carried_and_places_that_touch_nothing_break_nothing(surface):

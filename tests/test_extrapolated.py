@@ -228,21 +228,20 @@ def test_the_result_is_a_distribution_over_places(real):
     assert real.pull_off_force.dims == ("subregion",)
 
 
-def test_the_answer_is_the_best_estimate_with_its_interval(real, capsys):
+def test_the_answer_is_the_best_estimate_with_its_interval(real):
     mean = real.contact.answer()
     assert float(mean.best_low) == float(real.pull_off_lower) and float(mean.best_high) == float(real.pull_off_upper)
     assert float(mean.best_estimate) == float(real.pull_off_mean)
     assert float(mean.pull_off_force) == pytest.approx(float(real.scanned_mean))
-    assert capsys.readouterr().out.startswith("Pull-off force of the real surface: ")
+    assert mean.sentence.startswith("Pull-off force of the real surface: ")
 
 
-def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real, capsys):
+def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
     known, assumed = best_estimate_notes({"statistics/extrapolated": real})
     assert (known, assumed) == (real.attrs["known"], real.attrs["assumed"])
-    real.contact.answer()
-    assert "The interval narrows most with a second scan" in capsys.readouterr().out
-    real.assign(relative_error=xr.where(real.entry == "places", 3.0, real.relative_error)).contact.answer()
-    assert "The interval narrows most with more places" in capsys.readouterr().out
+    assert "The interval narrows most with a second scan" in real.contact.answer().sentence
+    scattered = real.assign(relative_error=xr.where(real.entry == "places", 3.0, real.relative_error))
+    assert "The interval narrows most with more places" in scattered.contact.answer().sentence
 
 
 def test_a_run_without_an_estimate_says_why(scan, scanned):

@@ -117,7 +117,7 @@ def test_solutions_meet_the_certificate_with_the_layer(scan, layer):
     ):
         proof = roughxr.certificate(solved)
         assert proof.met.sel(check="elasticity") and proof.attrs["fields"]
-        assert set(proof.check.values[~proof.met.values]) <= {"mesh"}, proof.attrs["verdict"]
+        assert set(proof.check.values[~proof.met.values]) <= {"mesh"}, proof.attrs["sentence"]
         other = solved.assign_coords(layer_thickness=1.5 * solved.layer_thickness)
         assert not roughxr.certificate(other).met.sel(check="elasticity")
 

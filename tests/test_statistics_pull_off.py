@@ -93,18 +93,17 @@ def test_a_pull_off_has_no_pull_off(ground):
         pull_off(pull_off(sticky))
 
 
-def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data(capsys):
+def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data():
     force = np.array([[1200.0, np.nan, 900.0, 1500.0], [1.0, 2.0, 3.0, 4.0]])
     pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})
     found = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
-    told = capsys.readouterr().out
-    assert told.startswith("Mean pull-off 1.20 µN (95 % interval ")
-    assert "3 places of 4" in told and "± 2 % numerical error" in told
+    assert found.sentence.startswith("Mean pull-off 1.20 µN (95 % interval ")
+    assert "3 places of 4" in found.sentence and "± 2 % numerical error" in found.sentence
     assert float(found.pull_off_force) == 1200 and int(found.places) == 3 and float(found.mesh_error) == 0.02
     assert float(found.low) < 900 and float(found.high) > 1500  # three places show no tail
     assert found.pull_off_force.units == found.low.units == "nN"
     one = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
-    assert np.isnan(one.low) and capsys.readouterr().out.startswith("Mean pull-off 1 nN (1 place)")
+    assert np.isnan(one.low) and one.sentence.startswith("Mean pull-off 1 nN (1 place)")
     with pytest.raises(ValueError, match="at least one place that adheres"):
         roughxr.answer(pull * np.nan)
     with pytest.raises(ValueError, match="at least one place that adheres"):
@@ -112,20 +111,18 @@ def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data
 
 
 @pytest.mark.parametrize(("method", "times"), [("rigid", 2.0), ("adhesive", 1.5)])
-def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coarse_are_told(method, times, capsys):
+def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coarse_are_told(method, times):
     pair = {"sphere_radius": 500.0, "work_of_adhesion": 0.06}
     smooth = times * np.pi * 0.06 * 500.0
     pull = xr.Dataset({"pull_off_force": ("subregion", [smooth])}, pair, {"method": method})
     assert float(reduction(pull).pull_off_ratio[0]) == pytest.approx(1.0)
     assert float(roughxr.answer(pull).smooth_share) == pytest.approx(1.0)
     found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
-    told = capsys.readouterr().out
-    assert "overestimated by about 22 % due to the size of cells" in told and float(found.mesh_error) == pytest.approx(
-        0.22
-    )
+    assert "overestimated by about 22 % due to the size of cells" in found.sentence
+    assert float(found.mesh_error) == pytest.approx(0.22)
 
 
-def test_the_cells_error_of_rigid_bodies_reaches_the_answer(capsys):
+def test_the_cells_error_of_rigid_bodies_reaches_the_answer():
     """Heights of a plane: 2πwR, were it not for the cells."""
     axis = np.arange(48) * 8.0
     flat = xr.Dataset({"height": (("x", "y"), np.zeros((48, 48)), {"units": "nm"})}, {"x": axis, "y": axis})
@@ -134,7 +131,7 @@ def test_the_cells_error_of_rigid_bodies_reaches_the_answer(capsys):
     found = solved.contact.answer()
     smooth = 2 * np.pi * 500 * float(pair.work_of_adhesion)
     assert float(found.pull_off_force) / (1 + float(found.mesh_error)) == pytest.approx(smooth, rel=0.02)
-    assert "shaped to fit the sphere: use adhesive, or a finer mesh" in capsys.readouterr().out
+    assert "shaped to fit the sphere: use adhesive, or a finer mesh" in found.sentence
 
 
 def test_what_has_several_answers_says_which_ways_there_are():

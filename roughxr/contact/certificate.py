@@ -36,19 +36,19 @@ _PLANE = ("x", "y")
 
 
 def certificate(ds: xr.Dataset) -> xr.Dataset:
-    """Return and print the largest violation of each contact condition, with its limit.
+    """Return the largest violation of each contact condition, with its limit.
 
     Parameters
     ----------
     ds : Dataset
         Solution of `direct`, `adhesive` or `rigid` at places. With ``fields=True`` the conditions are recomputed from
-        the fields. Without fields only sums that the solver reports are compared, as the verdict states.
+        the fields. Without fields only sums that the solver reports are compared, as the sentence states.
 
     Returns
     -------
     Dataset
         Along ``check``: ``violation``, the largest over all places and states, its ``limit``, ``met`` and ``words``;
-        the attribute ``verdict`` names the conditions that are not met. An unknown violation is NaN and counts as not
+        the attribute ``sentence`` names the conditions that are not met. An unknown violation is NaN and counts as not
         met. "unconverged" and "truncated" are shares of the solves, "load" the relative difference from the prescribed
         load, "mesh" the stated error of the pull-off, "pull_off" by how much the pull-off force leaves what the states
         of a retraction allow, beyond its stated error: at least their largest pull, at most what the work between the
@@ -63,23 +63,14 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, young_modulus=75, poisson_ratio=0.2)
-    >>> roughxr.certificate(scan.contact.direct(load=[1000.0])).verdict  # doctest: +ELLIPSIS
+    >>> print(roughxr.certificate(scan.contact.direct(load=[1000.0])).sentence)  # doctest: +ELLIPSIS
+    All 4 conditions are met.
     unconverged: 0 of at most 0, met
     residual: ... of at most 1e-06, met
     load: ... of at most 1e-06, met
     truncated: 0 of at most 0, met
     Only sums were checked; solve with fields=True to check elasticity and traction, too.
-    'all 4 conditions are met (only sums were checked)'
     """
-    out = check_conditions(ds)
-    print("\n".join(out["words"].values))
-    if not out.attrs["fields"]:
-        print("Only sums were checked; solve with fields=True to check elasticity and traction, too.")
-    return out
-
-
-def check_conditions(ds: xr.Dataset) -> xr.Dataset:
-    """Return the certificate of a solution."""
     ds = schema.entered(ds)
     method = ds.attrs.get("method")
     if method not in SOLVED or ("converged" not in ds and method != "rigid"):
@@ -96,12 +87,10 @@ def check_conditions(ds: xr.Dataset) -> xr.Dataset:
     rows = {"violation": violations, "limit": limits, "met": met, "words": words}
     out = xr.Dataset({name: ("check", values) for name, values in rows.items()}, {"check": list(names)})
     broken = ", ".join(out["check"].values[~met])
-    verdict = f"not met: {broken}" if broken else f"all {met.size} conditions are met"
-    out.attrs = {
-        "method": method,
-        "fields": int(fields),
-        "verdict": verdict + ("" if fields else " (only sums were checked)"),
-    }
+    lines = [f"Not met: {broken}." if broken else f"All {met.size} conditions are met.", *words]
+    if not fields:
+        lines.append("Only sums were checked; solve with fields=True to check elasticity and traction, too.")
+    out.attrs = {"method": method, "fields": int(fields), "sentence": "\n".join(lines)}
     return schema.record(schema.label(out), "certificate", ds)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import numpy as np
 import xarray as xr
 
-from ..contact.certificate import SOLVED, check_conditions
+from ..contact.certificate import SOLVED, certificate
 from ..contact.cycle import LARGEST_SETTLING, settling_changes
 from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
@@ -90,10 +90,10 @@ def _solved(run: Run) -> Iterator[str]:
         kind, _, method = name.partition("/")
         title = METHOD_WORDS.get(method, method).capitalize()
         if kind == "solutions" and method in SOLVED and "converged" in ds:
-            certificate = check_conditions(ds)
-            missed = ~(certificate.met | certificate.check.isin(["mesh", "truncated"]))
+            conditions = certificate(ds)
+            missed = ~(conditions.met | conditions.check.isin(["mesh", "truncated"]))
             if missed.any():
-                violations = "; ".join(certificate.words.values[missed])
+                violations = "; ".join(conditions.words.values[missed])
                 yield f"{title}: conditions of the contact are violated: {violations}."
         if name in ("solutions/direct", "solutions/energy") and "truncated" in ds:
             flags = ds["truncated"].astype(bool)

@@ -37,7 +37,7 @@ _PLACE_ERRORS = ("pull_off_error", "cell_error")
 
 
 def answer(ds: xr.Dataset) -> xr.Dataset:
-    """Return the mean pull-off force with its 95 % interval, and print it with its condition and errors.
+    """Return the mean pull-off force with its 95 % interval, and the sentences that state it.
 
     Parameters
     ----------
@@ -52,7 +52,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
         ``smooth_share``; NaN if unknown, as the ends are for too few independent places. If some measured forces are
         known by limits, ``low`` … ``high`` holds wherever they lie below them, and ``likelihood_low`` …
-        ``likelihood_high`` is the interval by a likelihood with censoring, as in `bootstrap`.
+        ``likelihood_high`` is the interval by a likelihood with censoring, as in `bootstrap`. The attribute
+        ``sentence`` states the result, its errors and the next step, a line each.
 
     Raises
     ------
@@ -64,7 +65,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     >>> import xarray as xr
     >>> import roughxr
     >>> pull = xr.Dataset({"pull_off_force": ("subregion", [388.0, 575.0, 817.0])})
-    >>> mean = roughxr.answer(roughxr.schema.label(pull))
+    >>> print(roughxr.answer(roughxr.schema.label(pull)).sentence)
     Mean pull-off 590 nN (95 % interval 230 … 1610 nN, 3 places) for the surface as scanned.
     Debris on less than 63 % of the surface may be missed by 3 places; the interval excludes it.
     Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.
@@ -75,8 +76,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
     else:
         mean = ds if "solved_places" in ds else mean_pull_off(ds)  # a run's summary is one already
-    print(sentences_on_lines(headline(mean)))
-    return mean
+    return mean.assign_attrs(sentence=sentences_on_lines(headline(mean)))
 
 
 def mesh_error(pull: xr.Dataset) -> float:
@@ -96,7 +96,7 @@ def mesh_error(pull: xr.Dataset) -> float:
 
 
 def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
-    """Return the Dataset of `answer` without printing."""
+    """Return the Dataset of `answer` without its sentences."""
     if "pull_off_force" not in ds and "force" not in ds:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
     pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
