@@ -231,15 +231,3 @@ def test_the_budget_changes_the_thickness_and_all_moduli_together(scan):
     budget = ds.contact.error_budget(places=1, law="jkr", mesh=2, settings={"layer thickness": [0.5]})
     entry = budget.sel(entry="layer thickness")
     assert 0 < float(entry.relative_error) < 0.2 and np.isfinite(entry.slope)
-
-
-def test_roughness_is_not_added_where_a_layer_bulges(scan):
-    ds = scan.contact.assign_pair(
-        sphere_radius=500,
-        young_modulus=(75, 75),
-        poisson_ratio=0.2,
-        work_of_adhesion=0.05,
-        layer=Layer(5, young_modulus=0.5, poisson_ratio=0.5),
-    )
-    with pytest.raises(ValueError, match="expected one that does not bulge"):
-        ds.contact.scale_dependence(subregions=(1, 1))

@@ -18,9 +18,9 @@ from ..particles.force_balance import NO_REST, places_in_words, strength_of_plac
 from ..report.run_tables import METHOD_WORDS
 from ..report.summary import best_method, critical_median, place_table, scan_label
 from ..statistics.sampling import by_share, one_of_each_place
-from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, with_interval
+from ..vocabulary.text import without_warnings
 from . import words
 from .file_commands import save_picture
 
@@ -71,7 +71,7 @@ def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
         )
     numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
-    critical = quietly(particles.critical_load, moments, options.load, flow=options.fluid, **slides)
+    critical = without_warnings(particles.critical_load, moments, options.load, flow=options.fluid, **slides)
     load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
     forces = f"pull-off forces: {METHOD_WORDS[method]}"
     _print_critical(critical, load)

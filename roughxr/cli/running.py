@@ -18,8 +18,7 @@ from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
 from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
-from ..studies.roughness_scale import quietly
-from ..vocabulary.text import sentences_on_lines
+from ..vocabulary.text import sentences_on_lines, without_warnings
 from .file_commands import read_scan
 from .options import AIR, BODIES
 from .words import EXPECTED_ERRORS, error_text, numbers, print_error
@@ -47,7 +46,7 @@ def _run_each(options: Namespace, output: Path) -> None:
     unread: dict[str, str] = {}
     for file in options.scan:  # before minutes are spent on the others
         try:
-            quietly(scans.describe, file)  # its run warns
+            without_warnings(scans.describe, file)  # its run warns
         except EXPECTED_ERRORS as error:
             unread[file] = error_text(error).removeprefix(f"{file}: ")
             print_error(f"{file}: cannot be read and is left out: {unread[file]}")

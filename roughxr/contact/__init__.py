@@ -7,7 +7,6 @@ solving         one problem solved at every centre
 elastic         `direct`: the half space without adhesion, at displacements or loads
 adhesion        `adhesive`: the half space with adhesion, through loading and retraction; adhesive_options reads its
                 options, cycle follows one place, adhesive_record writes its record
-subpixel        the pull-off at a place with roughness below the pixel
 batch           pull-offs of slightly different surfaces, pairs and meshes, in one batch
 rigid           `rigid`: bodies too stiff to deform
 menisci         condensed liquid between rigid bodies: its work, and the error of thin menisci

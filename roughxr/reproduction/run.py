@@ -22,9 +22,9 @@ from ..runs.analysis import Part, Plan, Task, execute
 from ..scans import open_sample
 from ..specimen import specimen_of
 from ..statistics import debris
-from ..studies.roughness_scale import quietly
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ
+from ..vocabulary.text import without_warnings
 from ..vocabulary.units import whole_number
 from .numbered_figures import counted_equally, paper_figures, smooth_sphere, strongest_place, surpassing_delta
 from .printed import CONTACT, PAIR, SCAN, TWIN
@@ -136,7 +136,10 @@ def corrections(task: Task) -> dict[str, xr.Dataset]:
     catalogues = {"paper": elastic(task.groups["asperities"]), "auto": corrected}
     options = {"delta": [0.0], **task.options}  # the exact pull-off does not depend on the displacements
     forces = [
-        [quietly(superpose, catalogues[patch], formulation=name, **options)["pull_off_force"] for patch in _PATCHES]
+        [
+            without_warnings(superpose, catalogues[patch], formulation=name, **options)["pull_off_force"]
+            for patch in _PATCHES
+        ]
         for name in _FORMULATIONS
     ]
     dims = ("formulation", "patch", "subregion")

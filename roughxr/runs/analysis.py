@@ -53,19 +53,20 @@ from ..specimen import Specimen, specimen_of
 from ..statistics import pull_off
 from ..statistics.headline import headline, mean_pull_off, mesh_error
 from ..studies.extrapolation import real_pull_off, second_scan, without_estimate
-from ..studies.roughness_scale import quietly, scale_dependence
+from ..studies.roughness_scale import scale_dependence
 from ..studies.uncertainty_budget import budget_of
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ, read_law
 from ..vocabulary.numbers import number
+from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
 _RIGID_CELL = 2.5
 
 #: Places of the pull-off over the shortest wavelength, of the usual formulas, and of force over displacement.
-_SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 4, 16, 4
+_SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 3, 16, 4
 
 #: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
 _CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
@@ -323,7 +324,7 @@ def _surface(task: Task) -> dict[str, xr.Dataset]:
 def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
     """Return the asperities that a formulation sums: the paper's own for its formulas."""
     fit = fit_options(formulation)
-    return quietly(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities)
+    return without_warnings(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities)
 
 
 def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
@@ -354,9 +355,9 @@ def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
     debris = {name: places[name] for name in ("on_debris", "debris_share") if name in places.coords}
     for name in task.plan.superposed:
         catalogue = elastic(_catalogue(specimen, name))
-        swept = quietly(superpose, catalogue, delta=task.plan.sweep, formulation=name, **task.options)
+        swept = without_warnings(superpose, catalogue, delta=task.plan.sweep, formulation=name, **task.options)
         swept = swept.assign_coords(debris)  # which the asperities do not show
-        groups |= {f"solutions/{name}": swept, f"statistics/{name}": quietly(pull_off, swept)}
+        groups |= {f"solutions/{name}": swept, f"statistics/{name}": without_warnings(pull_off, swept)}
     return groups
 
 
@@ -402,7 +403,7 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     all_groups = groups | out
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
-            out[group] = quietly(critical_load, report.run_moments(all_groups, way))
+            out[group] = without_warnings(critical_load, report.run_moments(all_groups, way))
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
@@ -454,8 +455,8 @@ def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
     sample = regions.sample(adhering, _CURVE_PLACES)
     at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
     try:
-        curves = quietly(adhesive, specimen, subregions=sample, delta=deltas, **how)
-        fields = quietly(adhesive, specimen, subregions=median_place, delta=at_pull_off, fields=True, **how)
+        curves = without_warnings(adhesive, specimen, subregions=sample, delta=deltas, **how)
+        fields = without_warnings(adhesive, specimen, subregions=median_place, delta=at_pull_off, fields=True, **how)
     except TooManyCells:  # at a place that needs fewer; the report is whole without these pictures
         return {}
     retraction = fields.sel(branch="retraction", drop=True)
@@ -542,12 +543,12 @@ def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     specimen = task.specimen
     refine = int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
     # without warnings about the cell size, which the report gives for all methods
-    summed = quietly(rigid, specimen, delta=[0.0], refine=refine, **task.options)
-    groups = {"solutions/rigid": summed, "statistics/rigid": quietly(pull_off, summed)}
+    summed = without_warnings(rigid, specimen, delta=[0.0], refine=refine, **task.options)
+    groups = {"solutions/rigid": summed, "statistics/rigid": without_warnings(pull_off, summed)}
     if task.has_sphere and not task.is_coated:
         sampled = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
-        groups["statistics/regime"] = quietly(regime, specimen, subregions=sampled, refine=refine)
-        groups["statistics/formulas"] = quietly(formulas, specimen, subregions=sampled, refine=refine)
+        groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, refine=refine)
+        groups["statistics/formulas"] = without_warnings(formulas, specimen, subregions=sampled, refine=refine)
     return groups
 
 

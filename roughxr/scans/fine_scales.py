@@ -227,23 +227,30 @@ def add_fine_roughness(
     n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
-    axes = {}
-    for axis in "xy":
-        places = float(scan[axis][0]) - side / 2 + side / n * (np.arange(scan.sizes[axis] * n) + 0.5)
-        axes[axis] = xr.Variable(axis, places, scan[axis].attrs)
-    height = finite(scan["height"].values)
+    finite(scan["height"].values)
     model = known_spectrum(self_affine_fit(scan))
     if spectrum is not None:
         model = known_spectrum(spectrum, model.shown, model.lay)
     if not np.isfinite(model.plateau):
         raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
-    added = nested_roughness(axes["x"].values, axes["y"].values, model.directional_density, model.shown, shortest, seed)
-    height = band_limited(height, n) + added
+    out, added = with_fine_roughness(scan, model, shortest, seed, n)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     made = {f"fine_{name}": value for name, value in made.items()}
-    out = scan.drop_dims(["x", "y"]).assign(height=(("x", "y"), height)).assign_coords(axes)
     arguments = {"shortest": shortest, "seed": seed, "refine": n}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
+
+
+def with_fine_roughness(
+    scan: xr.Dataset, model: Spectrum, shortest: float, seed: int, n: int
+) -> tuple[xr.Dataset, np.ndarray]:
+    """Return a scan on n × n cells a pixel with a model's wavelengths down to the shortest (nm), and these heights."""
+    axes = {}
+    for axis, side in zip("xy", pixel(scan)):
+        places = float(scan[axis][0]) - side / 2 + side / n * (np.arange(scan.sizes[axis] * n) + 0.5)
+        axes[axis] = xr.Variable(axis, places, scan[axis].attrs)
+    added = nested_roughness(axes["x"].values, axes["y"].values, model.directional_density, model.shown, shortest, seed)
+    heights = xr.Variable(("x", "y"), band_limited(scan["height"].values, n) + added, scan["height"].attrs)
+    return scan.drop_dims(["x", "y"]).assign(height=heights).assign_coords(axes), added
 
 
 def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -> Spectrum:

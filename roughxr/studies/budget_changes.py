@@ -22,8 +22,8 @@ from ..particles.resting_places import resettled
 from ..statistics.sampling import SHARE, shares
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.error_sources import MESH, RANGE
+from ..vocabulary.text import without_warnings
 from .assumptions import CHANGES
-from .roughness_scale import quietly
 
 #: Largest size of the cells over the size that a law needs; larger cells are refined.
 _SLACK = 1.25
@@ -76,7 +76,7 @@ def changes(
     for factor, values in settings.items():
         for value in values:
             try:
-                setting, pairs[len(cases)] = quietly(_changed_and_reference, base, factor, value, pull, meshes)
+                setting, pairs[len(cases)] = without_warnings(_changed_and_reference, base, factor, value, pull, meshes)
                 cases.append(FactorCase(factor, value, setting))
             except ValueError as refused:
                 cases.append(FactorCase(factor, value, str(value), reason=str(refused)))

@@ -31,9 +31,9 @@ from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.error_sources import MESH, PLACES, SAMPLING, UNSEEN
 from ..vocabulary.numbers import number
+from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
 from .assumptions import CHANGES, noise_limit
-from .roughness_scale import quietly
 from .uncertainty_budget import budget_of
 
 #: ln(factor) = −_FALL h u of one scan, with the standard deviation h √((_MISSED b)² + (_SCATTER u)²) for wavelengths to
@@ -166,7 +166,7 @@ def extrapolated(
     count = whole_number(places, "places", least=1)
     centres = regions.centres(scan, subregions)
     _refuse_resting(centres, finer)
-    solved = quietly(adhesive, scan, subregions=centres, preload=preload, law=law, mesh=mesh)
+    solved = without_warnings(adhesive, scan, subregions=centres, preload=preload, law=law, mesh=mesh)
     mesh = read_mesh(mesh, Mesh())
     force = float(read_preloads(preload)[0])
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
@@ -357,7 +357,7 @@ def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[floa
     finer, shown = second_scan(ds, finer)
     centres = regions.centres(shown[0], _SECOND_PLACES)
     fine, *coarse = (
-        at_first_preload(quietly(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
+        at_first_preload(without_warnings(adhesive, scan, subregions=centres, law=law))["pull_off_force"].values
         for scan in (finer, *shown)
     )
     both = np.isfinite([fine, *coarse]).all(axis=0)
@@ -379,11 +379,11 @@ def resting_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, f
 
 def mean_at_rest(scan: xr.Dataset, law: str) -> tuple[float, float]:
     """Return the mean pull-off (nN) of particles at rest on a surface, and its relative error."""
-    rests = quietly(resting, scan, landings=_LANDINGS)
+    rests = without_warnings(resting, scan, landings=_LANDINGS)
     inner = rests.isel(subregion=np.flatnonzero(~rests["truncated"].values))
     _need_two(inner.sizes["subregion"], "resting positions away from its edges")
     rests = regions.sample(inner, _MOST_RESTS)
-    pull_off = at_first_preload(quietly(adhesive, scan, subregions=rests, law=law))["pull_off_force"]
+    pull_off = at_first_preload(without_warnings(adhesive, scan, subregions=rests, law=law))["pull_off_force"]
     adhering = pull_off.dropna("subregion")
     _need_two(adhering.size, "resting positions")
     mean = float(by_share(adhering).mean())

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import xarray as xr
 
-from ..contact.adhesive_options import preload_problem
-from ..contact.cycle import Adhesion
-from ..contact.problem import Problem
+from ..contact.adhesive_options import preload_problem, window_half_width
+from ..contact.batch import Case, pull_offs
+from ..contact.cycle import resolving_cell
+from ..contact.mesh import MOST_REFINED, Mesh
+from ..contact.problem import places
 from ..contact.regimes import need_sphere
-from ..contact.subpixel import AddedRoughness, extrapolated_pull_off
-from ..jobs import spread
 from ..scans import regions, self_affine_fit, smooth
-from ..scans.fine_scales import known_spectrum
+from ..scans.fine_scales import Spectrum, known_spectrum, with_fine_roughness
+from ..specimen import specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, whole_number
+
+#: Least number of cells along the shortest wavelength.
+_CELLS_PER_WAVELENGTH = 8
 
 
 def scale_dependence(
@@ -28,7 +28,6 @@ def scale_dependence(
     seeds: int = 4,
     subregions: Places = (2, 2),
     preload: Quantity = 0.0,
-    hurst: float | None = None,
 ) -> xr.Dataset:
     """Return the simulated pull-off as a function of the shortest wavelength of the surface.
 
@@ -46,8 +45,6 @@ def scale_dependence(
         As in `direct`.
     preload : number or quantity
         nN.
-    hurst : float, optional
-        Hurst exponent of the added roughness; by default that of the scan.
 
     Returns
     -------
@@ -58,30 +55,28 @@ def scale_dependence(
 
     Notes
     -----
-    From one wavelength to the next, finer roughness is added to a seed's surface, so that its curve is smooth. Added
-    roughness covers all contacts of the sphere around each centre; the bodies yield at their hardness, if
-    one is assigned or estimated.
+    Each surface is solved as by `adhesive`, on eight cells or more along its shortest wavelength. From one wavelength
+    to the next, finer roughness is added to a seed's surface, so that its curve is smooth.
 
     Examples
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
-    >>> found = scan.contact.scale_dependence(shortest=[10, 100], seeds=1, subregions=(1, 1))
-    >>> dict(found.pull_off_force.sizes)
+    >>> scales = scan.contact.scale_dependence(shortest=[10, 100], seeds=1, subregions=(1, 1))
+    >>> dict(scales.pull_off_force.sizes)
     {'subregion': 1, 'shortest_kept': 2, 'seed': 1}
     """
-    ds = schema.entered(ds)
-    ds = need_sphere(ds).scan
+    ds = need_sphere(schema.entered(ds)).scan
     count = whole_number(seeds, "seeds", least=1)
-    spectrum = self_affine_fit(ds, hurst=hurst)
+    spectrum = self_affine_fit(ds)
     wavelengths = schema.ascending(_usual_wavelengths(ds, spectrum) if shortest is None else shortest, "nm", "shortest")
     centres = regions.centres(ds, subregions)
-    forces = _simulated(_yielding(ds), centres, wavelengths, count, preload, known_spectrum(spectrum))
+    forces = _simulated(ds, centres, wavelengths, count, preload, known_spectrum(spectrum))
     out = xr.Dataset({"pull_off_force": (("subregion", "shortest_kept", "seed"), forces)})
     along = {"shortest_kept": wavelengths, "seed": np.arange(count)}
     out = out.assign_coords({**centres.coords, **along, **schema.pair_coordinates(ds)})
     out.attrs = {str(name): float(spectrum[name]) for name in spectrum.data_vars}
-    arguments = {"shortest": wavelengths, "seeds": count, "subregions": subregions, "preload": preload, "hurst": hurst}
+    arguments = {"shortest": wavelengths, "seeds": count, "subregions": subregions, "preload": preload}
     return schema.record(schema.label(out), "scale_dependence", ds, **arguments)
 
 
@@ -94,70 +89,37 @@ def _usual_wavelengths(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
     return [0.5 * shown, 0.5**0.5 * shown, shown, *(n * pixel for n in (2, 4) if n * pixel > 1.02 * shown)]
 
 
-def _yielding(ds: xr.Dataset) -> xr.Dataset:
-    """Return the scan with the hardness assigned or estimated, unless adhesion alone exceeds the estimate."""
-    if "hardness" in ds.coords or "hardness_estimate" not in ds.coords:
-        return ds
-    estimate = float(ds["hardness_estimate"])
-    return ds if estimate <= preload_problem(ds)[1].largest_tension else ds.assign_coords(hardness=estimate)
-
-
-def _simulated(ds, centres, wavelengths, seeds, preload, model) -> np.ndarray:
-    """Return the simulated pull-off (place, wavelength, seed), smooth surfaces first: their depths are guesses."""
-    problem, adhesion = preload_problem(ds, preload=preload)
-    if problem.depth_factor > 1:
-        raise ValueError("layer: expected one that does not bulge, found a nearly incompressible one; take adhesive")
-    guess = float(problem.steps[-1]), 0.0
-    out = []
-    for shortest in wavelengths[::-1]:
-        longest = max(shortest, model.shown)
-        patches = _patches(smooth(ds, shortest=longest), problem, centres)
-        count = seeds if shortest < longest else 1  # without added roughness all seeds are equal
-        pulls = _solved(patches, count, guess, problem, adhesion, AddedRoughness(model, longest, shortest))
-        if np.isfinite(pulls).any():
-            guess = 1.3 * float(np.nanmax(pulls[..., 1])) + 0.05, float(np.nanmean(pulls[..., 0]))
-        out.append(np.broadcast_to(pulls[..., 0], (len(patches), seeds)))
-    return np.stack(out[::-1], axis=1)
-
-
-def _patches(ds: xr.Dataset, problem: Problem, centres: xr.Dataset) -> list[tuple]:
-    """Return the heights around each place, their first pixel's position, the pixel and the place (nm)."""
-    reach = problem.indenter.half_width(float(problem.steps[-1])) + 8 * problem.pixel
-    windows, _ = regions.windows(ds, centres, reach)
-    x = ds["x"].values
-    y = ds["y"].values
-    heights = ds["height"].values
-    positions = zip(windows, centres["subregion_x"].values, centres["subregion_y"].values)
-    return [
-        (
-            heights[window.rows, window.columns],
-            (float(x[window.rows][0]), float(y[window.columns][0])),
-            problem.pixel,
-            (float(centre_x), float(centre_y)),
-        )
-        for window, centre_x, centre_y in positions
-    ]
-
-
-def _solved(
-    patches: list[tuple],
-    seeds: int,
-    guess: tuple[float, float],
-    problem: Problem,
-    adhesion: Adhesion,
-    added: AddedRoughness,
+def _simulated(
+    ds: xr.Dataset, centres: xr.Dataset, wavelengths: np.ndarray, seeds: int, preload: Quantity, model: Spectrum
 ) -> np.ndarray:
-    """Return pull-off (nN), depth (nm) and number of cells (place, seed, 3); NaN where a second guess fails, too."""
-    depth, pull = guess
-    pulls = np.full((len(patches) * seeds, 3), np.nan)
-    for factor in (1.0, 2.0):
-        failed = np.flatnonzero(np.isnan(pulls[:, 0]))
-        tasks = [
-            (*patches[k // seeds], k % seeds, factor * depth, pull, problem, adhesion, added) for k in failed.tolist()
-        ]
-        if tasks:
-            pulls[failed] = spread.task_results(extrapolated_pull_off, tasks, (3,), name="scale_dependence")
-    return pulls.reshape(len(patches), seeds, 3)
+    """Return the simulated pull-off (place, wavelength, seed), nN."""
+    specimen = specimen_of(ds)
+    problem, adhesion = preload_problem(specimen, preload=preload, law="auto", mesh=Mesh(MOST_REFINED, None))
+    if _CELLS_PER_WAVELENGTH * problem.pixel > MOST_REFINED * wavelengths[0]:
+        least = _CELLS_PER_WAVELENGTH / MOST_REFINED * problem.pixel
+        raise ValueError(f"shortest: expected wavelengths of {least:g} nm or more, found {wavelengths[0]:g} nm")
+    half_width = window_half_width(specimen, problem, adhesion)
+    windows, _ = regions.windows(ds, centres, half_width)
+    largest_cell = min(adhesion.first_cell, resolving_cell(adhesion, problem))
+    cases = []
+    order = []
+    for at, shortest in enumerate(wavelengths):
+        surface = smooth(ds, shortest=max(shortest, model.shown))
+        cell = min(largest_cell, shortest / _CELLS_PER_WAVELENGTH)
+        n = min(int(np.ceil(problem.pixel / cell)), MOST_REFINED)
+        for place, window in enumerate(windows):
+            part = surface.isel(x=window.rows, y=window.columns)
+            for seed in range(seeds if shortest < model.shown else 1):
+                rough, _ = with_fine_roughness(part, model, shortest, seed, n)
+                (at_place,), _ = places(specimen_of(rough), centres.isel(subregion=[place]), half_width)
+                fine = problem._replace(pixel=problem.pixel / n, refine=1)
+                cases.append(Case(at_place, fine, adhesion._replace(refine=1)))
+                order.append((place, at, seed))
+    forces = np.full((len(windows), wavelengths.size, seeds), np.nan)
+    forces[tuple(np.transpose(order))] = pull_offs(cases)
+    is_shown = wavelengths >= model.shown  # all seeds are equal
+    forces[:, is_shown] = forces[:, is_shown, :1]
+    return forces
 
 
 def mean_over_wavelengths(ds: xr.Dataset) -> xr.DataArray:
@@ -165,10 +127,3 @@ def mean_over_wavelengths(ds: xr.Dataset) -> xr.DataArray:
     force = ds["pull_off_force"].transpose("subregion", "shortest_kept", "seed")
     everywhere = force.notnull().all(["shortest_kept", "seed"]).values
     return (force.isel(subregion=everywhere) if everywhere.any() else force).mean("subregion")
-
-
-def quietly(solve: Callable, *arguments: Any, **options: Any) -> Any:
-    """Return the result of a solve without its warnings."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)
-        return solve(*arguments, **options)

@@ -30,10 +30,10 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
 from ..vocabulary.numbers import percent
+from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, whole_number
 from .assumptions import HUMID, pair_factors, range_deviation
 from .budget_changes import Base, Change, FactorCase, changes, mean_change, needed_cells
-from .roughness_scale import quietly
 
 #: Part of a known bias that is counted as uncertainty, of the mesh about the change by still finer meshes: their order
 #: of convergence lies between one and two.
@@ -133,7 +133,7 @@ def error_budget(
     count = whole_number(places, "places", least=1)
     _need_factors(ds, settings)
     mesh = read_mesh(mesh, Mesh())
-    solved = quietly(adhesive, ds, subregions=regions.centres(ds, subregions), preload=0.0, law=law, mesh=mesh)
+    solved = without_warnings(adhesive, ds, subregions=regions.centres(ds, subregions), preload=0.0, law=law, mesh=mesh)
     out = budget_of(ds, solved, places=count, preload=0.0, mesh=mesh, settings=settings)
     how = {"law": law, "mesh": mesh, "subregions": subregions, "places": places, "settings": settings}
     return schema.record(out, "error_budget", ds, **how)
@@ -288,7 +288,7 @@ def _count(places: int, tried: int) -> str:
 def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
     """Return the excess by the law of thin menisci, between rigid bodies at a few places."""
     sampled = regions.sample(regions.centres(ds, solved), _MENISCUS_PLACES)
-    errors = quietly(rigid, ds, subregions=sampled, delta=[0.0])["meniscus_error"].values
+    errors = without_warnings(rigid, ds, subregions=sampled, delta=[0.0])["meniscus_error"].values
     errors = errors[np.isfinite(errors)]
     if errors.size == 0:
         return _not_computed("the error of thin menisci is known at no place")

@@ -6,7 +6,7 @@ import re
 import sys
 import unicodedata
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 #: Categories of characters that move the cursor, colour or hide what is printed, or turn its direction.
@@ -47,3 +47,10 @@ def warn(words: str, category: type[Warning] = UserWarning) -> None:
         frame = frame.f_back
         depth = depth + 1
     warnings.warn(words, category, stacklevel=above)
+
+
+def without_warnings(solve: Callable, *arguments: Any, **options: Any) -> Any:
+    """Return the result of a function without its warnings to the user."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        return solve(*arguments, **options)

@@ -122,27 +122,17 @@ def nested_roughness(x, y, spectrum, longest, shortest, seed):
     ``spectrum`` returns C at wavevectors kx, ky. One seed is one surface, at any points; a smaller ``shortest`` adds
     wavelengths and leaves the others unchanged.
     """
-    return summed_modes(roughness_bands(spectrum, longest, shortest, seed), x, y)
-
-
-def roughness_bands(spectrum, longest, shortest, seed):
-    """Return the Fourier modes of each band of nested roughness."""
-    out = []
+    out = np.zeros((x.size, y.size))
+    band = 0
     while longest > shortest * (1.0 + 1e-9):
         least = max(longest / _BAND, shortest)
-        out.append(_band_modes(spectrum, longest, least, seed, len(out)))
-        longest = least
-    return out
-
-
-def summed_modes(bands, x, y):
-    """Return the heights (x, y), nm, of the Fourier modes of some bands at points x, y (nm)."""
-    out = np.zeros((x.size, y.size))
-    for amplitude, kx, ky in bands:
+        amplitude, kx, ky = _band_modes(spectrum, longest, least, seed, band)
         along_x = np.exp(1j * np.outer(x, kx))
         along_y = np.exp(1j * np.outer(ky, y))
         inner = along_x @ amplitude
         out += inner.real @ along_y.real - inner.imag @ along_y.imag
+        longest = least
+        band += 1
     return out
 
 
@@ -161,11 +151,3 @@ def _band_modes(spectrum, longest, shortest, seed, band):
     root = np.sqrt(2.0 * spectrum(*wavevectors)) * unit / (2.0 * np.pi)
     amplitude[inside] = root * (parts[0][inside] + 1j * parts[1][inside])
     return amplitude, unit * kx, unit * ky
-
-
-def band_rms(spectrum, longest, shortest):
-    """Return the rms height, nm, of a spectrum's wavelengths from ``longest`` down to ``shortest``."""
-    if not longest > shortest:
-        return 0.0
-    q = np.geomspace(2.0 * np.pi / longest, 2.0 * np.pi / shortest, 65)
-    return float(np.sqrt(np.trapezoid(q * q * spectrum(q), np.log(q)) / (2.0 * np.pi)))
