@@ -6,7 +6,7 @@ import scipy.fft
 from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import traction_laws as laws
-from roughxr.kernels.adhesion.path import follow_path
+from roughxr.kernels.adhesion.path import AT_DISPLACEMENTS, follow_path
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 
@@ -139,7 +139,7 @@ def test_without_adhesion_it_presses_as_the_elastic_contact():
 def test_every_state_is_an_equilibrium(law):
     separation = rough(4)
     deltas = np.array([0.5, 1.0])
-    (path,) = follow(separation, deltas, law, fields=True)
+    (path,) = follow(separation, deltas, law, fields=AT_DISPLACEMENTS)
     asked = path.states[path.states["prescribed"] > 0]
     assert len(asked) == len(path.pressures) == 4
     assert path.states["converged"].all()
@@ -217,7 +217,8 @@ def test_a_long_contact_may_lie_along_either_axis(law):
     """Where its linear systems need a part of the box that begins elsewhere along its length than across it."""
     x, y = np.arange(40) - 19.6, np.arange(132) - 65.7
     separation = x[:, None] ** 2 / 50 + y**2 / 800
-    (one,), (other,) = (follow(turned, [0.5], law, fields=True) for turned in (separation, separation.T.copy()))
+    both = separation, separation.T.copy()
+    (one,), (other,) = (follow(turned, [0.5], law, fields=AT_DISPLACEMENTS) for turned in both)
     assert one.states["converged"].all() and other.states["converged"].all()
     assert np.count_nonzero(one.pressures[0]) > DENSE_LIMIT
     assert one.states["force"].min() == pytest.approx(other.states["force"].min(), rel=1e-3)

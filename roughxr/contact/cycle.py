@@ -151,7 +151,8 @@ class Cycles(NamedTuple):
 def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
-        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=fields)
+        pressures = path.AT_DISPLACEMENTS if fields else None
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
         error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
         return cycles, {"refinement": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
@@ -382,23 +383,23 @@ def pull_off_forces(cycles: Cycles) -> np.ndarray:
     return np.array([pull_off_force(cycles, k) for k in range(len(cycles.paths))])
 
 
-def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: bool = False) -> Cycles:
+def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: str | None = None) -> Cycles:
     """Return the cycles at one place on one mesh."""
     problem = problem._replace(refine=refine)
     return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
 
 
 def cycles_on(
-    surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: bool = False, steepest_only: bool = False
+    surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: str | None = None, steepest_only: bool = False
 ) -> Cycles:
     """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
     edges = (1.0, 0.5) if ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0 and not steepest_only else (1.0,)
     laws = [law_on_cells(adhesion, problem, steepness) for steepness in edges]
-    paths, *wider = (_follow(surface, problem, adhesion, law, fields and law is laws[0]) for law in laws)
+    paths, *wider = (_follow(surface, problem, adhesion, law, fields if law is laws[0] else None) for law in laws)
     return Cycles(surface, problem, paths, wider[0] if wider else [], adhesion.law)
 
 
-def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: bool) -> list[path.Path]:
+def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: str | None) -> list[path.Path]:
     """Return the paths of all cycles and preloads, in nm, nN and GPa."""
     paths = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None)
     for _ in range(1, adhesion.cycles):

@@ -14,7 +14,7 @@ from ..asperity.moments import (
     states_layout,
     touching_cells,
 )
-from ..contact.adhesive_options import LONG_STEP, preload_problem, usual_step, window_half_width
+from ..contact.adhesive_options import preload_problem, usual_step, window_half_width
 from ..contact.cycle import (
     REFINEMENTS,
     Adhesion,
@@ -27,15 +27,12 @@ from ..contact.cycle import (
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, Surface, cell_axes, surface_at
 from ..contact.problem import places as placed_at
-from ..contact.solving import state_fields
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
+from ..kernels.adhesion.path import ON_RETRACTION
 from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
-
-#: Number of states of the retraction whose moments are compared; every second one gives the error by their number.
-_STATES = 25
 
 #: Change of the lever from cells twice as large, over the mean of all directions, above which cells are halved again.
 _ACCURACY = 0.1
@@ -53,28 +50,30 @@ _SLOW_CHANGE = 2.0
 #: Least error of the position of a contact's edge, in cells.
 _EDGE_ERROR = 0.2
 
-#: Range of displacements at places without a simulated pull-off, in ranges of adhesion.
-_WITHOUT_PULL_OFF = -10 / 3, 1 / 3
+#: Longest step over the usual one. More states than a pull-off needs: the error by their number is then half as large.
+_STEP = 0.5
+
+#: Steps beyond the depth of the preload on the pull-off's mesh that other meshes may need.
+_FARTHER_STEPS = 16
 
 
-def simulated_moments(specimen: Specimen, solved: xr.Dataset, *, directions: int = 24) -> xr.Dataset:
+def simulated_moments(
+    specimen: Specimen, solved: xr.Dataset, *, preload: float = 0.0, directions: int = 24
+) -> xr.Dataset:
     """Return the resisting moments of the simulation's contacts, in the form of `rolling`, with errors of the levers.
 
-    Each place of ``solved``, a result of `adhesive` by preload, is retracted again from the depth of its preload, for
-    the levers of its contacts, on the cells of its pull-off and on cells twice as large. Cells are halved further while
-    the lever changes and the place is small. A law without range takes the steeper edge's results.
+    Each place of ``solved``, a result of `adhesive` by this preload, is solved again for the states of its retraction,
+    on the cells of its pull-off and on cells twice as large. Cells are halved further while the lever changes and the
+    place is small. A law without range takes the steeper edge's results.
     """
-    law = solved.attrs["law"]
-    length = specimen.pair.range
-    mesh = Mesh(int(solved["refinement"].max()), step=LONG_STEP * usual_step(specimen))
-    problem, adhesion = preload_problem(specimen, law=law, mesh=mesh)
-    adhesion = adhesion._replace(preloads=np.zeros(0))
+    step = _STEP * usual_step(specimen)
+    mesh = Mesh(int(solved["refinement"].max()), step=step)
+    problem, adhesion = preload_problem(specimen, preload=preload, law=solved.attrs["law"], mesh=mesh)
     arguments = []
     for k in range(solved.sizes["subregion"]):
         place = solved.isel(subregion=[k])
-        low, high = (float(np.ravel(place[f"{name}_delta"].values)[0]) for name in ("detachment", "preload"))
-        low, high = (low, high) if low < high else (_WITHOUT_PULL_OFF[0] * length, _WITHOUT_PULL_OFF[1] * length)
-        steps = np.linspace(low, high, _STATES)
+        deepest = float(np.ravel(place["preload_delta"].values)[0]) + _FARTHER_STEPS * step
+        steps = np.array([deepest]) if np.isfinite(deepest) else problem.steps
         place_problem = problem._replace(steps=steps, refine=int(place["refinement"].max()))
         (placed,), _ = placed_at(specimen, place, window_half_width(specimen, place_problem, adhesion))
         arguments.append((*placed, place_problem, adhesion))
@@ -114,20 +113,15 @@ def _refinements(pixels: int, solved_on: int) -> list[int]:
 def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Return the record of one place on one mesh, from all states and from every second."""
     surface, (x, y) = _within_range(surface_at(place, problem), cell_axes(place, problem), problem, adhesion)
-    cycles = cycles_on(surface, problem, adhesion, fields=True, steepest_only=True)
-    path = cycles.paths[0]
+    cycles = cycles_on(surface, problem, adhesion, fields=ON_RETRACTION, steepest_only=True)
+    followed = cycles.paths[0]
     pull_off_events = events(cycles, 0)
     if not pull_off_events:
         return layout.blank(), layout.blank()
-    retraction = path.states["prescribed"] & (np.arange(path.states.size) >= path.turn)
-    states = path.states[retraction][::-1]
-    pressure = path.pressures[: -states.size - 1 : -1]
-    yielded = surface._replace(separation=surface.separation - path.residual_heights[-1])
+    states = followed.states[followed.turn :][::-1]
+    pressure = followed.pressures[::-1]
     opening = edge_opening(adhesion.law, adhesion.work, problem.contact_modulus, problem.dx)
-    touching = np.zeros(pressure.shape, np.bool_)
-    for k, delta in enumerate(states["delta"] + surface.zero):  # one by one to save memory
-        gap = state_fields(pressure[k], yielded, delta, problem)["gap"]
-        touching[k] = touching_cells(gap, pressure[k], problem.dx, opening)
+    touching = touching_cells(followed.gaps[::-1], pressure, problem.dx, opening)
     force = states["force"]
     area = states["contact_area"]
     pull_off = {name: pull_off_events[name] for name in ("pull_off_force", "pull_off_delta")}

@@ -398,7 +398,7 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     groups = task.groups
     places = task.plan.subregions
     solved = task.groups["solutions/adhesive"]
-    moments = simulated_moments(task.specimen, solved)
+    moments = simulated_moments(task.specimen, solved, preload=task.plan.preload)
     out = {"solutions/rolling": moments}
     all_groups = groups | out
     for way, group in report.CRITICAL.items():

@@ -27,6 +27,10 @@ from .states import Solver
 #: Outcomes of a path.
 CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 
+#: States whose fields are returned.
+AT_DISPLACEMENTS = "at displacements"  # the prescribed ones, on both branches
+ON_RETRACTION = "on retraction"  # all
+
 #: Values of a state. Yielding: the shares of compressive force and touching cells at the hardness or above, and area
 #: and volume of the dents, in cells.
 STATE = np.dtype(
@@ -86,7 +90,8 @@ class Path(NamedTuple):
     states: np.ndarray  # (state,) of STATE; prescribed: at a prescribed displacement
     turn: int  # first state of the retraction
     status: int
-    pressures: np.ndarray  # (prescribed or 0, nx, ny) p dx/E*, nm, at prescribed displacements, in the path's order
+    pressures: np.ndarray  # (state or 0, nx, ny) p dx/E*, nm, of the states that were asked for, in the path's order
+    gaps: np.ndarray  # (state or 0, nx, ny) nm, of all states on retraction: 0 in contact, inf beyond the range
     residual_heights: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, after loading to the prescribed displacements
 
 
@@ -98,7 +103,7 @@ def follow_path(
     *,
     preloads=(),
     max_cells=10**7,
-    fields=False,
+    fields=None,
     cap=np.inf,
     limit=np.inf,
     residual_height=None,
@@ -123,8 +128,8 @@ def follow_path(
         at the last of ``deltas``.
     max_cells : int
         Largest number of cells within range.
-    fields : bool
-        Whether to return pressures.
+    fields : {AT_DISPLACEMENTS, ON_RETRACTION}, optional
+        States whose pressures are returned; by default of none. ON_RETRACTION: with their gaps.
     cap : float
         Hardness of the body, nm (H dx/E*); inf for an elastic body.
     limit : float
@@ -150,7 +155,7 @@ def follow_path(
     goals = preloads if preloads.size else [np.inf]
     if np.count_nonzero(separation < deltas[-1] + law.range) > max_cells:
         no_fields = np.zeros((0, *separation.shape))
-        return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields) for _ in goals]
+        return [Path(np.zeros(0, STATE), 0, CELL_LIMIT, no_fields, no_fields, no_fields) for _ in goals]
     solver = Solver(separation, law, cap, limit, from_contact, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
@@ -166,23 +171,25 @@ def _path(loading, loaded):
     states = np.array([visit.row for visit in visited], STATE)
     states["dissipated"] = np.cumsum(states["dissipated"])
     pressures = [visit.pressure for visit in visited if visit.pressure is not None]
+    gaps = [visit.gap for visit in visited if visit.gap is not None]
     heights = [visit.residual_height for visit in loading.visited if visit.residual_height is not None]
     heights = heights or [loading.last.residual_height]
     status = CONVERGED if whole else NOT_FINITE
-    pressures = np.array(pressures) if pressures else np.zeros(shape)
-    return Path(states, len(loading.visited), status, pressures, np.array(heights))
+    pressures, gaps = (np.array(fields) if fields else np.zeros(shape) for fields in (pressures, gaps))
+    return Path(states, len(loading.visited), status, pressures, gaps, np.array(heights))
 
 
 class _Visit:
     """A state of the path: its row and, while a larger tension may lie beyond, the state itself."""
 
-    __slots__ = ("most", "pressure", "residual_height", "row", "solved", "stiffness")
+    __slots__ = ("gap", "most", "pressure", "residual_height", "row", "solved", "stiffness")
 
     def __init__(self, row, solved, stiffness, pressure=None, residual_height=None):
         self.row = row
         self.solved = solved
         self.stiffness = stiffness
         self.pressure = pressure
+        self.gap = None
         self.residual_height = residual_height
         self.most = -np.inf  # the largest tension that may lie between this state and the next
 
@@ -209,12 +216,17 @@ class _Stepper:
         self.last = solved
         self.largest = max(self.largest, -solved.force)
         pressure = residual_height = None
-        if prescribed and self.fields:
-            pressure = np.zeros(self.solver.separation.shape)
+        if prescribed and self.fields == AT_DISPLACEMENTS:
+            pressure = self._on_window(solved, solved.state.pressure, 0.0)
             residual_height = solved.residual_height
-            pressure[solved.rows, solved.columns] = solved.state.pressure
         row = self._row(solved, prescribed, freed)
         self.visited.append(_Visit(row, solved, self.stiffness, pressure, residual_height))
+
+    def _on_window(self, solved, field, beyond):
+        """Return a field of a state's box on all cells, with its value beyond the box."""
+        on_window = np.full(self.solver.separation.shape, beyond)
+        on_window[solved.rows, solved.columns] = field
+        return on_window
 
     def _row(self, solved, prescribed, freed):
         """Return the values of a state, with the energy freed by the last step in place of the whole dissipation."""
@@ -304,6 +316,19 @@ class _Retraction(_Stepper):
             row = turn.row.copy()
             row["dissipated"] = 0.0
             self.visited.append(_Visit(row, self.last, self.stiffness, turn.pressure))
+            self._keep_fields(self.visited[-1])
+
+    def accept(self, solved, prescribed):
+        """Append a state, which becomes the present state."""
+        super().accept(solved, prescribed)
+        self._keep_fields(self.visited[-1])
+
+    def _keep_fields(self, visit):
+        """Store pressure and gap of a state if those of all are asked for."""
+        if self.fields == ON_RETRACTION:
+            state = visit.solved.state
+            visit.pressure = self._on_window(visit.solved, state.pressure, 0.0)
+            visit.gap = self._on_window(visit.solved, np.where(state.touching, 0.0, state.gap), np.inf)
 
     def retract(self):
         """Retract through the prescribed displacements until contact is lost; return whether all states are finite."""
@@ -443,6 +468,7 @@ class _Retraction(_Stepper):
                 return
             following = next(k for k, visit in enumerate(self.visited) if visit.row["delta"] < delta)
             self.visited.insert(following, _Visit(self._row(solved, False, 0.0), solved, np.nan))
+            self._keep_fields(self.visited[following])
             self._count_dissipation(following)
             self._count_dissipation(following + 1)
 
