@@ -399,6 +399,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
         main(["run", "--write-config", "wafer.toml"])
     capsys.readouterr()
     options = ["sphere_radius = '0.3 um'  # the bodies", "materials = 'glass/silicon'", "law = 'Griffith'", "mesh = 1"]
+    options += ["fluid = 'water'"]
     with (tmp_path / "wafer.toml").open("a", encoding="utf-8") as file:
         file.write("\n".join([*options, "budget = 8", "subregions = [2, 1]"]))
     files = ["wafer-3.nc", "wafer-4.nc", "torn.nc"]
@@ -427,6 +428,7 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
             float(groups["statistics/adhesive"].pull_off_force.mean()), rel=1e-3
         )
         assert row["wall_shear_stress [Pa]"] == pytest.approx(float(summary.wall_shear_stress), rel=1e-3)
+        assert float(summary.wall_shear_stress / summary.critical_friction_velocity**2) == pytest.approx(998.2)
         sentence = report.headline(groups)
         assert f"{name}: {sentence}" in lines
         assert " ".join(summary.contact.answer().sentence.split()) == sentence
@@ -435,8 +437,13 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
         for page in ("report.html", "explore.html", "table.txt", "../index.html"):
             text = (tmp_path / "wafer" / Path(name).stem / page).read_text(encoding="utf-8")
             assert sentence in " ".join(html.unescape(text).split())
+            assert "flow of water" in text or page == "explore.html"
+            assert "flow of air" not in text
         assert pd.read_csv(f"wafer/{Path(name).stem}/places.csv").columns[0] == "scan"
     assert main(["detach", "wafer", "-o", "moved.csv"]) == 0
+    heading, _, *rows = capsys.readouterr().out.splitlines()
+    assert heading.startswith("critical friction velocity (flow of water; ")
+    assert [row.split()[0] for row in rows] == ["wafer-3", "wafer-4", "written"]
     assert pd.read_csv("moved.csv")["scan"].tolist() == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
     assert main(["detach", "wafer", "--picture", "moved.png"]) == 1
     page = (tmp_path / "wafer" / "index.html").read_text(encoding="utf-8")

@@ -503,11 +503,14 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
+    with pytest.raises(ValueError, match="a flow of water: expected a dry pair"):
+        roughxr.run(humid, tmp_path / "refused.nc", flow="water")
     held = solved_moments(humid, (2, 1), directions=4)
     groups = dict.fromkeys(report.DETACHMENT, held) | {"scan": humid}
+    groups["statistics/detachment"] = held.contact.critical_load()
     roughxr.archive.save(groups, tmp_path / "run.nc")
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive", "--fluid", "water"]) == 1
-    assert "expected a dry run" in capsys.readouterr().err
+    assert "expected a dry pair" in capsys.readouterr().err
     assert cli.main(["detach", str(tmp_path / "run.nc"), "--method", "adhesive"]) == 0
     assert "pull-off forces: simulation as scanned" in capsys.readouterr().out
 

@@ -220,3 +220,27 @@ def test_a_map_counted_from_its_corner_is_refused_with_what_to_do():
         ValueError, match=r"counted from the contact centre, found x from 5 to 605 nm; give the whole scan"
     ):
         assign_pair(scan(np.zeros((4, 4))), indenter=_probe().height, contact_modulus=40)
+
+
+def test_named_bodies_adhere_across_a_medium_by_hamakers_rule():
+    flat = scan(np.zeros((9, 9)))
+    dry, immersed = (assign_pair(flat, sphere_radius=3000, materials="silica", medium=m) for m in ("air", "water"))
+    assert float(immersed.hamaker_constant) == pytest.approx(hamaker_constant("silica", medium="water"))
+    ratio = (1 - np.sqrt(substances.MEDIA["water"] / 0.065)) ** 2
+    assert float(immersed.work_of_adhesion / dry.work_of_adhesion) == pytest.approx(ratio)
+    assert float(immersed.contact_modulus) == float(dry.contact_modulus)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"materials": "ptfe/silica", "medium": "ethanol"}, "they do not adhere"),
+        ({"materials": "silica", "medium": "water", "work_of_adhesion": 0.1}, "under the medium instead"),
+        ({"materials": "silica", "medium": "water", "humidity": 0.5}, "without medium and humidity"),
+        ({"contact_modulus": 40, "medium": "water"}, "named materials alone"),
+        ({"materials": "silica", "medium": "watr"}, "medium: .*water"),
+    ],
+)
+def test_a_medium_of_unknown_or_repulsive_attraction_is_refused(options, says):
+    with pytest.raises(ValueError, match=says):
+        assign_pair(scan(np.zeros((9, 9))), sphere_radius=3000, **options)

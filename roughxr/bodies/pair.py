@@ -112,6 +112,7 @@ def assign_pair(
     hardness: Quantity | None = None,
     humidity: Quantity | HumidAir | None = None,
     layer: Layer | str | None = None,
+    medium: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the scan or catalogue with the pair of bodies on it.
 
@@ -159,6 +160,9 @@ def assign_pair(
         below the layer, in this order: ``materials="glass/silicon"`` or ``young_modulus=(75, 130)``, ``inf`` for a
         rigid one. ``contact_modulus`` of the result is that of indenter and layer; adhesion and hardness of named
         materials are theirs, too.
+    medium : str, number or quantity, optional
+        What is between named bodies already when they meet, such as "water" or its Hamaker constant: they adhere
+        across it, see `reference.hamaker_constant`. By default air or vacuum.
 
     Returns
     -------
@@ -196,6 +200,9 @@ def assign_pair(
         moduli, coating = _coated(layer, bodies, contact_modulus, young_modulus, poisson_ratio)
         named = () if layer.material is None else substances.named_pair(layer.material)[:1]
         bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
+    between = 0.0 if medium is None else _own_constant(medium, substances.MEDIA, "medium")
+    if between > 0:
+        _refuse_medium(bodies, surface_energy, work_of_adhesion, hamaker_constant, humidity)
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     under_liquid: dict[str, float] = {}
     if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
@@ -207,7 +214,7 @@ def assign_pair(
     values = _stated(
         contact_modulus=_contact_modulus(bodies if layer is None else None, contact_modulus, *moduli),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
-        **_attraction(bodies, adhesion, hamaker_constant),
+        **_attraction(bodies, adhesion, hamaker_constant, between),
         adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
         retardation=_plausibly(retardation, "retardation"),
     )
@@ -221,6 +228,7 @@ def assign_pair(
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
     arguments = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
+    arguments |= {"medium": medium}
     arguments |= {"layer_material": layer.material} if isinstance(layer, Layer) else {}
     arguments |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
     return schema.record(schema.label(out), "assign_pair", **(arguments | values))
@@ -265,19 +273,34 @@ def hamaker_constant(first: Quantity, second: Quantity | None = None, *, medium:
     return substances.combined(first_constant, second_constant, _own_constant(medium, substances.MEDIA))
 
 
-def _own_constant(body: Any, constants: dict[str, Any]) -> float:
+def _own_constant(body: Any, constants: dict[str, Any], name: str = "hamaker_constant") -> float:
     """Return the Hamaker constant (nN nm) of a name or a quantity."""
     if isinstance(body, str) and not carries_units(body):
-        material = constants[schema.one_of(body.strip().lower(), constants, "hamaker_constant")]
+        material = constants[schema.one_of(body.strip().lower(), constants, name)]
         return material if isinstance(material, float) else material.hamaker
-    return single(body, "nN nm", "hamaker_constant", "one number >= 0 in nN nm", lambda value: value >= 0)
+    return single(body, "nN nm", name, "one number >= 0 in nN nm", lambda value: value >= 0)
 
 
-def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: Any) -> dict[str, float]:
+def _refuse_medium(bodies: tuple | None, *stated: Any) -> None:
+    """Raise unless the attraction across a medium follows from named materials alone."""
+    if bodies is None or any(value is not None for value in stated):
+        raise ValueError(
+            "medium: expected named materials alone, whose attraction across it is known; give work_of_adhesion or "
+            "hamaker_constant under the medium instead, without medium and humidity"
+        )
+
+
+def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: Any, medium: float) -> dict[str, float]:
     """Return work of adhesion and Hamaker constant, as far as they are given or follow from named materials."""
     constant = _plausibly(stated_constant, "hamaker_constant")
     if bodies is not None and adhesion is None and constant is None:
-        constant = substances.combined(*(body.hamaker for body in bodies))
+        first, second = (body.hamaker for body in bodies)
+        constant = substances.combined(first, second, medium)
+        if constant <= 0:
+            raise ValueError(
+                f"medium: expected bodies that attract across it, found a Hamaker constant of {constant:.2g} nN nm: "
+                "they do not adhere; choose another medium or other materials"
+            )
     if constant is not None:
         adhesion = substances.van_der_waals_work(constant) if adhesion is None else adhesion
         distance = closest_approach(constant, adhesion)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -14,12 +15,12 @@ from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
-from ..particles.force_balance import NO_REST, places_in_words, strength_of_places
+from ..particles.force_balance import NO_REST, fluid_of, places_in_words, strength_of_places
+from ..particles.loads import fluid_in_words, read_flow
 from ..report.run_tables import METHOD_WORDS
-from ..report.summary import best_method, critical_median, place_table, scan_label
+from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label
 from ..statistics.sampling import by_share, one_of_each_place
-from ..vocabulary import schema
-from ..vocabulary.numbers import number, percent, with_interval
+from ..vocabulary.numbers import number, percent, value_and_interval, with_interval
 from ..vocabulary.text import without_warnings
 from . import words
 from .file_commands import save_picture
@@ -32,16 +33,24 @@ _NO_REST_OF_PARTICLES = (
 
 @archive.checked_names
 def detach(options: Namespace) -> None:
-    """Print the critical strength of a load for a run, or for each run in a folder, and write the requested files."""
+    """Print the critical strength of a load for a run, or a row for each run in a folder, and write the files."""
     runs = _runs(Path(options.run))
     tables = {}
+    rows = {}
     files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
     if files and len(runs) > 1:
         raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
     for name, path in runs.items():
-        if len(runs) > 1:
-            print(f"{name}:")
-        tables[name] = _detach_run(options, path)
+        critical, moments, load, label = _critical_load(options, path)
+        table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
+        tables[name] = place_table(table, label)
+        rows[name] = _row(critical)
+        if len(runs) == 1:
+            _print_critical(critical, moments, load)
+            _write_files(options, critical, moments, load)
+    if len(runs) > 1:
+        print(f"{_strength(critical).attrs['long_name']} ({load}):")
+        print(pd.DataFrame.from_dict(rows, orient="index").to_string())
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
@@ -56,35 +65,30 @@ def _runs(path: Path) -> dict[str, Path]:
     return {path.name: path}
 
 
-def _detach_run(options: Namespace, path: Path) -> xr.Dataset:
-    """Print the critical load of one run, write the requested files, and return the table of places."""
+def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Dataset, str, str]:
+    """Return the critical load of one run, its resisting moments, both in words, and the name of the scan."""
     groups = _load(path)
     method = options.method or best_method(groups)
     if report.CRITICAL[method] not in groups:
         raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
     moments = report.run_moments(groups, method)
-    humid = schema.is_humid(moments)
-    if options.fluid == "water" and humid:
-        raise ValueError(
-            f"--fluid water: expected a dry run, found one at {percent(moments['humidity'])} relative humidity; "
-            "run again without --humidity, with the --work-of-adhesion under water"
-        )
+    flow = options.fluid or fluid_of(critical_flow(groups))
     numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
-    critical = without_warnings(particles.critical_load, moments, options.load, flow=options.fluid, **slides)
-    load = f"flow of {options.fluid}" if options.load == "wall_shear" else options.load
-    forces = f"pull-off forces: {METHOD_WORDS[method]}"
-    _print_critical(critical, load)
-    print(f"{forces}, with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
+    critical = without_warnings(particles.critical_load, moments, options.load, flow=flow, **slides)
+    load = f"flow of {fluid_in_words(read_flow(flow))}" if options.load == "wall_shear" else options.load
+    return critical, moments, f"{load}; pull-off forces: {METHOD_WORDS[method]}", scan_label(groups)
+
+
+def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
+    """Write parameters, input of particle codes and the picture of one run, as requested."""
     if options.parameters:
         print(f"written to {exports.to_table(particles.parameters(moments), options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}")
     if options.picture:
-        _draw(critical, moments, options.picture, f"{load}, {forces}")
-    table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
-    return place_table(table, scan_label(groups))
+        _draw(critical, moments, options.picture, title)
 
 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
@@ -96,13 +100,26 @@ def _load(run: Path) -> Mapping[str, xr.Dataset]:
     return groups
 
 
-def _print_critical(critical: xr.Dataset, load: str) -> None:
+def _strength(critical: xr.Dataset) -> xr.DataArray:
+    """Return the variable of the critical strength."""
+    return critical[next(iter(critical.data_vars))]
+
+
+def _row(critical: xr.Dataset) -> dict[str, str]:
+    """Return the critical strength of a run in a row: median with its interval, and mode of detachment."""
+    units = _strength(critical).attrs["units"].replace("^2", "²")
+    median, interval = value_and_interval(*critical_median(critical), units)
+    modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
+    return {"median": median, "95 % interval": interval, "first mode of most": modes[np.argmax(counts)]}
+
+
+def _print_critical(critical: xr.Dataset, moments: xr.Dataset, load: str) -> None:
     """Print the critical strength of a load and the modes of detachment."""
-    name = str(next(iter(critical.data_vars)))
-    units = critical[name].attrs["units"].replace("^2", "²")
+    strength = _strength(critical)
+    units = strength.attrs["units"].replace("^2", "²")
     of = "particles" if "landing_share" in critical.coords else "places"
     values = strength_of_places(critical)
-    print(f"{critical[name].attrs['long_name']} ({load}):")
+    print(f"{strength.attrs['long_name']} ({load}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
@@ -115,9 +132,10 @@ def _print_critical(critical: xr.Dataset, load: str) -> None:
         print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
     if "none" in modes:
         print("none: the sphere stays at any strength of this load")
-    if name == "critical_friction_velocity":
+    if strength.name == "critical_friction_velocity":
         valid = percent(critical["in_range"].mean())
         print(f"drag formulas valid at {valid} of them")
+    print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:

@@ -53,6 +53,7 @@ _BODIES = (
     ("--hardness", "H", "hardness of the softer body, GPa: the upper limit of pressure; default: elastic bodies"),
     ("--adhesion-range", "RHO", "interaction range of the attraction, nm; default: 0.3"),
     ("--hamaker-constant", "A", "Hamaker constant of the pair, such as '65 zJ', instead of --work-of-adhesion"),
+    ("--medium", "NAME", "what is between --materials when they meet, such as water; default: air"),
     ("--retardation", "L", "retardation wavelength of van der Waals forces, nm; default: no retardation"),
 )
 
@@ -158,6 +159,8 @@ def _run(commands: Any) -> None:
     options.append(_flag(group, "--particle", help))
     help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
     options += _add(group, ("--delta", "D...", help), type=float)
+    help = f"fluid whose flow detaches the sphere, {' or '.join(FLUIDS)}, at 20 °C; default: the medium, else air"
+    options += _add(group, ("--fluid", None, help), choices=FLUIDS)
     group = command.add_argument_group("the simulation with adhesion")
     help = "compressive force before retraction, nN or as '50 nN'; default: 0"
     options += _add(group, ("--preload", "P", help), default=0.0, type=number)
@@ -228,8 +231,7 @@ def _detach(commands: Any) -> None:
     _add(command, ("--load", None, f"what detaches the sphere; {_DEFAULT}"), default="wall_shear", choices=LOADS)
     _add(
         command,
-        ("--fluid", None, f"fluid of the flow, at 20 °C; does not change the adhesion; {_DEFAULT}"),
-        default="air",
+        ("--fluid", None, "fluid of the flow, at 20 °C; does not change the adhesion; default: the run's"),
         choices=FLUIDS,
     )
     _add(

@@ -20,7 +20,7 @@ from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
 from ..vocabulary.text import sentences_on_lines, without_warnings
 from .file_commands import read_scan
-from .options import AIR, BODIES
+from .options import AIR, BODIES, FLUIDS
 from .words import EXPECTED_ERRORS, error_text, numbers, print_error
 
 
@@ -72,6 +72,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
             subregions=_both(options.subregions),
             levelling=options.level,
             finer=read_scan(options.finer, options) if options.finer else None,
+            flow=options.fluid or (options.medium if options.medium in FLUIDS else "air"),
             command=options.line,
             **{name: getattr(options, name) for name in same},
         )

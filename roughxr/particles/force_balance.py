@@ -27,9 +27,10 @@ import xarray as xr
 from ..asperity.moments import weakest
 from ..statistics.sampling import SHARE, conditions, place_numbers
 from ..vocabulary import schema
+from ..vocabulary.numbers import percent
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
-from .loads import LOADS, Body, Flow, Load, Push, read_flow
+from .loads import LOADS, Body, Flow, Load, Push, fluid_in_words, read_flow
 
 Verb = TypeVar("Verb", bound=Callable[..., xr.Dataset])
 
@@ -154,6 +155,12 @@ def critical_load(
     return schema.record(schema.label(out), "critical_load", ds, **arguments)
 
 
+def fluid_of(critical: xr.Dataset) -> Flow:
+    """Return the fluid of a result of `critical_load`, from its history."""
+    arguments = [step["arguments"] for step in schema.history(critical) if step["operation"] == "critical_load"][-1]
+    return Flow(*(arguments[name] for name in _FLUID_ARGUMENTS))
+
+
 def strength_of_places(critical: xr.Dataset) -> xr.DataArray:
     """Return the critical strengths of a result of `critical_load`, 0 where the sphere rolls off without a load.
 
@@ -204,14 +211,26 @@ def refuse_varied(ds: xr.Dataset):
 
 
 def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
-    """Return the particle of a result, and the fluid around it."""
-    return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, read_flow(flow))
+    """Return the particle of a result, and the fluid around it; raise for menisci in a liquid."""
+    fluid = read_flow(flow)
+    if schema.is_humid(ds) and fluid.density > _DENSEST_GAS:
+        raise ValueError(
+            f"a flow of {fluid_in_words(fluid)}: expected a dry pair, found one at {percent(ds['humidity'])} relative "
+            "humidity; leave out the humidity, and give the medium, or the work of adhesion under it"
+        )
+    return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, fluid)
+
+
+#: Names of the fluid's properties in a history, in the order of `Flow`.
+_FLUID_ARGUMENTS = ("medium_density", "viscosity", "lift", "gravity")
+
+#: Density (kg/m³) above which a fluid is a liquid, in which no menisci condense.
+_DENSEST_GAS = 200.0
 
 
 def fluid_arguments(body: Body) -> dict[str, Any]:
     """Return the fluid around a particle for the history."""
-    density, viscosity, lift, gravity = body.flow
-    return {"medium_density": density, "viscosity": viscosity, "lift": lift, "gravity": gravity}
+    return dict(zip(_FLUID_ARGUMENTS, body.flow))
 
 
 def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, shear_strength: Any) -> Resistance:

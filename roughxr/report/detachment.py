@@ -9,8 +9,8 @@ import pandas as pd
 import xarray as xr
 
 from ..particles import resuspension
-from ..particles.force_balance import NEITHER, NO_CONTACT, NO_REST, strength_of_places, with_pull_off
-from ..particles.loads import AIR_DENSITY
+from ..particles.force_balance import NEITHER, NO_CONTACT, NO_REST, fluid_of, strength_of_places, with_pull_off
+from ..particles.loads import fluid_in_words
 from ..statistics.sampling import at_first_preload, by_share
 from ..vocabulary.numbers import percent, quantity
 from .summary import CRITICAL, RESTS, best_method, critical_flow, critical_median
@@ -34,7 +34,7 @@ _STABLE_CONTACTS = 3
 
 
 def detachment_table(run: Run) -> pd.DataFrame:
-    """Return resisting moments and the critical flow of air, by method."""
+    """Return resisting moments and the critical flow, by method."""
     columns = {way: _column(run_moments(run, way), run[group]) for way, group in CRITICAL.items() if group in run}
     return pd.DataFrame(columns).rename_axis("quantity")
 
@@ -87,10 +87,12 @@ def detachment_notes(run: Run) -> list[str]:
     moments = run["solutions/rolling"]
     speed = strength_of_places(critical)
     at_rest = RESTS in run
-    stress = AIR_DENSITY * float(by_share(speed).quantile(0.5)) ** 2
+    fluid = fluid_of(critical)
+    stress = fluid.density * float(by_share(speed).quantile(0.5)) ** 2
     middle = f", {quantity(stress, 'Pa')} at the median place" if stress > 0 else ""
     notes = [
-        f"A steady flow of air along x acts on the sphere {'at its resting position' if at_rest else 'at each place'}. "
+        f"A steady flow of {fluid_in_words(fluid)} along x acts on the sphere "
+        f"{'at its resting position' if at_rest else 'at each place'}. "
         "Its weight is neglected. The sphere can roll or lift off, but not slide, since no friction is given. The wall "
         f"shear stress is the density times the square of the friction velocity{middle}. The resisting moment is the "
         f"pull-off force times the lever arm of the simulation's contacts about the foremost edge. A single elastic "
@@ -115,10 +117,11 @@ def detachment_notes(run: Run) -> list[str]:
 
 
 def remaining_fraction(run: Run) -> xr.Dataset:
-    """Return the fraction remaining in a flow of air, over all critical friction velocities of the run."""
-    speed = critical_flow(run)["critical_friction_velocity"].values
+    """Return the fraction remaining in the run's flow, over all critical friction velocities of the run."""
+    critical = critical_flow(run)
+    speed = critical["critical_friction_velocity"].values
     speed = speed[speed > 0]
     if not speed.size:
         raise ValueError("the sphere detaches at no place in a flow")
     speeds = np.geomspace(speed.min() / 3, speed.max() * 3, 40)
-    return resuspension(run_moments(run), friction_velocity=speeds, time=1.0)
+    return resuspension(run_moments(run), friction_velocity=speeds, time=1.0, flow=fluid_of(critical))

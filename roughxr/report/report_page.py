@@ -103,6 +103,7 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("heights", f"{number(scan['height'].min())} … {number(scan['height'].max())} nm"),
         ("roughness S_q", number(parameters["s_q"], "nm") if "s_q" in parameters else ""),
         ("materials", _step_argument(scan, "assign_pair", "materials")),
+        ("medium", _step_argument(scan, "assign_pair", "medium")),
         *pair_facts(scan),
         *_simulation_facts(run),
         ("Tabor's parameter, median asperity", number(regime["asperity_tabor"]) if "asperity_tabor" in regime else ""),
@@ -287,14 +288,14 @@ _FIGURES = (
         "Critical flow by place",
         DETACHMENT,
         lambda run: critical_map(critical_flow(run)),
-        "Critical friction velocity of air along x at each place; or, if places differ in this, whether the sphere "
-        "rolls, slides or lifts first.",
+        "Critical friction velocity of the flow along x at each place; or, if places differ in this, whether the "
+        "sphere rolls, slides or lifts first.",
     ),
     _Figure(
         "Fraction remaining",
         DETACHMENT,
         lambda run: figures.fraction_remaining(remaining_fraction(run)),
-        "Fraction of spheres that remain after one second in turbulent air, by Rock'n'Roll with the computed moments, "
+        "Fraction of spheres that remain after one second in turbulent flow, by Rock'n'Roll with the computed moments, "
         "over the mean friction velocity, with its 95 % band. Turbulent bursts remove spheres well below the critical "
         "velocity of a steady flow. Dotted: outside the range of the formulas for drag and torque.",
     ),

@@ -17,7 +17,7 @@ from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
 from .detachment import DETACHMENT, detachment_table
-from .summary import BUDGET
+from .summary import BUDGET, run_fluid
 
 Run = Mapping[str, xr.Dataset]
 
@@ -47,7 +47,7 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
     makers: tuple[tuple[str, Callable[[Run], pd.DataFrame], set[str]], ...] = (
         ("Error budget of the mean pull-off", budget_table, {BUDGET}),
         ("Pull-off force", main_numbers, {"statistics/adhesive"}),
-        ("Detachment in a flow of air", detachment_table, set(DETACHMENT)),
+        (f"Detachment in a flow of {run_fluid(run)}", detachment_table, set(DETACHMENT)),
         ("Pull-off force by method", contact_table, {"statistics/rigid"}),
         ("Force without adhesion", force_table, {"solutions/direct"}),
         ("Usual formulas", formula_table, {"statistics/formulas"}),

@@ -10,8 +10,8 @@ import pandas as pd
 import xarray as xr
 
 from ..contact.cycle import coarser_mesh_error
-from ..particles.force_balance import strength_of_places
-from ..particles.loads import AIR_DENSITY
+from ..particles.force_balance import fluid_of, strength_of_places
+from ..particles.loads import fluid_in_words
 from ..scans.plausibility import is_noise
 from ..scans.regions import extent
 from ..statistics import bootstrap
@@ -103,6 +103,8 @@ def run_summary(run: Run) -> xr.Dataset:
         out = with_best_estimate(out, run["statistics/extrapolated"])
     elif "statistics/extrapolated" in run:
         out.attrs["not_extrapolated"] = run["statistics/extrapolated"].attrs["known"]
+    if fluid := run_fluid(run):
+        out.attrs["fluid"] = fluid
     if advice := _advice(run, out):
         out.attrs["advice"] = advice
     return with_units(out.assign(_flow(run)))
@@ -126,13 +128,21 @@ def critical_flow(run: Run) -> xr.Dataset:
     return run.get(CRITICAL[best_method(run)], run.get(CRITICAL["adhesive"], xr.Dataset()))
 
 
+def run_fluid(run: Run) -> str:
+    """Return the fluid of a run's critical flow in words; empty without one."""
+    critical = critical_flow(run)
+    return fluid_in_words(fluid_of(critical)) if critical else ""
+
+
 def _flow(run: Run) -> dict[str, float]:
-    """Return the critical air flow at the median place, with its interval, and the number of supporting contacts."""
+    """Return the critical flow at the median place, with its interval, and the number of supporting contacts."""
     if not {"statistics/detachment", "solutions/rolling"} <= set(run):
         return {}
     name = "critical_friction_velocity"
-    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(critical_flow(run))))
-    stress = {key.replace(name, "wall_shear_stress"): AIR_DENSITY * value**2 for key, value in flow.items()}
+    critical = critical_flow(run)
+    flow = dict(zip((name, f"{name}_low", f"{name}_high"), critical_median(critical)))
+    density = fluid_of(critical).density
+    stress = {key.replace(name, "wall_shear_stress"): density * value**2 for key, value in flow.items()}
     contacts = run["solutions/rolling"]["contacts"]
     return flow | stress | {"supports": float(by_share(contacts).quantile(0.5))}
 

@@ -43,6 +43,8 @@ from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, print_line, rough_duration
 from ..jobs.records import loading
 from ..particles import critical_load, resting
+from ..particles.force_balance import read_body
+from ..particles.loads import Flow
 from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
 from ..report.summary import BUDGET, scan_label
@@ -86,6 +88,7 @@ class Plan(NamedTuple):
     checked: int = 4  # places also solved on a mesh twice as fine with half the steps
     budget: int = 8  # places solved again under each change of the error budget; 0: no budget
     finer: xr.Dataset | None = None  # a second scan of the surface on finer pixels
+    flow: str | Flow = "air"  # the fluid that detaches the sphere
 
 
 #: Largest contact diameter of a smooth sphere without load, over the scan's side: wider ones leave any rough scan.
@@ -117,6 +120,7 @@ def run(
     levelling: str = "plane",
     budget: int = 8,
     finer: xr.Dataset | None = None,
+    flow: str | Flow = "air",
     command: str = "",
 ) -> dict[str, xr.Dataset]:
     """Analyse a scan, and write archive, figures, tables and report; called again after an interruption, it resumes.
@@ -144,6 +148,9 @@ def run(
         Number of places at which each change of the error budget is simulated; 0: no budget.
     finer : Dataset, optional
         A second scan of the surface on finer pixels, for the best estimate, see `extrapolated`; levelled likewise.
+    flow : {"air", "water"} or Flow
+        The fluid that detaches the sphere, see `critical_load`; it does not change the adhesion (`assign_pair` has the
+        medium in which the bodies adhere).
     command : str
         Shown in the report as the command that repeats the run.
 
@@ -177,7 +184,9 @@ def run(
     expected = "one force of at least 0 nN"
     force = single(preload, "nN", "preload", expected, lambda force: force >= 0)
     adhesion = {"preload": force, "law": read_law(law, "adhesive"), "mesh": read_mesh(mesh, _usual_mesh(specimen))}
-    adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer}
+    if specimen.indenter.map is None:
+        flow = read_body(specimen.bodies, None, flow).flow
+    adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer, "flow": flow}
     if particle:
         print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)
@@ -403,7 +412,7 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     all_groups = groups | out
     for way, group in report.CRITICAL.items():
         if f"solutions/{way}" in groups:
-            out[group] = without_warnings(critical_load, report.run_moments(all_groups, way))
+            out[group] = without_warnings(critical_load, report.run_moments(all_groups, way), flow=task.plan.flow)
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 

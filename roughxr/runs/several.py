@@ -104,6 +104,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         table=f"{output.name}{endings[-1]}",
         answer=answer,
         pair=next(iter(finished.values())).pair,
+        fluid=next(iter(finished.values())).summary.attrs.get("fluid", ""),
         rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
         refused=refused,
     )
