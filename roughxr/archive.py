@@ -9,6 +9,9 @@ from __future__ import annotations
 
 import functools
 import glob
+import hashlib
+import itertools
+import json
 import os
 import secrets
 import shutil
@@ -27,6 +30,7 @@ import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
+from .vocabulary.provenance import as_json
 from .vocabulary.schema import VARIABLES, entered
 from .vocabulary.text import warn
 
@@ -37,6 +41,9 @@ _COMPRESSED = {"zlib": True, "complevel": 1}
 
 #: Attribute of the root of an unfinished run: what is missing.
 UNFINISHED = "unfinished"
+
+#: Attribute of the root: a line for each group, the SHA-256 of its attributes and of its variables other than fields.
+_CHECKSUMS = "checksums"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
@@ -120,6 +127,8 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with open_locked_raw(temporary, "a") as file:
+            checksums = _checksums(file) | {name: _checksum(_without_fields(path, name, file)) for name in groups}
+            file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(group_names(file)))}"
@@ -159,8 +168,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     Raises
     ------
     ValueError
-        If it is damaged, or takes data from other files. HDF5 keeps a checksum of every array, but not of attributes
-        and single values.
+        If it is damaged, or takes data from other files. Each group has a checksum of its attributes and variables; of
+        a field, HDF5's checksums and the positions of all its parts are checked when it is read.
 
     Examples
     --------
@@ -179,7 +188,32 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
-        return {name: _without_fields(path, name, file[name]) for name in group_names(file)}
+        groups = {name: _without_fields(path, name, file) for name in group_names(file)}
+        checksums = _checksums(file)
+        for name, ds in groups.items() if checksums else ():
+            if _checksum(ds) != checksums.get(name):
+                raise ValueError(f"{name} is not as it was written")
+    return groups
+
+
+def _checksums(file: netCDF4.Dataset) -> dict[str, str]:
+    """Return the checksums of an archive's groups; empty for files of other programs."""
+    lines = str(getattr(file, _CHECKSUMS, "")).splitlines()
+    return dict(line.rpartition(" ")[::2] for line in lines)
+
+
+def _checksum(ds: xr.Dataset) -> str:
+    """Return the SHA-256 of a Dataset's attributes and of its variables other than fields."""
+    digest = hashlib.sha256()
+    for name in sorted(map(str, ds.variables)):
+        variable = ds.variables[name]
+        meaning = [name, variable.dims, variable.shape, sorted(as_json(variable.attrs).items())]
+        digest.update(json.dumps(meaning, default=str).encode())
+        if not _is_field(variable):
+            plain = variable.values if variable.dtype.kind in "biufcmM" else variable.values.astype("U")
+            digest.update(np.ascontiguousarray(plain, plain.dtype.newbyteorder("<")).tobytes())
+    digest.update(json.dumps(sorted(as_json(ds.attrs).items()), default=str).encode())
+    return digest.hexdigest()
 
 
 def refuse_other_files(path: Path) -> None:
@@ -246,33 +280,56 @@ def _damage_explained(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _without_fields(path: Path, name: str, group: netCDF4.Group) -> xr.Dataset:
+def _without_fields(path: Path, name: str, file: netCDF4.Dataset) -> xr.Dataset:
     """Return a group of an open file, in memory except for its fields, which are lazy."""
-    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(group, lock=False))
+    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(file[name], lock=False))
+    checksum = _checksums(file).get(name, "")
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
-    lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key]).lazy()).variable for key in fields}
+    lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()).variable for key in fields}
     return ds.drop_vars(fields).load().assign(lazy)
 
 
-def _is_field(array: xr.DataArray) -> bool:
+def _is_field(array: xr.DataArray | xr.Variable) -> bool:
     """Return whether a variable is a field: floating-point numbers along ``subregion`` and ``x``."""
     return array.dims[:1] == ("subregion",) and "x" in array.dims and array.dtype.kind == "f"
 
 
 class _StoredField:
-    """A field of an archive, whose file is opened for each read and closed again."""
+    """A field of an archive, whose file is opened for each read and closed again.
 
-    def __init__(self, path: Path, group: str, array: xr.DataArray):
+    ``checksum`` is that of its group: a file that was replaced by another run's has another one.
+    """
+
+    def __init__(self, path: Path, group: str, array: xr.DataArray, checksum: str):
         self.path = path
         self.group = group
+        self.checksum = checksum
+        self.is_checked = False
         self.name = array.name
         self.shape = array.shape
         self.dtype = array.dtype
         self.ndim = array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
-        with _damage_explained(self.path), open_locked(self.path, group=self.group, cache=False) as ds:
+        with _damage_explained(self.path), open_locked_raw(self.path) as file:
+            if _checksums(file).get(self.group, "") != self.checksum:
+                raise ValueError(f"{self.group} was replaced after it was loaded; load it again")
+            if not self.is_checked:
+                self._check_chunks()
+            self.is_checked = True
+            ds = xr.open_dataset(xr.backends.NetCDF4DataStore(file[self.group], lock=False), cache=False)
             return ds[self.name][part].values
+
+    def _check_chunks(self) -> None:
+        """Raise unless the field has all its chunks, each at its own position: HDF5 reads others as missing values."""
+        with h5py.File(self.path) as file:
+            dataset = file[f"{self.group}/{self.name}"]
+            positions = set()
+            if dataset.chunks is not None:
+                dataset.id.chunk_iter(lambda chunk: positions.add(chunk.chunk_offset))
+                starts = (range(0, size, step) for size, step in zip(dataset.shape, dataset.chunks))
+                if positions != set(itertools.product(*starts)):
+                    raise ValueError(f"{self.group}/{self.name} lacks parts")
 
     def lazy(self) -> da.Array:
         """Return the variable as a dask array in chunks of whole subregions."""
@@ -330,7 +387,7 @@ def checked_names(door: Callable) -> Callable:
 def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
     """Yield a temporary path to write to; rename the file to ``path`` at the end, or remove it after an error."""
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.part{path.suffix}")
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.roughxr{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.touch(exist_ok=False)
@@ -352,7 +409,7 @@ def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
 
 def remove_leftovers(folder: Path, name: str = "*") -> None:
     """Remove the temporary files that a killed process left in a folder."""
-    for file in folder.glob("." + (name if name == "*" else glob.escape(name)) + ".????????.part*"):
+    for file in folder.glob("." + (name if name == "*" else glob.escape(name)) + ".????????.roughxr*"):
         file.unlink(missing_ok=True)
 
 

@@ -1,5 +1,8 @@
 """Archives: read back as written, whole or not there."""
 
+import shutil
+
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -78,6 +81,49 @@ def test_a_damaged_field_is_refused_where_it_is_read_and_nowhere_else(groups, tm
     xr.testing.assert_identical(found.pressure.load(), expected.pressure)
     with pytest.raises(ValueError, match=r"run.nc: .*damaged"):
         found.gap.isel(subregion=slice(1, 3)).load()
+
+
+@pytest.mark.parametrize("group", ["scan", "solutions/direct"])
+def test_any_changed_byte_of_a_group_without_its_fields_is_noticed(groups, tmp_path, group):
+    """As the library does not: a single value, an attribute, and an axis, each written anew with its own checksum."""
+    path = save(groups, tmp_path / "run.nc")
+    for name, change in {"attrs": "history", "scalar": "sphere_radius", "axis": "x"}.items():
+        changed = shutil.copy(path, tmp_path / f"{name}.nc")
+        with h5py.File(changed, "a") as file:
+            if name == "attrs":
+                file[group].attrs[change] = file[group].attrs[change] + b" "
+            else:
+                file[group][change][...] = file[group][change][...] * (1 + 1e-15)
+        with pytest.raises(ValueError, match=f"{name}.nc: .*damaged.*{group} is not as it was written"):
+            load(changed)
+    assert set(load(path)) == set(groups)
+
+
+def test_a_field_whose_part_lies_at_another_position_is_refused(groups, tmp_path):
+    """One key of HDF5's index changed: the number of parts stays right, and the library reads NaN in silence."""
+    path = save(groups, tmp_path / "run.nc")
+    with h5py.File(path) as file:
+        field = file["solutions/direct/gap"]
+        places = []
+        field.id.chunk_iter(lambda chunk: places.append(chunk.chunk_offset))
+        key = np.array([*places[3], 0], "<u8").tobytes()
+    content = path.read_bytes()
+    wrong = np.array([places[3][0], places[3][1] + 2**20, *places[3][2:], 0], "<u8").tobytes()
+    path.write_bytes(content.replace(key, wrong))
+    lazy = load(path)["solutions/direct"].gap
+    with pytest.raises(ValueError, match="solutions/direct/gap lacks parts"):
+        lazy.load()
+
+
+def test_a_field_is_not_read_from_a_file_that_replaced_its_own(groups, tmp_path):
+    path = save(groups, tmp_path / "run.nc")
+    lazy = load(path)["solutions/direct"]
+    save(groups, path)  # by the same calls: the same fields
+    xr.testing.assert_identical(lazy.gap.load(), groups["solutions/direct"].gap.load())
+    other = groups["solutions/direct"]
+    save({"solutions/direct": other.assign(force=2 * other.force, pressure=2 * other.pressure)}, path)
+    with pytest.raises(ValueError, match="solutions/direct was replaced after it was loaded; load it again"):
+        lazy.pressure.load()
 
 
 @pytest.mark.parametrize(

@@ -50,14 +50,15 @@ def test_where_nothing_can_be_written_is_said(tmp_path):
 
 
 def test_leftovers_of_a_killed_process_are_removed(tmp_path):
-    other = tmp_path / "map.part.png"
-    other.touch()
+    foreign = [tmp_path / name for name in ("map.part.png", ".film.mp4.0a1b2c3d.part", ".map.png.0a1b2c3d.part.png")]
+    for file in foreign:
+        file.touch()
     with atomic_write(tmp_path / "map.png") as temporary:
         temporary.touch()
         remove_leftovers(tmp_path, "run.nc")
         assert temporary.exists()
         remove_leftovers(tmp_path)
-        assert not temporary.exists() and other.exists()
+        assert not temporary.exists() and all(file.exists() for file in foreign)
         temporary.touch()
 
 

@@ -160,9 +160,9 @@ def resumed(now, draw):
 
             path, scan = Path(folder) / "run.nc", now.scan.compute()
             try:
-                roughxr.checkpointed(groups, path, scan=scan)
+                roughxr.checkpointed(groups, path, scan=scan, arguments={})
             except InterruptedError:
-                return roughxr.checkpointed(groups, path, scan=scan)["one"].load()
+                return roughxr.checkpointed(groups, path, scan=scan, arguments={})["one"].load()
 
     return now._replace(through=through)
 

@@ -2,6 +2,8 @@
 
 import contextlib
 import io
+import multiprocessing
+import os
 
 import dask
 import numpy as np
@@ -108,3 +110,20 @@ def test_other_results_than_were_told_are_refused(lazy):
     """Rather than stretched over the array."""
     with pytest.raises(TypeError, match=r"expected a result of .*\(3,\).*, found one of .*\(1,\)"):
         np.asarray(spread.task_results(total, [(np.ones((2, 2)),)], (3,), 2.0, lazy=lazy))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork:DeprecationWarning")
+def test_a_process_that_forks_after_a_solve_solves_on_threads_of_its_own(surface):
+    """The threads of dask's pool end with the fork: to wait for them would take for ever."""
+    options = {"delta": [2.0], "subregions": (2, 2)}
+    expected = direct(surface, **options).force.values
+    context = multiprocessing.get_context("fork")
+    queue = context.SimpleQueue()
+    child = context.Process(target=lambda: queue.put(direct(surface, **options).force.values))
+    child.start()
+    child.join(60)
+    alive = child.is_alive()
+    child.kill()
+    assert not alive
+    np.testing.assert_array_equal(queue.get(), expected)

@@ -51,6 +51,7 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
             lambda: analysis._adhesive_simulation(analysis.Task(specimen_of(scan), plan, stage)),
             tmp_path / "run.nc",
             scan=scan,
+            arguments={"places": (5, 4)},
         )
         alone = scan.contact.adhesive(mesh=replace(plan.mesh, accuracy=None), **options)
     told = [line for line in stream.getvalue().splitlines() if "Mean pull-off" in line]

@@ -1,5 +1,6 @@
 """Runs go on after whatever stopped them, and end with the same file."""
 
+import errno
 import functools
 import multiprocessing
 import os
@@ -7,8 +8,10 @@ import re
 import signal
 import sys
 import time
+from pathlib import Path
 
 import dask
+import filelock
 import numpy as np
 import psutil
 import pytest
@@ -92,6 +95,8 @@ def contents(path):
         with archive.open_locked(path, group=name, mask_and_scale=False, decode_times=False) as ds:
             groups[name] = ds.load()
     groups.pop("log")
+    checksums = groups["/"].attrs["checksums"].splitlines()
+    groups["/"].attrs["checksums"] = sorted(line for line in checksums if not line.startswith("log "))
     return groups
 
 
@@ -295,7 +300,7 @@ def test_a_place_that_two_solves_share_is_solved_once(tmp_path):
         other = direct(stiffer, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
         return {"solutions/few": few, "solutions/every": every, "solutions/other": other}
 
-    groups = checkpointed(compute, tmp_path / "run.nc", scan=ds)
+    groups = checkpointed(compute, tmp_path / "run.nc", scan=ds, arguments={})
     said = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]
     assert said == [f"direct: {kept} subregions kept" for kept in ("0 of 4", "4 of 12", "0 of 4")]
     alone = direct(ds, delta=[4.0, 6.0], subregions=places)
@@ -346,3 +351,29 @@ def test_a_solve_is_known_by_all_that_it_depends_on():
 
 def _note(*values):
     return np.zeros(2)
+
+
+def test_a_finished_run_is_read_where_nothing_can_be_written(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    groups = a_run.run(path)
+
+    def refuse(*_, **__):
+        raise PermissionError(errno.EROFS, "Read-only file system")
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+    monkeypatch.setattr(Path, "open", refuse)
+    again = a_run.run(path)
+    xr.testing.assert_identical(again["solutions/direct"], groups["solutions/direct"])
+    with pytest.raises(ValueError, match="other settings"):
+        a_run.run(path, arguments={"subregions": (6, 5), "delta": [1.0]})
+    with pytest.raises(OSError, match="in which you may write, and call again"):
+        a_run.run(tmp_path / "other.nc")
+
+
+def test_a_file_system_without_locks_is_named_as_the_reason(tmp_path, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(filelock.FileLock, "acquire", refuse)
+    with pytest.raises(OSError, match=r"No locks available.*on a file system that locks files"):
+        a_run.run(tmp_path / "run.nc")

@@ -5,6 +5,8 @@ import subprocess
 import sys
 import threading
 import time
+import types
+from pathlib import Path
 
 import dask
 import numpy as np
@@ -15,8 +17,10 @@ import xarray as xr
 from roughxr import archive, checkpointed
 from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.contact.elastic import direct
+from roughxr.jobs import spread
 from roughxr.jobs.progress import progress
 from roughxr.jobs.spread import use_scheduler
+from roughxr.runs import several
 
 from .surfaces import glass_pair, rough, scan
 
@@ -118,3 +122,44 @@ def test_a_cluster_without_workers_is_told(surface):
         pytest.raises(RuntimeError, match=r"its workers cannot be used \(.*expected at least one 'dask worker'"),
     ):
         direct(surface, **OPTIONS)
+
+
+def test_a_run_says_that_it_waits_where_its_last_worker_is_lost(monkeypatch):
+    lines = []
+    monkeypatch.setattr(spread, "_PATIENCE", 0.2)
+    with (
+        distributed.LocalCluster(n_workers=0, processes=False, protocol="inproc://", **NO_DASHBOARD) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+
+        def note(line):
+            lines.append(line)
+            cluster.scale(1)
+
+        monkeypatch.setattr(spread, "print_line", note)
+        future = client.submit(sum, [1, 2])
+        assert [done.result() for done in spread._as_completed(client, [future])] == [3]
+    assert lines and "no worker is left; the run waits for one" in lines[0]
+
+
+def test_an_error_of_any_kind_at_one_scan_ends_no_batch(monkeypatch):
+    def run_one(scan, folder):
+        if scan.stem == "bad":
+            raise MemoryError("of 40 GiB")
+        if scan.stem == "stopped":
+            raise SystemError from KeyboardInterrupt()
+        return types.SimpleNamespace(summary={"pull_off_force": 1.0})
+
+    monkeypatch.setattr(several, "_scan_result", lambda run: run)
+    scans = {Path(f"{name}.nc"): Path(name) for name in ("good", "bad", "better")}
+    finished, refused = several.run_each(scans, run_one)
+    assert list(finished) == ["good.nc", "better.nc"]
+    assert refused == {"bad.nc": "MemoryError: of 40 GiB"}
+    with pytest.raises(SystemError):
+        several.run_each(scans | {Path("stopped.nc"): Path("stopped")}, run_one)
+
+
+@pytest.mark.parametrize("name", ["index.html.nc", "places.csv.nc", "wafer.xlsx.nc"])
+def test_a_scan_with_the_name_of_a_batchs_own_file_is_refused_first(name):
+    with pytest.raises(ValueError, match=rf"{name}: expected another name .*: rename the scan"):
+        several.scan_folders([name], Path("out/wafer"))

@@ -8,6 +8,7 @@ writes, under a lock that is released when the process ends.
 
 from __future__ import annotations
 
+import errno
 import functools
 import hashlib
 import json
@@ -41,12 +42,20 @@ _IN_MEMORY = 2**24
 _IDENTITY = "run"
 
 
+_NO_RIGHT = "choose a folder in which you may write"
+_NO_LOCKS = "choose an output on a file system that locks files"
+
+#: Advice by the reason for which nothing can be written; else the disk is full.
+_ADVICE = dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), _NO_RIGHT)
+_ADVICE |= dict.fromkeys((errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP), _NO_LOCKS)
+
+
 def checkpointed(
     compute: Callable[[], Mapping[str, xr.Dataset] | Iterator[Mapping[str, xr.Dataset]]],
     output: str | os.PathLike,
     *,
     scan: xr.Dataset,
-    arguments: Mapping[str, Any] | None = None,
+    arguments: Mapping[str, Any],
     title: str = "",
     missing: Callable[[], str] = lambda: "some of its groups are missing",
 ) -> dict[str, xr.Dataset]:
@@ -65,8 +74,9 @@ def checkpointed(
         The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
     scan : Dataset
         The scan, with its pair of bodies, that the groups are computed from.
-    arguments : mapping, optional
-        Further arguments that the groups depend on. The same output is refused for another scan or other arguments.
+    arguments : mapping
+        All further arguments that the groups depend on. The same output is refused for another scan or other arguments;
+        a finished run with the same ones is read without a call of ``compute``.
     title : str
         Stored as an attribute of the archive.
     missing : callable, optional
@@ -104,12 +114,12 @@ def checkpointed(
     {'subregion': 4, 'delta': 2}
     """
     output = Path(output)
-    identity = _identity(schema.entered(scan), arguments or {})
+    identity = _identity(schema.entered(scan), arguments)
+    is_finished = output.exists() and archive.UNFINISHED not in _matching_root(output, identity)
+    if is_finished and not _folder(output).exists():  # nothing is written, such as in a read-only folder
+        return archive.load(output)
     with Checkpoint(output) as checkpoint:
-        root = archive.root_attributes(output) if output.exists() else {archive.UNFINISHED: "all of it"}
-        if output.exists():
-            _refuse_other(_settings(root.get(_IDENTITY, "")), identity, output)
-        if archive.UNFINISHED in root:
+        if not output.exists() or archive.UNFINISHED in _matching_root(output, identity):
             resumed = checkpoint.begin(identity)
             attrs = {"title": title, _IDENTITY: _lines(identity)}
             try:
@@ -122,6 +132,18 @@ def checkpointed(
                 raise
         checkpoint.finished = True
     return archive.load(output)
+
+
+def _matching_root(output: Path, identity: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the attributes of an archive's root; raise if it is another run's."""
+    root = archive.root_attributes(output)
+    _refuse_other(_settings(root.get(_IDENTITY, "")), identity, output)
+    return root
+
+
+def _folder(output: Path) -> Path:
+    """Return the folder of an unfinished run."""
+    return output.with_name(output.name + ".checkpoint")
 
 
 def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]) -> None:
@@ -149,7 +171,7 @@ class Checkpoint:
 
     def __init__(self, output: Path):
         self.output = output
-        self.path = output.with_name(output.name + ".checkpoint")
+        self.path = _folder(output)
         self.finished = False  # then the folder is removed
         self.stored: dict[str, tuple[str, int]] = {}  # file and row of each item's result
         self._lock = filelock.FileLock(self.path / "lock", timeout=0)
@@ -250,10 +272,11 @@ class Checkpoint:
             yield
         except BlockingIOError:
             raise
-        except OSError as error:
+        except (OSError, NotImplementedError) as error:
+            advice = _ADVICE.get(getattr(error, "errno", errno.ENOLCK), "make room on the disk")
             raise OSError(
-                f"{self.path}: the checkpoint could not be written ({error}); finished results are safe: "
-                "make room on the disk, see that you may write there, and call again"
+                f"{self.path}: the checkpoint could not be written ({error}); finished results are safe: {advice}, "
+                "and call again"
             ) from error
 
     def array(self, work: Tasks) -> Any:

@@ -7,7 +7,9 @@ arrays. Tasks are computed at once, later as a dask array, or by a checkpointed 
 
 from __future__ import annotations
 
+import os
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
@@ -23,7 +25,7 @@ import xarray as xr
 from dask.base import get_scheduler
 from dask.delayed import Delayed
 
-from .progress import subregion_bar
+from .progress import print_line, subregion_bar
 
 #: Largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each.
 _MOST_BATCHES = 256
@@ -34,7 +36,20 @@ _RESULT_BYTES = 2**28
 #: How often a cluster computes a lost batch again.
 _RETRIES = 3
 
+#: Time (s) without a result after which workers are counted, and between two looks for results.
+_PATIENCE, _POLL = 15.0, 0.02
+
 _LOCAL = ("threads", "processes", "synchronous")
+
+
+def _forget_threads() -> None:
+    """Let a forked process start threads of its own: those of dask's pool ended with the fork."""
+    dask.threaded.default_pool = None
+    dask.threaded.pools.clear()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_threads)
 
 
 class Tasks(NamedTuple):
@@ -158,7 +173,7 @@ def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[in
     futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=_RETRIES)
     batch_of = dict(zip((future.key for future in futures), batches))
     try:
-        for future in sys.modules["distributed"].as_completed(futures):
+        for future in _as_completed(client, futures):
             try:
                 result = future.result()
             except Exception as error:  # such as a worker that was killed at every attempt
@@ -167,6 +182,24 @@ def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[in
             future.release()
     finally:
         client.cancel([future for future in futures if not future.done()])
+
+
+def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[Any]:
+    """Yield futures as they finish; say so while they wait without workers."""
+    completed = sys.modules["distributed"].as_completed(futures)
+    last = time.monotonic()
+    while completed.count():
+        if completed.has_ready():
+            yield next(completed)
+        elif time.monotonic() - last < _PATIENCE:
+            time.sleep(_POLL)
+            continue
+        elif not client.scheduler_info()["workers"]:
+            print_line(
+                f"{client.scheduler.address}: no worker is left; the run waits for one (dask worker "
+                f"{client.scheduler.address}), or interrupt it: finished places are kept"
+            )
+        last = time.monotonic()
 
 
 def _expect_workers(client: Any) -> None:

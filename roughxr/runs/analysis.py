@@ -13,6 +13,7 @@ Its result is a dictionary of Datasets, the groups of its archive:
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -61,7 +62,7 @@ from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ, read_law
 from ..vocabulary.numbers import number
-from ..vocabulary.text import without_warnings
+from ..vocabulary.text import warn, without_warnings
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
 #: Largest cells (nm) of rigid bodies, at most eight to a pixel.
@@ -233,7 +234,9 @@ def execute(
         )
         made = tables(groups)
         printed = as_text(groups, made)
-        if folder is not None:
+        if folder is not None and not os.access(folder, os.W_OK):
+            warn(f"{folder}: is read only: the run is read, and its pages stay as they are")
+        elif folder is not None:
             stages("pages")
             remove_leftovers(folder)
             write_tables(made, printed, folder)

@@ -14,6 +14,7 @@ import xarray as xr
 from .. import report
 from ..archive import atomic_write
 from ..jobs.progress import TimeLeft, print_line, rough_duration
+from ..jobs.spread import is_interrupt
 from ..report.report_page import pair_facts, render_template, title
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
@@ -25,6 +26,9 @@ from ..vocabulary.numbers import number, percent, quantity, value_and_interval, 
 from ..vocabulary.table import SCALARS
 
 _FORCE = "pull_off_force"
+
+#: The page of all scans.
+_PAGE = "index.html"
 
 #: Largest relative difference of sides and pixels between scans that are pooled.
 _ALIKE = 0.02
@@ -44,7 +48,10 @@ class ScanResult(NamedTuple):
 def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     """Return an output folder for each scan, named after its file; raise if two files have the same name."""
     chosen: dict[Path, Path] = {}
+    reserved = {f"{name}{ending}" for name in ("places", output.name) for ending in (".csv", ".xlsx")} | {_PAGE}
     for scan in map(Path, scans):
+        if scan.stem in reserved:
+            raise ValueError(f"{scan}: expected another name than that of the runs' {scan.stem}: rename the scan")
         if output / scan.stem in chosen.values():
             raise ValueError(f"{scan}: expected files of different names, found two called {scan.stem!r}: rename one")
         chosen[scan] = output / scan.stem
@@ -71,8 +78,11 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
         resumed = folder.exists()
         try:
             finished[scan.name] = _scan_result(run_one(scan, folder))
-        except (ValueError, OSError, ImportError) as error:
-            refused[scan.name] = str(error)
+        except Exception as error:
+            if is_interrupt(error):
+                raise
+            is_in_words = isinstance(error, (ValueError, OSError, ImportError))
+            refused[scan.name] = str(error) if is_in_words else f"{type(error).__name__}: {error}"
             continue
         if not resumed:
             took[scan.name] = time.monotonic() - begun
@@ -99,7 +109,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         to_table(all_places, output / f"places{ending}")
     answer = _pooled_words(finished)
     page = render_template(
-        "index.html",
+        _PAGE,
         title=f"{len(finished)} scans",
         table=f"{output.name}{endings[-1]}",
         answer=answer,
@@ -108,7 +118,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
         refused=refused,
     )
-    with atomic_write(output / "index.html") as temporary:
+    with atomic_write(output / _PAGE) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return answer
 
