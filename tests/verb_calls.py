@@ -159,7 +159,7 @@ NOT_CALLED = {
     "answer": "numbers that it holds, in words",
     "extrapolated": "`adhesive` and its error budget",
     "pooled": "wants several scans: tests/test_pooling.py",
-    "resting": "passes over a map: tests/test_resting.py",
+    "resting": "one map: tests/test_resting.py",
     "run": "all of them",
     "scale_dependence": "`adhesive` on several surfaces",
     "particles.to_dem": "text for other programs, of `parameters`",

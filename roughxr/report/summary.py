@@ -49,7 +49,6 @@ CRITICAL = {"extrapolated": "statistics/detachment_extrapolated", "adhesive": "s
 _COLUMNS = (
     (RESTS, "landing_share", "landing_share", ""),
     (RESTS, "supports", "supports", ""),
-    (RESTS, "barrier", "barrier", ""),
     ("statistics/adhesive", "pull_off_force", "pull_off_force", ""),
     ("statistics/adhesive", "pull_off_error", "pull_off_error", ""),
     ("statistics/adhesive", "pressed_pull_off_force", "pressed_pull_off_force", ""),

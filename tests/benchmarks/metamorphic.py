@@ -23,7 +23,7 @@ SCALES = [1.0, 1.0, 0.1, 3.0, 40.0]
 
 #: Not compared: see `test_identities`; heights about 0; what follows from gravity; the order of equal things.
 LEFT = {*identities.LEFT, "r_a_datum", "r_q_datum", "critical_friction_velocity", "support_x", "support_y"}
-LEFT |= {"pass_x", "pass_y", "pass_to", "aic", "log_likelihood", "rest_height", "in_range"}
+LEFT |= {"aic", "log_likelihood", "rest_height", "in_range"}
 
 #: Not scaled: Hamaker's forces begin at a fixed closest approach. Resting positions decide between equal pixels.
 AS_IT_IS = ("rigid", "formulas", "regime")

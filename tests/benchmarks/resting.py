@@ -60,10 +60,8 @@ def compare(name, scan):
     share = places["landing_share"].values
     print(
         f"{name}: {places.sizes['subregion'] / area:.1f} rests per µm² ({places.sizes['subregion']}); on ≥ 3 summits "
-        f"{share[places['supports'].values >= 3].sum():.3f} of the area; barrier, median "
-        f"{median(places['barrier'].values, share):.3f} nm; from {places.attrs['share_off_scan']:.2f} of the area "
-        f"off the scan; "
-        f"{inner.sizes['subregion']} away from the edge"
+        f"{share[places['supports'].values >= 3].sum():.3f} of the area; from "
+        f"{places.attrs['share_off_scan']:.2f} of the area off the scan; {inner.sizes['subregion']} away from the edge"
     )
     catalogue = roughxr.asperities(scan)
     at_rest = roughxr.particles.resting(scan, landings=GRID, on=catalogue)

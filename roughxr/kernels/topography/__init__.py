@@ -5,5 +5,5 @@ envelope            the upper envelope of many paraboloids
 random_surface      Gaussian surfaces of a given spectrum
 interpolation       heights on finer cells
 dilation            height of a sphere that touches the surface, at every pixel
-basins              resting positions of a sphere, their basins, and the passes between them
+basins              resting positions of a sphere, and their basins
 """

@@ -1,19 +1,16 @@
-"""Resting positions of a sphere on a scan, their drainage basins, and the passes between basins.
+"""Resting positions of a sphere on a scan, and their drainage basins.
 
 A sphere rests at a local minimum of its height Z (``dilation``). Z is the largest of the heights Z_k on the patches
 that it may touch, with the slopes
 
     ∇Z_k = −(x − u_k) / √(R² − |x − u_k|²)
 
-where u_k is the contact. So the sphere's axis lies within the polygon of its contacts at rest, and on the line between
-two contacts of equal height at a pass.
+where u_k is the contact. So the sphere's axis lies within the polygon of its contacts at rest.
 
 1. Every pixel drains along the steepest descent to a neighbour; pixels that drain to one minimum are its basin.
 2. A trough oblique to the pixels has false minima on them. From each minimum the sphere therefore rolls on between
    pixels: the steps d minimise max over k of Z_k + ∇Z_k·d within a square, which is halved where a step does not lower
    the sphere. Basins from which it rolls to the same resting position are merged.
-3. The pass between two basins is the lowest point on their common border: its lowest pixel, or near that pixel the
-   lowest point on a line that joins two contacts. It lies above both resting positions.
 
 Letters: x, y, u nm; Z nm; R radius (nm); d step (nm).
 """
@@ -38,20 +35,6 @@ _FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
 
 #: Least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are.
 _LEAST_SEPARATION = 1.9
-
-#: Most rounds of the search for a saddle, each by the planes at the point of the round before, and the largest ratio of
-#: two steps whose geometric series is summed.
-_CROSSING_ROUNDS, _LARGEST_RATIO = 14, 0.98
-
-#: Largest deviation, in distance²/R, of the sphere's heights on two patches from their tangent planes.
-_LARGEST_DEVIATION = 2.5
-
-#: Largest distance (pixels) of a pass from the lowest pixel of a border: pixels drain in only eight directions.
-_PASS_DISTANCE = 4.0
-
-#: Distance (pixels) from a saddle at which the sphere starts to roll, on both sides; more than a first step. And the
-#: steps after which its basin is read.
-_SADDLE_OFFSET, _DRAINING_STEPS = 0.5, 12
 
 #: Half the width of a pixel, in pixels, with a margin for rounding.
 _EDGE = 0.5 + 1e-9
@@ -189,34 +172,6 @@ def _patches_near(surface, i, j):
         put_patch(rows[n], surface.height, p, q, surface.pixel, surface.ball.radius)
         rows[n, X] = surface.first[0] + p * surface.pixel[0]
         rows[n, Y] = surface.first[1] + q * surface.pixel[1]
-    return rows
-
-
-@kernel
-def _patches_near_pass(surface, i, j):
-    """Return the patches that a sphere may touch with its axis within ``_PASS_DISTANCE`` of a pixel."""
-    nx, ny = surface.height.shape
-    boxes = np.zeros((9, 2), np.int64)
-    count = 0
-    wide = int(_PASS_DISTANCE) - 1
-    low = max(i - wide, 0) // SIDE, max(j - wide, 0) // SIDE
-    high = min(i + wide, nx - 1) // SIDE, min(j + wide, ny - 1) // SIDE
-    for a in range(low[0], high[0] + 1):
-        for b in range(low[1], high[1] + 1):
-            boxes[count] = a, b
-            count += 1
-    rows = _patches_near(surface, boxes[0, 0] * SIDE, boxes[0, 1] * SIDE)
-    for n in range(1, count):
-        more = _patches_near(surface, boxes[n, 0] * SIDE, boxes[n, 1] * SIDE)
-        new = 0
-        for k in range(len(more)):
-            known = False
-            for m in range(len(rows)):
-                known |= rows[m, X] == more[k, X] and rows[m, Y] == more[k, Y]
-            if not known:
-                more[new] = more[k]
-                new += 1
-        rows = np.concatenate((rows, more[:new]))
     return rows
 
 
@@ -405,171 +360,6 @@ def settle_near(rows, places, ball, largest, farthest):
 def _are_on_different_summits(a, b, pixel):
     """Return whether two contacts lie on different summits."""
     return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
-
-
-@kernel
-def _crossing(a, b, x, y):
-    """Return the point where the sphere touches two patches at once, by their planes; NaN if not between them."""
-    dx = b[3] - a[3]
-    dy = b[4] - a[4]
-    off = a[0] - b[0] + (a[1] - b[1]) * (a[3] - x) + (a[2] - b[2]) * (a[4] - y)
-    t = off / ((b[1] - a[1]) * dx + (b[2] - a[2]) * dy)
-    return (a[3] + t * dx, a[4] + t * dy) if 0 < t < 1 else (np.nan, np.nan)
-
-
-@kernel
-def _drains_to(labels, x, y, surface):
-    """Return the basin into which a sphere rolls from a point: that of its pixel after a few steps."""
-    largest = max(surface.pixel[0], surface.pixel[1])
-    (nx, ny) = labels.shape
-    step = _FIRST_STEP * largest
-    for _ in range(_DRAINING_STEPS):
-        if _is_off(surface, x, y):
-            return OFF
-        i, j = _pixel_at(surface, x, y)
-        x, y, _, step = _step_down(_patches_near(surface, i, j), x, y, surface.ball, step, _LAST_STEP * largest)
-        if step < _LAST_STEP * largest:
-            break
-    i, j = _pixel_at(surface, x, y)
-    return labels[min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)]
-
-
-@kernel
-def _divides(labels, a, b, x, y, surface, pair):
-    """Return whether a sphere on two contacts rolls into the two basins of a pair on its two sides."""
-    along = b[3] - a[3]
-    across = b[4] - a[4]
-    off = _SADDLE_OFFSET * max(surface.pixel[0], surface.pixel[1]) / np.hypot(along, across)
-    first = _drains_to(labels, x - off * across, y + off * along, surface)
-    second = _drains_to(labels, x + off * across, y - off * along, surface)
-    return min(first, second) == min(pair[0], pair[1]) and max(first, second) == max(pair[0], pair[1])
-
-
-@kernel
-def _saddle(a, b, start, ball, farthest):
-    """Return x, y and height of the saddle at which the sphere touches two patches; NaN if none is near the start.
-
-    Contacts on level patches move along with the sphere, so that steps shrink slowly: every second one is extrapolated.
-    """
-    (x, y) = start
-    before = (0.0, 0.0)
-    for n in range(_CROSSING_ROUNDS):
-        px, py = _crossing(_plane(a, x, y, ball), _plane(b, x, y, ball), x, y)
-        dx = px - x
-        dy = py - y
-        if not max(abs(dx), abs(dy)) > 1e-7 * ball.radius:
-            return px, py, max(touch(a, px, py, ball)[0], touch(b, px, py, ball)[0])
-        ratio = (dx * before[0] + dy * before[1]) / (before[0] ** 2 + before[1] ** 2) if n % 2 else 0.0
-        sum_of_steps = 1 / (1 - ratio) if ratio < _LARGEST_RATIO else 1.0
-        x = x + sum_of_steps * dx
-        y = y + sum_of_steps * dy
-        before = (dx, dy)
-        if max(abs(x - start[0]), abs(y - start[1])) > farthest:
-            break
-    return x, y, np.nan
-
-
-@kernel
-def _lowest_saddle(rows, start, least, labels, pair, surface):
-    """Return x, y and height of the lowest saddle between two basins near their border's lowest pixel, or that pixel.
-
-    ``start`` is that pixel (x, y, height), ``least`` the height of the higher one of the two resting positions. Planes
-    hold near their point only, so that each quarter of the pixels around is searched with its own.
-    """
-    lowest = start
-    wide = int(_PASS_DISTANCE)
-    (x, y, _) = start
-    reach = max(surface.pixel[0], surface.pixel[1])
-    for i in range(-wide, wide + 1):
-        for j in range(-wide, wide + 1):
-            if i * i + j * j > (wide + 1) ** 2:
-                continue
-            px = x + i * surface.pixel[0]
-            py = y + j * surface.pixel[1]
-            planes = _planes(rows, px, py, surface.ball, reach)
-            if not _may_hold_saddle(planes, reach, least, lowest[2], surface.ball):
-                continue
-            near = _patches_of_planes(rows, planes)
-            for s in (-0.25, 0.25):
-                for t in (-0.25, 0.25):
-                    at = px + s * surface.pixel[0], py + t * surface.pixel[1]
-                    lowest = _lower_saddle(near, at, start, lowest, least, labels, pair, surface)
-    return lowest
-
-
-@kernel
-def _may_hold_saddle(planes, step, least, highest, ball):
-    """Return whether two patches may be touched within a step, at heights between two bounds."""
-    low = high = -np.inf
-    for n in range(len(planes)):
-        rise = (abs(planes[n, 1]) + abs(planes[n, 2])) * step
-        low = max(low, planes[n, 0] - rise)
-        high = max(high, planes[n, 0] + rise)
-    deviation = 2 * _LARGEST_DEVIATION * step * step / ball.radius
-    return len(planes) > 1 and low - deviation <= highest and high + deviation >= least
-
-
-@kernel
-def _lower_saddle(rows, at, start, lowest, least, labels, pair, surface):
-    """Return the lowest saddle in the quarter of a pixel around a point, or ``lowest`` if there is none below that."""
-    (x, y) = at
-    ball = surface.ball
-    largest = max(surface.pixel[0], surface.pixel[1])
-    reach = 0.35 * largest  # a quarter's half-width, with a margin since planes are not exact
-    planes = _planes(rows, x, y, ball, reach)
-    if not _may_hold_saddle(planes, reach, least, lowest[2], ball):
-        return lowest
-    for p in range(len(planes)):
-        for q in range(p):
-            px, py = _crossing(planes[p], planes[q], x, y)
-            dx = px - x
-            dy = py - y
-            if not max(abs(dx), abs(dy)) < reach:
-                continue
-            deviation = _LARGEST_DEVIATION * (dx * dx + dy * dy) / ball.radius  # of the heights from the planes
-            highest = min(_plane_height(planes[p], dx, dy), lowest[2]) + deviation
-            if _highest_plane(planes, dx, dy)[0] > highest:
-                continue
-            a = rows[int(planes[p, 5])]
-            b = rows[int(planes[q, 5])]
-            px, py, height = _saddle(a, b, (px, py), ball, reach)
-            near = np.hypot(px - start[0], py - start[1]) < _PASS_DISTANCE * largest
-            if not (near and least <= height < lowest[2]) or _is_off(surface, px, py):
-                continue  # heights beyond the scan's edge are unknown
-            if _touches(rows, px, py, height, surface) and _divides(
-                labels, planes[p], planes[q], px, py, surface, pair
-            ):
-                lowest = (px, py, height)
-    return lowest
-
-
-@kernel
-def _touches(rows, x, y, height, surface):
-    """Return whether a sphere at a height overlaps no patch: first of some, then of all that it may touch."""
-    highest = height + 1e-8 * surface.ball.radius
-    if _touching_height(rows, x, y, surface.ball) > highest:
-        return False
-    i, j = _pixel_at(surface, x, y)
-    return _touching_height(_patches_near(surface, i, j), x, y, surface.ball) <= highest
-
-
-@kernel
-def passes(z, labels, pairs, pixels, rest_heights, surface):
-    """Return x, y and height (nm) of the pass between each pair of basins, given their border's lowest pixel."""
-    out = np.zeros((pixels.size, 3))
-    reach = _PASS_DISTANCE * max(surface.pixel[0], surface.pixel[1])
-    for n in range(pixels.size):
-        i = pixels[n] // z.shape[1]
-        j = pixels[n] % z.shape[1]
-        start = surface.first[0] + i * surface.pixel[0], surface.first[1] + j * surface.pixel[1], z[i, j]
-        least = -np.inf
-        for label in pairs[n]:
-            if label != OFF:
-                least = max(least, rest_heights[label])
-        rows = _patches_near_pass(surface, i, j)
-        rows = _patches_of_planes(rows, _planes(rows, start[0], start[1], surface.ball, reach))
-        out[n, 0], out[n, 1], out[n, 2] = _lowest_saddle(rows, start, least, labels, pairs[n], surface)
-    return out
 
 
 @kernel
