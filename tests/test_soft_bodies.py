@@ -9,10 +9,10 @@ import xarray as xr
 from scipy import special
 
 import roughxr
-from roughxr.contact import adhesive_options, cycle
+from roughxr.contact import adhesive_options, refinement
 from roughxr.contact.adhesion import UnresolvedContact
 from roughxr.contact.adhesive_options import snap_in_gap
-from roughxr.contact.cycle import coarser_mesh_error
+from roughxr.contact.refinement import coarser_mesh_error
 from roughxr.statistics.headline import mesh_error
 from tests import surfaces
 
@@ -204,7 +204,7 @@ def test_the_coarser_of_two_meshes_states_the_limit_of_a_slow_series(order):
 
 
 def test_a_pull_off_whose_pressed_solve_fails_has_no_stated_error(monkeypatch):
-    monkeypatch.setattr(cycle, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: np.array([np.nan]))
+    monkeypatch.setattr(refinement, "_pressed_pull_offs", lambda place, problem, adhesion, cycles: np.array([np.nan]))
     with pytest.warns(UnresolvedContact, match="no error estimate"):
         solution = smooth().contact.adhesive(mesh=1)
     assert float(solution.pull_off_force[0]) > 0 and np.isnan(solution.pull_off_error[0])

@@ -3,7 +3,9 @@
 A task is the whole cycle of one place, because each state on retraction depends on all states before it:
 
 adhesive_options   reads options and pair into an `Adhesion`: law, preloads, mesh, step
-cycle              follows one place on a mesh that is accurate enough, with the errors of the pull-off
+refinement         solves one place on a mesh that is accurate enough, with the errors of the pull-off
+cycle              follows one place on one mesh, with its events
+adhesion_on_cells  the law on the cells of a mesh, and the cells that resolve it
 adhesive_record    writes states, events and fields into one record
 """
 
@@ -22,6 +24,7 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
+from .adhesion_on_cells import Adhesion, resolving_cell
 from .adhesive_options import (
     chosen_law,
     need_few_cells,
@@ -32,9 +35,10 @@ from .adhesive_options import (
     window_half_width,
 )
 from .adhesive_record import cycle_layout, cycle_record
-from .cycle import LARGEST_SETTLING, LEAST_RADIUS, MOST_CELLS, Adhesion, resolving_cell, settling_changes
+from .cycle import LEAST_RADIUS, MOST_CELLS
 from .mesh import Mesh, read_mesh
 from .problem import Problem, read_problem
+from .refinement import LARGEST_SETTLING, settling_changes
 from .solving import solve
 
 

@@ -18,7 +18,8 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, read_law
 from ..vocabulary.units import whole_number
-from .cycle import MOST_CELLS, Adhesion, interaction_range, largest_cell, overlapping_cells
+from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
+from .cycle import MOST_CELLS, overlapping_cells
 from .estimates import automatic_law, median_tabor
 from .mesh import MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, places, read_problem, surface_at

@@ -8,9 +8,11 @@ import numpy as np
 
 from ..jobs.records import BRANCHES, Layout
 from ..kernels.adhesion import path as path
-from .cycle import Adhesion, Cycles, cycles_at, events, extrapolation, largest_displacement, reached, yielded_shares
+from .adhesion_on_cells import Adhesion
+from .cycle import Cycles, largest_displacement, reached, yielded_shares
 from .elastic import ABOVE_HARDNESS, YIELDED
 from .problem import Place, Problem
+from .refinement import cycles_at
 from .solving import put_fields, state_fields
 
 _STATES: dict[str, type] = dict.fromkeys(
@@ -46,14 +48,13 @@ def cycle_record(place: Place, problem: Problem, layout: Layout, adhesion: Adhes
     cycles, errors = cycles_at(place, problem, adhesion, fields=layout.window is not None)
     record = layout.blank()
     for k, followed in enumerate(cycles.paths):
-        results: dict[str, Any] = events(cycles, k) if reached(followed, adhesion, k) else {}
+        results: dict[str, Any] = dict(cycles.events[k]) if reached(followed, adhesion, k) else {}
         reach = largest_displacement(followed, cycles) + (adhesion.liquid.height if adhesion.liquid else 0.0)
         results |= {"complete": bool(results), "truncated": cycles.surface.unknown_from < reach}
         results |= {name: np.broadcast_to(value, len(cycles.paths))[k] for name, value in errors.items()}
         if adhesion.preloads.size and results["complete"]:
             turns = [paths[k].states[paths[k].turn - 1] for paths in (cycles.paths, cycles.wider or cycles.paths)]
-            extrapolated = extrapolation(cycles, k)
-            depth, area = (extrapolated.apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
+            depth, area = (cycles.edges[k].apply(*(turn[name] for turn in turns)) for name in ("delta", "contact_area"))
             results |= {"preload_delta": depth, "contact_area": max(area, 0.0)}
             results |= {"converged": bool(followed.states["converged"].all())}
             results |= {"residual": followed.states["residual"].max()}
@@ -73,7 +74,7 @@ def _put_states(record: np.ndarray, cycles: Cycles, *, to_edge: bool) -> None:
     """Write the states at the prescribed displacements along (branch, delta); NaN after the end of a broken path."""
     steep = _at_displacements(cycles.paths[0], cycles.problem)
     wide = _at_displacements(cycles.wider[0], cycles.problem) if cycles.wider and to_edge else steep
-    extrapolated = extrapolation(cycles, 0)
+    extrapolated = cycles.edges[0]
     for name, branches in steep.items():
         for k, (values, wider) in enumerate(zip(branches, wide[name])):
             size = min(len(values), len(wider))

@@ -10,10 +10,12 @@ import xarray as xr
 
 from ..jobs import spread
 from ..specimen import specimen_of
+from .adhesion_on_cells import Adhesion
 from .adhesive_options import preload_problem, window_half_width
-from .cycle import Adhesion, cycles_at, pull_off_force, reached
+from .cycle import reached
 from .mesh import Mesh
 from .problem import Place, Problem, places
+from .refinement import cycles_at
 
 
 class Case(NamedTuple):
@@ -46,4 +48,4 @@ def pull_offs(cases: Sequence[Case]) -> np.ndarray:
 def _pull_off(place: Place, problem: Problem, adhesion: Adhesion) -> np.ndarray:
     """Return the pull-off of one case, as a task."""
     cycles, _ = cycles_at(place, problem, adhesion, fields=False)
-    return np.array(pull_off_force(cycles, 0) if reached(cycles.paths[0], adhesion, 0) else np.nan)
+    return np.array(cycles.pull_offs[0] if reached(cycles.paths[0], adhesion, 0) else np.nan)

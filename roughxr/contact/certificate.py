@@ -15,8 +15,8 @@ from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
 from ..vocabulary import schema
+from .adhesion_on_cells import Adhesion, law_on_cells
 from .adhesive_options import pair_law
-from .cycle import Adhesion, law_on_cells
 
 #: Relative tolerance of sums and products, and of the pressure on a body that yields with adhesion.
 _ROUNDING, _YIELD_TOLERANCE = 1e-9, 1.1e-3

@@ -14,19 +14,13 @@ from ..asperity.moments import (
     states_layout,
     touching_cells,
 )
+from ..contact.adhesion_on_cells import Adhesion, interaction_range
 from ..contact.adhesive_options import preload_problem, usual_step, window_half_width
-from ..contact.cycle import (
-    REFINEMENTS,
-    Adhesion,
-    cycles_on,
-    events,
-    interaction_range,
-    overlapping_cells,
-    prescribed_deltas,
-)
+from ..contact.cycle import cycles_on, overlapping_cells, prescribed_deltas
 from ..contact.mesh import Mesh
 from ..contact.problem import Place, Problem, Surface, cell_axes, surface_at
 from ..contact.problem import places as placed_at
+from ..contact.refinement import REFINEMENTS
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.adhesion.path import ON_RETRACTION
@@ -115,8 +109,8 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
     surface, (x, y) = _within_range(surface_at(place, problem), cell_axes(place, problem), problem, adhesion)
     cycles = cycles_on(surface, problem, adhesion, fields=ON_RETRACTION, steepest_only=True)
     followed = cycles.paths[0]
-    pull_off_events = events(cycles, 0)
-    if not pull_off_events:
+    events = cycles.events[0]
+    if not events:
         return layout.blank(), layout.blank()
     states = followed.states[followed.turn :][::-1]
     pressure = followed.pressures[::-1]
@@ -124,7 +118,7 @@ def _moments_on(place: Place, problem: Problem, adhesion: Adhesion, layout: Layo
     touching = touching_cells(followed.gaps[::-1], pressure, problem.dx, opening)
     force = states["force"]
     area = states["contact_area"]
-    pull_off = {name: pull_off_events[name] for name in ("pull_off_force", "pull_off_delta")}
+    pull_off = {name: events[name] for name in ("pull_off_force", "pull_off_delta")}
     converged = bool(states["converged"].all())
     all_states, every_second = (
         moments_of_states(

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..contact.certificate import SOLVED, certificate
-from ..contact.cycle import LARGEST_SETTLING, settling_changes
+from ..contact.refinement import LARGEST_SETTLING, settling_changes
 from ..scans.plausibility import doubts
 from ..scans.tip import tip_flags
 from ..statistics import smooth_pull_off

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from ..contact.cycle import coarser_mesh_error
+from ..contact.refinement import coarser_mesh_error
 from ..particles.force_balance import fluid_of, strength_of_places
 from ..particles.loads import fluid_in_words
 from ..scans.plausibility import is_noise

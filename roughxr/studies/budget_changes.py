@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from ..contact.adhesion_on_cells import resolving_cell
 from ..contact.adhesive_options import preload_problem
 from ..contact.batch import place_cases, pull_offs
-from ..contact.cycle import resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
 from ..jobs.progress import print_line
 from ..particles.resting_places import resettled

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ..contact.adhesion_on_cells import resolving_cell
 from ..contact.adhesive_options import preload_problem, window_half_width
 from ..contact.batch import Case, pull_offs
-from ..contact.cycle import resolving_cell
 from ..contact.mesh import MOST_REFINED, Mesh
 from ..contact.problem import places
 from ..contact.regimes import need_sphere

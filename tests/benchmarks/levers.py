@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 import roughxr
-from roughxr.contact.cycle import REFINEMENTS
+from roughxr.contact.refinement import REFINEMENTS
 from roughxr.particles.simulated_moments import simulated_moments
 from roughxr.scans import regions
 from roughxr.specimen import specimen_of

@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import roughxr
 from roughxr.contact.adhesive_options import usual_step
-from roughxr.contact.cycle import LARGEST_SETTLING, settling_changes
+from roughxr.contact.refinement import LARGEST_SETTLING, settling_changes
 from roughxr.specimen import specimen_of
 
 PIXEL, RANGE = 20.0, 0.3

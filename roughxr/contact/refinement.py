@@ -1,0 +1,224 @@
+"""The choice of the mesh at one contact centre, and the errors of the pull-off.
+
+The cells are halved until two successive meshes agree on the pull-off. On one mesh the errors of laws without range
+follow from the radius of the contact in cells and from the difference between both edges (`cycle`).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..kernels.adhesion.path import AT_DISPLACEMENTS
+from ..vocabulary.adhesion_laws import DUGDALE, JKR
+from .adhesion_on_cells import Adhesion, resolving_cell
+from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells
+from .problem import Place, Problem, surface_at
+
+#: Largest part of the error of a pull-off without range that remains on cells of half the side. At edges that cannot
+#: move, the error falls as the root of the side, to 0.71. The sum of all further changes is then up to 3 times the last
+#: change, and stated as the error. ``tests/benchmarks/stated_error.py`` counts the places that this covers.
+_LEFT = 0.75
+
+#: Change of a pull-off by pressing, over the pull-off, beyond which both are the ends of a range: no error by itself.
+LARGEST_SETTLING = 0.5
+
+#: Least stated error without range: the mean error of smooth spheres.
+_LEAST_ERROR = 0.006
+
+#: The refinements that refine="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
+#: times as much as the others together.
+REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
+
+#: Root mean square of the relative error of a mesh without range, times the square of the radius (cells) of the
+#: smallest contact at pull-off: spheres of 1.5 to 14 cells (``tests/benchmarks/without_range.py``). A single mesh
+#: states three times as much. Two meshes state it as well, since they may agree by chance.
+_MESH_ERROR, _DEVIATIONS = 0.5, 3.0
+
+#: Relative error without range on a film that changes the contact, times the film's thickness in cells: the width of
+#: the cohesive zone must be small beside the thickness. Smooth spheres on films of 2 to 20 cells are off by 0.1 of it
+#: over the thickness if compressible, by 0.2 if not (``tests/benchmarks/without_range.py``).
+_FILM_ERROR = 0.2
+
+
+def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: bool) -> tuple[Cycles, dict]:
+    """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
+    if adhesion.refine:
+        pressures = AT_DISPLACEMENTS if fields else None
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures)
+        pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
+        error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
+        return cycles, {"refinement": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
+    return _refined_until_accurate(place, problem, adhesion)
+
+
+def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) -> tuple[Cycles, dict]:
+    """Halve the cells until the pull-off changes by less than the accuracy, or there are too many cells.
+
+    The change from one mesh to the next is the error of the finer mesh: an upper bound if the meshes converge at first
+    order or better. Without range more is stated, `_slow_error`. The error of the step is the change between the step
+    and twice the step on the coarsest mesh; if it is large, finer meshes take half the step.
+    """
+    pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
+    finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
+    first = min(_first_refinement(problem, adhesion), finest)
+    meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
+    cycles = _solved(place, problem, adhesion, meshes[0])
+    if np.isnan(adhesion.accuracy):
+        return cycles, {"refinement": meshes[0]}
+    step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
+    spline_change = _change_by_splines(place, problem, adhesion, cycles)
+    if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
+        adhesion = adhesion._replace(step=0.5 * adhesion.step)
+    n, mesh_error, slow = meshes[0], _single_mesh_error(cycles), _slow_error(cycles)
+    if not meshes[1:] and n > 1:  # cells too large for the law give an upper bound
+        mesh_error = _change(_solved(place, problem, adhesion, n // 2), cycles)
+        slow = _slow_error(cycles, mesh_error)
+    for n in meshes[1:]:
+        before, cycles = cycles, _solved(place, problem, adhesion, n)
+        # two edges may agree by chance: half the error of the coarser mesh is a lower bound
+        edge_errors = np.fmax(_edge_errors(cycles), _edge_errors(before) / RIM_ERROR)
+        change = _change(before, cycles)
+        lost = np.isnan(change) & (cycles.pull_offs > 0)  # the mesh before gave no pull-off
+        radius_errors = np.fmax(_radius_errors(cycles), _film_errors(cycles))
+        mesh_error = np.where(lost, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
+        slow = np.fmax(_slow_error(cycles, change), _LEFT * slow)
+        spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
+        if (mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all() and not lost.any():
+            break
+    errors = {"mesh_error": mesh_error, "step_error": step_error}
+    errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
+    pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
+    stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
+    numerical = np.sqrt(sum(error**2 for error in stated.values()))
+    errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
+    return cycles, {"refinement": n, "pressed_pull_off_force": pressed, **errors}
+
+
+def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
+    """Return the error without range by a change from larger cells, or from the wider edge, that goes on slowly.
+
+    Changes beyond `LARGEST_DIFFERENCE` belong to different contacts and are left out.
+    """
+    if not cycles.wider or cycles.law != JKR:
+        return 0.0
+    rises = 1 - cycles.wide_pulls / np.where(cycles.steep_pulls > 0, cycles.steep_pulls, np.nan)
+    return np.maximum(np.maximum(_further_changes(rises), _further_changes(change)), _LEAST_ERROR)
+
+
+def coarser_mesh_error(change: np.ndarray, law: str | None) -> np.ndarray:
+    """Return the error of the coarser of two meshes by the relative change: without range the changes go on slowly."""
+    if law != JKR:
+        return change
+    return np.maximum(change + _further_changes(change), _LEAST_ERROR)
+
+
+def _further_changes(change: Any) -> Any:
+    """Return the sum of all changes that follow one of a slow series; 0 after one that is not part of it."""
+    return np.where((change > 0) & (change <= LARGEST_DIFFERENCE), change, 0.0) * _LEFT / (1 - _LEFT)
+
+
+def _change_by_splines(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray | None:
+    """Return the change of the pull-off if heights are interpolated by splines; None if cells are pixels."""
+    refine = cycles.problem.refine
+    if refine == 1:
+        return None
+    return _change(_solved(place, problem._replace(splined=True), adhesion, refine), cycles)
+
+
+def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycles: Cycles) -> np.ndarray:
+    """Return each pull-off (nN) after the sphere was pressed as hard as it holds; NaN where that is not solved.
+
+    A law without range closes gaps up to `snap_in_gap` only, a preload the others. The sphere may then hold more than
+    the preload, and is pressed again.
+    """
+    pulls = cycles.pull_offs
+    if not _is_pressed(adhesion):
+        return np.full(pulls.size, np.nan)
+    load = 0.0
+    pressed = np.nanmax(np.append(pulls, cycles.wide_pulls), initial=0.0)  # a wider edge may settle on more summits
+    light = np.resize(adhesion.preloads, pulls.size) < pressed
+    while light.any() and pressed > (1 + LARGEST_SETTLING) * load:
+        load = pressed
+        harder = adhesion._replace(preloads=np.array([load]), cycles=1)
+        (pressed,) = _solved(place, problem, harder, cycles.problem.refine).pull_offs
+    return np.where(light, pressed, pulls)
+
+
+def _is_pressed(adhesion: Adhesion) -> bool:
+    """Return whether places are solved once more after the sphere was pressed."""
+    return adhesion.law == JKR and not np.isnan(adhesion.accuracy) and adhesion.preloads.size > 0
+
+
+def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
+    """Return the errors of pull-offs with their changes by pressing, except for ranges; NaN if these are not known.
+
+    Larger errors of a range belong to other contacts, which the range includes.
+    """
+    if not _is_pressed(adhesion):
+        return errors
+    changes = settling_changes(cycles.pull_offs, pressed)
+    return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
+
+
+def settling_changes(pulls: Any, pressed: Any) -> Any:
+    """Return the relative changes of pull-offs by pressing; 0 where nothing adheres."""
+    return np.abs(pressed - pulls) / np.where(pulls > 0, pulls, np.inf)
+
+
+def _contact_radii(cycles: Cycles) -> np.ndarray:
+    """Return the radii (cells) of the smallest contacts at pull-off."""
+    return np.array([events.get("pull_off_resolution", np.nan) for events in cycles.events])
+
+
+def _radius_errors(cycles: Cycles) -> np.ndarray:
+    """Return the usual error of the mesh for the radii of the contacts at pull-off."""
+    return _MESH_ERROR / _contact_radii(cycles) ** 2
+
+
+def _film_errors(cycles: Cycles) -> np.ndarray:
+    """Return the error of a law with an edge on a film of few cells, as far as the film changes the contact."""
+    film, radii = cycles.problem.film, _contact_radii(cycles)
+    if film is None or not cycles.wider:
+        return 0.0 * radii
+    softening = film.softening(radii)
+    return _FILM_ERROR / film.thickness * np.abs(1.0 - softening) / np.maximum(1.0, softening)
+
+
+def _edge_errors(cycles: Cycles) -> np.ndarray:
+    return np.array([extrapolation.error for extrapolation in cycles.edges])
+
+
+def _single_mesh_error(cycles: Cycles) -> np.ndarray:
+    """Return the stated errors of pull-offs by a law with an edge, NaN for a law without."""
+    if not cycles.wider:
+        return np.full(len(cycles.paths), np.nan)
+    pulls = cycles.pull_offs
+    steep = cycles.steep_pulls
+    radius_errors = np.fmax(_DEVIATIONS * _radius_errors(cycles), _film_errors(cycles))
+    errors = np.fmax(np.fmax(_edge_errors(cycles), _slow_error(cycles)), radius_errors)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        limited = np.abs(pulls - steep) > 0.99 * LARGEST_CORRECTION * steep  # edges differ by more than their width
+        return errors + np.where(limited | (cycles.law == DUGDALE), np.abs(pulls - steep) / pulls, 0.0)
+
+
+def _first_refinement(problem: Problem, adhesion: Adhesion) -> int:
+    cell = resolving_cell(adhesion, problem)
+    if np.isfinite(adhesion.accuracy):  # on pixels wider than the contacts, two meshes would agree by chance
+        cell = min(cell, adhesion.first_cell)
+    return next((n for n in REFINEMENTS if problem.pixel / n <= cell), REFINEMENTS[-2])
+
+
+def _change(cycles: Cycles, reference: Cycles) -> np.ndarray:
+    """Return the relative difference of the pull-offs of two meshes; NaN where the reference does not adhere."""
+    pulls = cycles.pull_offs
+    expected = reference.pull_offs
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(expected > 0, np.abs(pulls - expected) / expected, np.nan)
+
+
+def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: str | None = None) -> Cycles:
+    """Return the cycles at one place on one mesh."""
+    problem = problem._replace(refine=refine)
+    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
