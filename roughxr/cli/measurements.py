@@ -153,7 +153,6 @@ def compare_with_run(options: Namespace) -> None:
         + f"; {count - known} of {count} measured without a pull-off are left out" * (known < count)
         + f"; {limited} of {count} measured are limits, which count from 0 to the limit" * (limited > 0)
     )
-    print(f"places: {compared.attrs['places']}{_shift(compared)}")
     if options.picture:
         axes = Figure(figsize=(6.9, 2.9), layout="constrained").subplots(1, 2)
         figures.predicted_and_measured(predicted, own, comparison=compared, ax=axes)
@@ -203,11 +202,3 @@ def _with_ends(row: xr.Dataset, name: str) -> tuple[float, float, float]:
 
 def _has_pull_off(ds: xr.Dataset) -> bool:
     return "pull_off_force" in ds and ds["pull_off_force"].dims == ("subregion",)
-
-
-def _shift(compared: xr.Dataset) -> str:
-    if "measured_force" not in compared:
-        return ""
-    words = f"by {number(compared.shift_x)} and {number(compared.shift_y)} nm along x and y"
-    correlation, p_value = (number(compared[f"place_{name}"], digits=2) for name in ("correlation", "p_value"))
-    return f", {words}; correlation {correlation}, p = {p_value}"

@@ -5,7 +5,7 @@ force_tables, vendor_scales, forces  tables; images of adhesion and their scales
 curves, curve_files, curve_reader    recorded force-distance curves
 segments                             approach and retraction of a curve
 force_curves, baselines              pull-off forces from curves
-comparison, registration             measured and predicted forces, place by place if they can be aligned
+comparison                           measured and predicted forces, by statistics and distributions
 curve_fit                            modulus and work of adhesion, fitted to curves
 fitting, likelihood                  work of adhesion, fitted to measured pull-offs
 """

@@ -1,4 +1,4 @@
-"""`compare`: predicted and measured pull-off forces by quantiles, distributions, and place by place."""
+"""`compare`: predicted and measured pull-off forces by quantiles and distributions."""
 
 from __future__ import annotations
 
@@ -24,15 +24,11 @@ from ..statistics.sampling import (
 )
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
-from .registration import best_match
 
 _NAME = "pull_off_force"
 
 #: Probabilities of the quantiles that are compared.
 _LEVELS = np.linspace(0.01, 0.99, 99)
-
-#: Largest p-value of the correlation of an accepted shift.
-_BY_CHANCE = 0.01
 
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
@@ -65,11 +61,7 @@ def compare(
         ``measured_quantile``; if some forces are limits NaN where the quantile depends on them, which then lies between
         ``measured_quantile_low`` and ``measured_quantile_high``. ``distribution_distance``, Kolmogorov's, and its
         ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
-        ``measured_places``. If both places are known, and the predicted places are on a grid or equal the measured
-        ones: ``shift_x``, ``shift_y`` (nm), to be added to the measured places, at most a quarter of the grid's extent;
-        ``place_correlation`` (of normal scores) and ``place_p_value``; if this is below 0.01, also ``predicted_force``
-        and ``measured_force`` along the measured ``subregion``, else the shift is NaN. The attribute ``places`` states
-        which case applies.
+        ``measured_places``.
 
     Notes
     -----
@@ -102,13 +94,12 @@ def compare(
             out[f"{name}_quantile_low"] = ("probability", low)
             out[f"{name}_quantile_high"] = ("probability", high)
             out.attrs[f"{name}_limits"] = limits_in_words(forces.bounds, quantity)
-    placed, how = _compared_places(*both)
-    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)).merge(placed))
+    out = schema.label(out.assign_coords(probability=_LEVELS).assign(_distribution_test(*both)))
     for name in ("predicted", "measured"):
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
-    out.attrs |= {"places": how, "missing": "NaN where a value is not positive, or no shift is found"}
+    out.attrs["missing"] = "NaN where a value is not positive"
     return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
 
 
@@ -193,24 +184,3 @@ def _least_distance(predicted: Samples, measured: Samples) -> float:
     points = np.unique(np.concatenate([side.ravel() for side in ends]))
     largest, least = ([shares_up_to(side[end], points) for side in ends] for end in (0, 1))
     return float(max(0.0, (least[0] - largest[1]).max(), (least[1] - largest[0]).max()))
-
-
-def _compared_places(predicted: Samples, measured: Samples) -> tuple[xr.Dataset, str]:
-    """Return the comparison place by place (empty if places cannot be compared), and a sentence on it."""
-    unknown = [words for words, forces in (("predicted", predicted), ("measured", measured)) if forces.places is None]
-    if predicted.places is None or measured.places is None:
-        return xr.Dataset(), f"not compared, since those of {' and '.join(unknown)} forces are unknown"
-    match = best_match(predicted, measured)
-    if match is None:
-        return xr.Dataset(), "not compared: no common grid"
-    by_chance = match.p_value >= _BY_CHANCE
-    x, y = (np.nan, np.nan) if by_chance else match.shift
-    tested = {"place_correlation": match.correlation, "place_p_value": match.p_value}
-    ds = xr.Dataset({"shift_x": x, "shift_y": y, **tested})
-    if by_chance:
-        return ds, "not compared: no shift of the measured map correlates better than by chance"
-    ds["predicted_force"] = ("subregion", match.predicted)
-    is_exact = True if measured.bounds is None else measured.bounds[0] == measured.bounds[1]
-    ds["measured_force"] = ("subregion", np.where(is_exact, measured.values, np.nan))
-    axes: dict[str, Any] = {f"subregion_{axis}": ("subregion", measured.places[:, k]) for k, axis in enumerate("xy")}
-    return ds.assign_coords(subregion=np.arange(measured.values.size), **axes), "shift found"

@@ -26,7 +26,7 @@ _PIXELS_PER_BOX = 256
 
 
 def upper_envelope(x, y, rows):
-    """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`, NaN beyond their reach."""
+    """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`."""
     out = np.full((x.size, y.size), -np.inf)
     boxes = [(0, x.size, 0, y.size, rows)] if out.size else []
     while boxes:
@@ -43,19 +43,18 @@ def upper_envelope(x, y, rows):
     return np.where(out > -np.inf, out, np.nan)
 
 
-def asperity_rows(x, y, height, curvature_min, curvature_max, orientation, *, reach=np.inf):
-    """Return one row (x, y, z, p, q, reach²) of eight numbers for each asperity with a summit.
+def asperity_rows(x, y, height, curvature_min, curvature_max, orientation):
+    """Return one row (x, y, z, p, q) of seven numbers for each asperity with a summit.
 
-    Vertices ``x``, ``y``, ``height`` and ``reach`` (a number, or an array for all asperities) in nm, curvatures in
-    nm⁻¹, the ``orientation`` of the flattest direction in rad. Saddles (curvature_min <= 0) and failed fits (NaN) are
-    left out: their paraboloids have no summit.
+    Vertices ``x``, ``y`` and ``height`` in nm, curvatures in nm⁻¹, the ``orientation`` of the flattest direction in
+    rad. Saddles (curvature_min <= 0) and failed fits (NaN) are left out: their paraboloids have no summit.
     """
     along = np.cos(orientation)
     across = np.sin(orientation)
     with np.errstate(invalid="ignore"):
         p = np.sqrt(0.5 * curvature_min)
         q = np.sqrt(0.5 * curvature_max)
-    columns = [x, y, height, p * along, p * across, -q * across, q * along, np.square(reach)]
+    columns = [x, y, height, p * along, p * across, -q * across, q * along]
     rows = np.stack(np.broadcast_arrays(*columns), axis=-1)
     return rows[(curvature_min > 0) & ~np.isnan(rows).any(axis=-1)]
 
@@ -72,10 +71,7 @@ def _draw(rows, x, y, i0, i1, j0, j1, out):
         row = rows[n]
         for i in range(i0, i1):
             for j in range(j0, j1):
-                u = x[i] - row[0]
-                v = y[j] - row[1]
-                height = row[2] - _depth(row, u, v) if u * u + v * v <= row[7] else -np.inf
-                out[i, j] = max(out[i, j], height)
+                out[i, j] = max(out[i, j], row[2] - _depth(row, x[i] - row[0], y[j] - row[1]))
 
 
 @kernel
@@ -101,9 +97,7 @@ def _are_visible(rows, x0, x1, y0, y1):
         lowest_v = min(max(-u * coupling / (row[4] ** 2 + row[6] ** 2), v0), v1)
         least = min(_depth(row, u, lowest_v), _depth(row, lowest_u, v))
         greatest = max(_depth(row, u0, v0), _depth(row, u0, v1), _depth(row, u1, v0), _depth(row, u1, v1))
-        low = row[2] - greatest if max(-u0, u1) ** 2 + max(-v0, v1) ** 2 <= row[7] else -np.inf
-        high = row[2] - least if u * u + v * v <= row[7] else -np.inf
-        # rounding may not drop the asperity that sets the floor
-        highest[n] = max(low, high)
+        low = row[2] - greatest
+        highest[n] = max(low, row[2] - least)  # rounding may not drop the asperity that sets the floor
         floor = max(floor, low)
-    return (highest >= floor) & (highest > -np.inf)
+    return highest >= floor
