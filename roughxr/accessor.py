@@ -110,7 +110,7 @@ _GROUPS: dict[str, dict[Callable, str]] = {
         probes.placements: "scan",
     },
     "statistics": {
-        answer: "force pull_off",
+        answer: "force pull_off fitted",
         statistics.summary: "samples",
         statistics.bootstrap: "samples",
         statistics.fit: "samples",
@@ -144,6 +144,7 @@ def _fitting(ds: xr.Dataset) -> dict[str, list[str]]:
         "force": "force" in ds,
         "pull_off": "pull_off_force" in ds,
         "curves": "piezo" in ds,
+        "fitted": "quantile_distance" in ds,
         "samples": is_map or bool({"subregion", "asperity"} & set(ds.dims)),
         "moments": "resisting_moment" in ds,
         "any": True,

@@ -420,6 +420,8 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     order = ["pull_off_force [nN]", "critical_friction_velocity [m/s]", "wall_shear_stress [Pa]", "places", "supports"]
     assert sorted(order, key=columns.index) == order and columns[-2:] == ["warnings", "path"]
     assert rows["warnings"].str.endswith(".").all() and rows.notna().any().all()
+    assert (rows[["materials", "fluid"]] == ["glass/silicon", "water"]).all(axis=None)
+    assert (rows["sphere_radius [nm]"] == 300).all() and pd.to_datetime(rows["date"]).notna().all()
     for name, row in rows.iterrows():
         groups = archive.load(tmp_path / "wafer" / Path(name).stem / "run.nc")
         summary = groups["statistics/summary"]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 import roughxr
 from roughxr.asperity import expectation
@@ -54,6 +55,17 @@ def test_the_profile_is_least_at_the_fit(fits):
         at = fit.quantile_distance.idxmin()
         steps = np.log(fit.trial_work_of_adhesion).diff("trial_work_of_adhesion").max()
         assert abs(np.log(at / fit.fitted_work_of_adhesion)) < steps
+
+
+def test_a_fit_states_its_result_in_a_sentence_and_shows_it_in_a_figure(fits):
+    fit = fits[0][1]
+    opening = "Work of adhesion at which predicted and measured pull-offs agree: 0."
+    assert fit.contact.answer().sentence.startswith(opening) and fit.not_identifiable in fit.sentence
+    axes = fit.contact.plot(ax=Figure().subplots())
+    drawn = {line.get_label(): line for line in axes.lines}
+    assert drawn["fit"].get_xdata()[0] == float(fit.fitted_work_of_adhesion)
+    np.testing.assert_array_equal(drawn["tried"].get_ydata(), fit.quantile_distance)
+    assert "answer" in dir(fit.contact) and "work of adhesion" in axes.get_xlabel()
 
 
 @pytest.mark.parametrize("work", [0.03, 0.1, 0.5])

@@ -5,7 +5,7 @@ config         options in a file
 words          arguments as numbers, quantities or pairs; error messages
 running        `paper`, `run`, `report`, `explore`
 file_commands  `info`, `convert`
-measurements   `measured`, `compare`
+measurements   `measured`, `compare`, `fit`
 detach         `detach`
 
 The module of a command is imported when the command is called, so that ``--help`` is fast.

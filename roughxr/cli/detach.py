@@ -18,7 +18,7 @@ from ..particles.adhesion_parameters import adhesion_by_place
 from ..particles.force_balance import NO_REST, fluid_of, places_in_words, strength_of_places
 from ..particles.loads import fluid_in_words, read_flow
 from ..report.run_tables import METHOD_WORDS
-from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label
+from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
 from ..statistics.sampling import by_share, one_of_each_place
 from ..vocabulary.numbers import number, percent, value_and_interval, with_interval
 from ..vocabulary.text import without_warnings
@@ -83,7 +83,7 @@ def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Datas
 def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
     """Write parameters, input of particle codes and the picture of one run, as requested."""
     if options.parameters:
-        print(f"written to {exports.to_table(particles.parameters(moments), options.parameters)}")
+        print(f"written to {exports.to_table(with_few_digits(particles.parameters(moments)), options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}")

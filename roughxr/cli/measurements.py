@@ -1,10 +1,11 @@
-"""`measured` and `compare`: measured pull-off forces, and their comparison with those of a run."""
+"""`measured`, `compare` and `fit`: measured pull-off forces, and their comparison with those of a run."""
 
 from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,11 +14,13 @@ from matplotlib.figure import Figure
 
 from .. import archive, figures, statistics
 from .. import tables as exports
-from ..measured import compare, curves_pull_off, fit_curve, open_curves, open_pull_off
-from ..report.summary import PLACES
-from ..scans import UnreadableScan
+from ..contact.mesh import Mesh
+from ..measured import compare, curves_pull_off, fit_curve, fit_pair, open_curves, open_pull_off
+from ..report.summary import PLACES, with_few_digits
+from ..scans import UnreadableScan, regions
 from ..statistics.headline import best_estimate
-from ..statistics.sampling import CONDITION, sample_bounds
+from ..statistics.sampling import CONDITION, SHARE, sample_bounds
+from ..vocabulary import schema
 from ..vocabulary.numbers import bounds_in_words, is_too_wide, number, with_error, with_interval
 from ..vocabulary.schema import one_of
 from . import words
@@ -60,7 +63,7 @@ def describe(options: Namespace) -> None:
     elif low.size:
         _print_statistics(statistics.bootstrap(ds, "pull_off_force"))
     if options.output:
-        print(f"written to {exports.to_table(ds, options.output)}")
+        print(f"written to {exports.to_table(with_few_digits(ds), options.output)}")
 
 
 def _print_statistics(table: xr.Dataset) -> None:
@@ -112,16 +115,13 @@ def _describe_fits(options: Namespace) -> None:
         best, low, high = (float(middle[f"fitted_{name}"]) for name in (value, f"{ends}_low", f"{ends}_high"))
         print(f"{value.replace('_', ' ')}: {with_interval(best, low, high, units)}{of}")
     if options.output:
-        print(f"written to {exports.to_table(fit, options.output)}")
+        print(f"written to {exports.to_table(with_few_digits(fit), options.output)}")
 
 
 @archive.checked_names
 def compare_with_run(options: Namespace) -> None:
     """Print the ratios of measured to predicted pull-off forces, and the test of a common distribution."""
-    path = Path(options.run)
-    if path.is_file() and path.suffix != ".nc":
-        raise ValueError(f"{path}: expected a run first, then the measured forces, found another file")
-    groups = archive.load(archive.run_archive(path))
+    groups = archive.load(_archive_of(options))
     names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
     methods = [method for kind, _, method in names if kind == "statistics"]
     if not methods:
@@ -132,15 +132,11 @@ def compare_with_run(options: Namespace) -> None:
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(compared, columns))
-    if options.method == "adhesive":
-        print("\n" + _beyond_scan(groups, compared.sel(statistic="mean")))
-    distance = float(compared.distribution_distance)
-    p_value = float(compared.distribution_p_value)
-    print(
-        f"\nlargest difference of the cumulative distributions: {number(distance, digits=2)}; samples of one "
-        f"distribution differ at least as much with probability p = {number(p_value, digits=2)}, which "
-        "includes the scatter between places, but no error common to all places"
-    )
+    means = compared.sel(statistic="mean")
+    if options.method == "adhesive" and best_estimate(groups):
+        print("\n" + _beyond_scan(groups, means))
+    else:
+        print("\n" + _by_distributions(compared))
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size
@@ -159,14 +155,45 @@ def compare_with_run(options: Namespace) -> None:
         save_picture(axes[0].figure, options.picture)
 
 
+@archive.checked_names
+def fit_to_run(options: Namespace) -> None:
+    """Print the work of adhesion at which a run's prediction and measured forces agree."""
+    groups = archive.load(_archive_of(options))
+    solved = groups.get("solutions/adhesive")
+    if solved is None or SHARE in solved.coords:
+        raise ValueError(
+            f"{options.run}: expected a run of a probe with adhesion, found none; make it with roughxr run"
+        )
+    how: dict[str, Any] = {"method": options.method, "subregions": regions.sample(solved, _FITTED_PLACES)}
+    if options.method == "adhesive":
+        how |= {"mesh": Mesh(int(solved["refinement"].max())), "law": solved.attrs["law"]}
+        how["preload"] = schema.history(solved)[-1]["arguments"].get("preload", 0.0)
+    estimate = groups["statistics/extrapolated"] if best_estimate(groups) else None
+    measured = measurement(options.file, options)
+    fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_error=options.force_error, **how)
+    print(fit.attrs["sentence"])
+    if options.picture:
+        save_picture(figures.plot(fit).figure, options.picture)
+    if np.isfinite(fit["fitted_work_of_adhesion"]):
+        print(f"run again with --work-of-adhesion {number(fit['fitted_work_of_adhesion'])}")
+
+
+def _archive_of(options: Namespace) -> Path:
+    """Return the archive of the run; raise where the measured forces come first."""
+    path = Path(options.run)
+    if path.is_file() and path.suffix != ".nc":
+        raise ValueError(f"{path}: expected a run first, then the measured forces, found another file")
+    return archive.run_archive(path)
+
+
 def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
-    words = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
-    if best := best_estimate(groups):
-        ratio = number(best[0] / float(means["predicted"]), digits=2)
-        words += f" With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
-    if not best or np.isnan(best).any():
-        return words
+    best = best_estimate(groups)
+    assert best is not None
+    ratio = number(best[0] / float(means["predicted"]), digits=2)
+    words = (
+        f"{_AS_SCANNED} With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
+    )
     _, low, high = best
     overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
     decided = "they agree" if overlap else "they disagree"
@@ -179,6 +206,27 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
         "Errors of spring constant and sensitivity are not included."
     )
 
+
+def _by_distributions(compared: xr.Dataset) -> str:
+    """Return whether the distributions agree, where the errors common to all places are unknown."""
+    distance = number(compared.distribution_distance, digits=2)
+    p_value = float(compared.distribution_p_value)
+    decided = "disagree" if p_value < _UNLIKELY else "agree"
+    return (
+        f"{_AS_SCANNED}\nThe distributions {decided}: they differ by {distance} at most, and samples of one "
+        f"distribution differ at least as much with probability p = {number(p_value, digits=2)}. Errors common to all "
+        "places are not included."
+    )
+
+
+#: Scope of a prediction without best estimate.
+_AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+
+#: Probability below which samples of one distribution differ as much.
+_UNLIKELY = 0.05
+
+#: Number of a run's places at which a fit predicts.
+_FITTED_PLACES = 16
 
 #: Statistics in words.
 _STATISTICS = {"mean": "mean", "std": "standard deviation", "q5": "5 % quantile", "q25": "25 % quantile"}

@@ -14,7 +14,7 @@ from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution, label_density
 from .images import COLOURS, image
 from .maps import scan_map, subregion_map
-from .measured_figure import quantiles
+from .measured_figure import fitted_work, quantiles
 from .particle_figures import fraction_remaining, moment_rose
 from .style import STROKES, Axes, Panels, axes, label_axes, label_axis, legend, stroke, styled
 from .sweeps import sweep
@@ -74,6 +74,7 @@ _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
     ({"relative_error", "entry"}, error_budget),
     ({"predicted_quantile", "measured_quantile"}, quantiles),
+    ({"fitted_work_of_adhesion", "quantile_distance"}, fitted_work),
     ({"remaining", "friction_velocity", "time"}, fraction_remaining),
     ({"resisting_moment", "subregion", "direction"}, moment_rose),
     ({"pull_off_force", "shortest_kept", "seed"}, cut_off),

@@ -1,4 +1,4 @@
-"""Predicted and measured pull-offs: both distributions, and quantiles against quantiles."""
+"""Predicted and measured pull-offs: distributions, quantiles against quantiles, and the fitted work of adhesion."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ import xarray as xr
 
 from ..measured import compare
 from ..statistics.sampling import sample_bounds
+from ..vocabulary.numbers import percent
 from .distributions import FEWEST_SAMPLES, distribution
-from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, panels, styled
+from .style import BLACK, BLUE, DASHED, GREY, PAGE, Axes, Panels, axes, label_axis, legend, log_ticks, panels, styled
 
 
 @styled
@@ -69,3 +70,25 @@ def quantiles(ds: xr.Dataset, *, ax: Axes | None = None):
         np.median(predicted)
     )  # the points lie above the line, or below it
     return legend(ax, loc="lower right" if above else "upper left")
+
+
+@styled
+def fitted_work(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw the distance of predicted from measured quantiles over the work of adhesion, from `fit_pair`, with its fit.
+
+    Where the distance is 0 all quantiles agree; the band is the interval of the fit.
+    """
+    ax = axes(ax)
+    name = "trial_work_of_adhesion"
+    ax.plot(ds[name], ds["quantile_distance"], color=BLUE, marker="o", markersize=4.0, linewidth=0.9, label="tried")
+    low, high = (float(ds[f"fitted_work_{end}"]) for end in ("low", "high"))
+    if np.isfinite([low, high]).all():
+        ax.axvspan(low, high, color=BLUE, alpha=0.15, linewidth=0, label=f"{percent(ds.attrs['confidence'])} interval")
+    if np.isfinite(ds["fitted_work_of_adhesion"]):
+        ax.axvline(float(ds["fitted_work_of_adhesion"]), color=BLACK, linewidth=0.8, linestyle=DASHED, label="fit")
+    ax.set_xscale("log")
+    log_ticks(ax.xaxis)
+    label_axis(ax.xaxis, name)
+    label_axis(ax.yaxis, "quantile_distance")
+    ax.set_ylim(bottom=0)
+    return legend(ax)

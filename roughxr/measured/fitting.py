@@ -16,7 +16,7 @@ from ..contact.adhesion import adhesive
 from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import percent, quantity, with_interval
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
@@ -79,7 +79,8 @@ def fit_pair(
         NaN beyond the values that could be solved. These lie along ``trial_work_of_adhesion`` with
         ``quantile_distance``, 0 if all quantiles from 5 to 95 % agree. ``spread_ratio``, 1 if the surface explains the
         measured spread (NaN if some forces are limits); ``force_exponent``, d ln force / d ln w; ``modulus_trade``, d
-        ln w / d ln of the contact modulus. The attribute ``not_identifiable`` states in words the limits of the fit.
+        ln w / d ln of the contact modulus. The attribute ``not_identifiable`` states in words the limits of the fit,
+        ``sentence`` its result.
 
     Raises
     ------
@@ -140,7 +141,10 @@ def fit_pair(
     if forces.bounds is not None:
         out.attrs["limits"] = limits_in_words(forces.bounds, quantity)
         out.attrs["law_of_measured"] = "log-normal, with censoring"
-    out.attrs["not_identifiable"] = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
+    limits = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
+    best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
+    opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
+    out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
     given = {"confidence": confidence, "force_error": force_error}
     return schema.record(schema.label(out), "fit_pair", ds, method=method, **given, **options)
 

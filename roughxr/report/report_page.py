@@ -26,7 +26,7 @@ from ..vocabulary.text import printable, sentences_on_lines
 from .caveats import cautions
 from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
 from .run_tables import METHOD_WORDS, debris_flags, full_budget, prediction, tables
-from .summary import BUDGET, best_estimate_notes, by_place, critical_flow, headline, run_summary
+from .summary import BUDGET, best_estimate_notes, by_place, critical_flow, headline, run_fluid, run_summary
 
 Run = Mapping[str, xr.Dataset]
 
@@ -123,6 +123,19 @@ def _step_argument(ds: xr.Dataset, operation: str, argument: str) -> str:
     """Return an argument of the last step of a kind in a history, empty if there is none."""
     steps = [step for step in schema.history(ds) if step["operation"] == operation]
     return str(steps[-1]["arguments"].get(argument, "")) if steps else ""
+
+
+def setting(run: Run) -> dict[str, str]:
+    """Return what distinguishes a run from others in a sheet: label, date, materials, medium and fluid."""
+    scan = run["scan"]
+    ended = run["log"]["time"].values[-1:].tolist() if "log" in run else []
+    return {
+        "label": title(scan),
+        "date": str(ended[0])[:10] if ended else "",
+        "materials": _step_argument(scan, "assign_pair", "materials"),
+        "medium": _step_argument(scan, "assign_pair", "medium"),
+        "fluid": run_fluid(run),
+    }
 
 
 def _simulation_facts(run: Run) -> list[tuple[str, str]]:

@@ -228,9 +228,7 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
         error = table["pull_off_force"] * table["pull_off_error"]
         meaning = {"units": "nN", "long_name": "error of the pull-off force by mesh and step"}
         table = table.assign(pull_off_error=error.assign_attrs(meaning)).rename(pull_off_error="pull_off_force_error")
-    table = table.map(
-        lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" else c, keep_attrs=True
-    )
+    table = with_few_digits(table)
     count = table.sizes["subregion"]
     position = {name: table[name] for name in _POSITION if name in table}
     place = place_numbers(places)
@@ -239,6 +237,14 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
         first["surface"] = ("subregion", pd.Series(place).groupby(place).cumcount())
     table = first.merge(table.drop_vars(list(position))).rename_dims(subregion="scan")
     return table.assign_coords(scan=[label] * count)
+
+
+def with_few_digits(table: xr.Dataset) -> xr.Dataset:
+    """Return the numbers of a table rounded to the digits of a published one."""
+    return table.map(
+        lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" and c.ndim == 1 else c,
+        keep_attrs=True,
+    )
 
 
 def few_digits(values: np.ndarray, name: str) -> list[float]:

@@ -15,7 +15,7 @@ from .. import report
 from ..archive import atomic_write
 from ..jobs.progress import TimeLeft, print_line, rough_duration
 from ..jobs.spread import is_interrupt
-from ..report.report_page import pair_facts, render_template, title
+from ..report.report_page import pair_facts, render_template, setting
 from ..report.summary import few_digits, place_table
 from ..scans.regions import extent
 from ..statistics import pooled
@@ -37,7 +37,7 @@ _ALIKE = 0.02
 class ScanResult(NamedTuple):
     """The results of one scan that the table and the page of all scans show."""
 
-    label: str
+    setting: dict[str, str]
     pair: list[tuple[str, str]]
     size: np.ndarray  # sides and pixel, nm
     summary: xr.Dataset
@@ -96,7 +96,7 @@ def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
     x_low, x_high, y_low, y_high = extent(scan)
     size = np.array([x_high - x_low, y_high - y_low, max(schema.pixel(scan))])
     places = report.by_place(run)
-    return ScanResult(title(scan), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
+    return ScanResult(setting(run), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
 
 
 def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path) -> str:
@@ -126,8 +126,11 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
 def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     """Return the summaries as one row for each scan, without empty columns."""
     out = xr.Dataset(coords={"scan": list(finished)})
-    if any(run.label != name for name, run in finished.items()):
-        out["label"] = ("scan", [run.label for run in finished.values()])
+    for name in next(iter(finished.values())).setting:
+        texts = [run.setting[name] for run in finished.values()]
+        if any(texts):
+            out[name] = ("scan", texts)
+    out = out.assign({name: ("scan", *column) for name, column in _pair_columns(finished).items()})
     summaries = [scalar_values(run.summary) for run in finished.values()]
     for name, row in SCALARS.items():
         values = np.array([summary[name] for summary in summaries])
@@ -140,6 +143,15 @@ def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
             out["largest_source"] = ("scan", [run.summary.attrs.get("largest_source", "") for run in finished.values()])
     out["warnings"] = ("scan", [" ".join(run.cautions) for run in finished.values()])
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
+
+
+def _pair_columns(finished: Mapping[str, ScanResult]) -> dict[str, tuple[list[float], dict[str, str]]]:
+    """Return the numbers of the pair of bodies with their units; NaN where a run has none."""
+    coordinates = [run.summary.coords for run in finished.values()]
+    names = [name for name in schema.TRAVELLING if any(name in coords for coords in coordinates)]
+    return {
+        name: ([float(coords.get(name, np.nan)) for coords in coordinates], schema.attributes(name)) for name in names
+    }
 
 
 def _pooled_words(finished: Mapping[str, ScanResult]) -> str:

@@ -43,7 +43,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     ----------
     ds : Dataset
         A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`, or the group
-        ``statistics/summary`` of a run. Of several preloads the first.
+        ``statistics/summary`` of a run. Of several preloads the first. A result of `fit_pair` is its own answer.
 
     Returns
     -------
@@ -71,6 +71,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.
     """
     ds = schema.entered(ds)
+    if "quantile_distance" in ds:  # of `fit_pair`
+        return ds
     if "pull_off_mean" in ds:  # of `extrapolated`
         as_scanned = ds.assign(pull_off_force=ds["pull_off_force"] / ds["roughness_factor"])
         mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
