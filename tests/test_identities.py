@@ -65,6 +65,7 @@ LEFT += (
 LEFT += ("resolution", "pull_off_resolution")
 LEFT += ("pixel_x", "pixel_y", "size_x", "size_y", "height", "direction")
 LEFT += ("r_a_datum", "r_q_datum")  # about height 0
+LEFT += ("s_td",)  # turns with the surface
 
 
 class Setting(NamedTuple):
