@@ -67,7 +67,7 @@ def rows() -> Iterator[Row]:
         )
 
     rigid = flat(200, 1.0).contact.assign_pair(sphere_radius=1000, contact_modulus=40, work_of_adhesion=WORK)
-    summed = rigid.contact.rigid(law="exponential", refine=1)
+    summed = rigid.contact.rigid(law="exponential", mesh=1)
     yield Row("Bradley", 'rigid(law="exponential")', summed.pull_off_force.item(), 2 * np.pi * WORK * 1000, "2π w R")
 
     x = 0.25 * (np.arange(240) + 0.5 - 120)
@@ -75,7 +75,7 @@ def rows() -> Iterator[Row]:
     hemisphere = np.sqrt(np.maximum(20.0**2 - square, 0.0))
     pair = {"sphere_radius": 1000, "contact_modulus": 40, "hamaker_constant": "65 zJ"}
     bump = flat(240, 0.25, hemisphere).contact.assign_pair(**pair)
-    summed = bump.contact.rigid(law="hamaker", refine=1)
+    summed = bump.contact.rigid(law="hamaker", mesh=1)
     closed = roughxr.reference.rumpf(radius=1000, asperity_radius=20, hamaker_constant="65 zJ")
     yield Row(
         "Rumpf", 'rigid(law="hamaker")', summed.pull_off_force.item(), closed, "A/6z₀² [rR/(r + R) + R/(1 + r/z₀)²]"

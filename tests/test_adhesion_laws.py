@@ -87,7 +87,7 @@ def test_a_misspelt_synonym_is_answered_with_the_nearest():
 def test_other_functions_take_synonyms():
     options = {"rms": 0.3, "length": 0.3}
     assert reference.gaussian_work(law="LJ", **options) == reference.gaussian_work(law=LENNARD_JONES, **options)
-    table = roughxr.formulas(surface(), law="van der Waals", refine=1, subregions=(1, 1))
+    table = roughxr.formulas(surface(), law="van der Waals", mesh=1, subregions=(1, 1))
     assert float(table.formula_ratio[0]) == 1
     budget = roughxr.error_budget(surface(), law="griffith", mesh=1, places=1, settings={"modulus": [1.0]})
     assert budget.attrs["law"] == JKR

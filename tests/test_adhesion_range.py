@@ -17,13 +17,13 @@ def pair():
 PLACES = {"subregions": (2, 1)}
 VERBS = {
     "tabor": lambda ds: roughxr.reference.tabor(ds).tabor_parameter,
-    "regime": lambda ds: ds.contact.regime(subregions=(1, 1), refine=1).asperity_tabor,
+    "regime": lambda ds: ds.contact.regime(subregions=(1, 1), mesh=1).asperity_tabor,
     "superpose": lambda ds: ds.contact.superpose(delta=[8.0], law="dugdale", **PLACES).force,
     "pull_off_map": lambda ds: ds.contact.pull_off_map(law="dugdale", **PLACES).pull_off_force,
     "rigid exponential": lambda ds: ds.contact.rigid(law="exponential", delta=[0.0], **PLACES).pull_off_force,
     "rigid dugdale": lambda ds: ds.contact.rigid(law="dugdale", delta=[0.0], **PLACES).pull_off_force,
     "rigid lennard_jones": lambda ds: ds.contact.rigid(law="lennard_jones", delta=[0.0], **PLACES).pull_off_force,
-    "formulas": lambda ds: ds.contact.formulas(subregions=(1, 1), law="exponential", refine=1).pull_off_force[:1],
+    "formulas": lambda ds: ds.contact.formulas(subregions=(1, 1), law="exponential", mesh=1).pull_off_force[:1],
     "scale_dependence": lambda ds: ds.contact.scale_dependence(shortest=[60.0], seeds=1, **PLACES).pull_off_force,
     "adhesive": lambda ds: ds.contact.adhesive(law="exponential", mesh=1, subregions=([120.0], [120.0])).pull_off_force,
 }
@@ -49,7 +49,7 @@ def test_a_range_far_above_what_summits_bend_is_not_said_to_be_none():
     """Soft summits whose adhesion reaches 5 nm: Tabor's parameter is 0.64, and no sum without range is recommended."""
     ground = self_affine((64, 64), 10.0, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=3)
     soft = ground.contact.assign_pair(sphere_radius=1000, contact_modulus=0.5, work_of_adhesion=0.1)
-    near, far = (soft.assign_coords(adhesion_range=z).contact.regime(subregions=(1, 1), refine=1) for z in (0.3, 5.0))
+    near, far = (soft.assign_coords(adhesion_range=z).contact.regime(subregions=(1, 1), mesh=1) for z in (0.3, 5.0))
     assert float(near.asperity_tabor) > 5 > 1 > float(far.asperity_tabor)
     assert far.recommended.item() == "adhesive"
 

@@ -303,7 +303,7 @@ def test_refining_finds_the_sphere_again():
     for refine in (1, 8):
         solution = quiet(ds, delta=[-1.0, 0.1], mesh=refine, datum="first_contact")
         error[refine] = abs(float(solution.pull_off_force[0]) / pull - 1)
-    assert solution.attrs["refinement_method"] == "band-limited"
+    assert solution.attrs["interpolation"] == "band-limited"
     assert error[8] < 0.02
     assert error[8] < error[1]
 
@@ -338,7 +338,7 @@ def test_what_is_refused(ground, options, message):
         by_cells(ground, delta=[1.0], **options)
 
 
-@pytest.mark.parametrize("given", [{"step": -1.0}, {"accuracy": 2.0}, {"refine": "fine"}])
+@pytest.mark.parametrize("given", [{"step": -1.0}, {"accuracy": 2.0}, {"cells": "fine"}])
 def test_a_mesh_is_refused_where_it_is_made(given):
     with pytest.raises(ValueError, match=r"step|accuracy|mesh"):
         roughxr.Mesh(**given)

@@ -177,10 +177,8 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
     coarse = synthetic.self_affine((64, 64), 20.0, rms=2.0, cutoff=100.0, seed=1, **make)
     fine = synthetic.self_affine((512, 512), 2.5, rms=0.5, hurst=0.1, rolloff=300.0, cutoff=5.0, seed=2)
     measured = roughxr.scans.combined_spectrum([fine])
-    finer = roughxr.scans.add_fine_roughness(coarse, shortest=12, seed=3, refine=8, spectrum=measured)
-    band = roughxr.scans.power_spectrum(
-        finer - roughxr.scans.add_fine_roughness(coarse, shortest=100, seed=0, refine=8)
-    )
+    finer = roughxr.scans.add_fine_roughness(coarse, shortest=12, seed=3, mesh=8, spectrum=measured)
+    band = roughxr.scans.power_spectrum(finer - roughxr.scans.add_fine_roughness(coarse, shortest=100, seed=0, mesh=8))
     inside = (band.wavevector > 2 * np.pi / 80) & (band.wavevector < 2 * np.pi / 14)
     wanted = np.interp(band.wavevector[inside], measured.wavevector, measured.psd)
     power = band.psd_modes[inside]

@@ -62,7 +62,7 @@ def covered(count, soft, errors, **options):
         rng = np.random.default_rng(seed)
         modulus, work, radius, stiffness = drawn(rng, soft)
         curve = measured(rng, modulus, work, radius, stiffness, errors, **options)
-        given = dict(zip(("spring_constant_error", "sensitivity_error"), errors))
+        given = dict(zip(("spring_constant_std", "sensitivity_std"), errors))
         fit = roughxr.fit_curve(curve, sphere_radius=radius, **given).isel(subregion=0)
         if not fit.reason.item():
             ends = [
@@ -86,7 +86,7 @@ def test_intervals_contain_modulus_and_work(soft, errors):
     ("law", "modulus", "work"), [("jkr", 0.01, 0.05), ("dugdale", 2.0, 0.03), ("dmt", 400.0, 0.01)]
 )
 def test_the_law_is_tabors(law, modulus, work):
-    exact = {"sphere_radius": 500, "spring_constant_error": 0.0, "sensitivity_error": 0.0}
+    exact = {"sphere_radius": 500, "spring_constant_std": 0.0, "sensitivity_std": 0.0}
     curves = [measured(np.random.default_rng(seed), modulus, work, 500.0, 400.0, (0.0, 0.0)) for seed in range(3)]
     fits = [roughxr.fit_curve(curve, **exact).isel(subregion=0) for curve in curves]
     assert branch(modulus, work, 500.0)[0] == law and {fit.law.item() for fit in fits} == {law}
@@ -134,8 +134,8 @@ def test_curves_that_cannot_be_fitted_are_refused_or_say_why():
         roughxr.fit_curve(curve.assign(piezo=curve.piezo.drop_attrs()), sphere_radius=2000)
     with pytest.raises(ValueError, match="law: expected"):
         roughxr.fit_curve(curve, sphere_radius=2000, law="hertz")
-    with pytest.raises(ValueError, match="sensitivity_error: expected a relative error"):
-        roughxr.fit_curve(curve, sphere_radius=2000, sensitivity_error=3)
+    with pytest.raises(ValueError, match="sensitivity_std: expected a relative error"):
+        roughxr.fit_curve(curve, sphere_radius=2000, sensitivity_std=3)
     flat = curve.assign(force=xr.full_like(curve.force, 0.0) + np.random.default_rng(0).normal(size=curve.force.shape))
     flat.force.attrs = curve.force.attrs
     fit = roughxr.fit_curve(flat, sphere_radius=2000)

@@ -72,7 +72,7 @@ def test_intervals_hold_with_interference():
         period, pull = rng.uniform(0.15, 0.6) * float(-travel.min()), -branch(modulus, work, radius)[1].min()
         fringes = 0.05 * pull * np.sin(2 * np.pi * travel / period + rng.uniform(0, 6))
         curve["force"] = (curve.force + fringes).assign_attrs(units="nN")
-        exact = {"spring_constant_error": 0.0, "sensitivity_error": 0.0}
+        exact = {"spring_constant_std": 0.0, "sensitivity_std": 0.0}
         fit = roughxr.fit_curve(curve, sphere_radius=radius, **exact).isel(subregion=0)
         ends = [(float(fit[f"fitted_{name}_low"]), float(fit[f"fitted_{name}_high"])) for name in ("modulus", "work")]
         inside.append([low <= true <= high for (low, high), true in zip(ends, (modulus, work))])

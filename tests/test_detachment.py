@@ -42,7 +42,7 @@ def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
             "contact_area": ("subregion", area * one),
         },
         coords={"direction": angles, "sphere_radius": RADIUS},
-        attrs={"load": load},
+        attrs={"normal_force": load},
     )
 
 
@@ -293,7 +293,7 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     np.testing.assert_allclose(changed.tipping_force, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_force)
     np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
     xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
-    free, air = ground.assign_attrs(load=0.0), Flow(lift="none")
+    free, air = ground.assign_attrs(normal_force=0.0), Flow(lift="none")
     before, after = (
         ds.contact.critical_load(flow=air).critical_friction_velocity for ds in (free, with_pull_off(free, other))
     )

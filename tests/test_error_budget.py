@@ -70,7 +70,7 @@ def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the
 
 
 def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
-    entry = budget.relative_error.to_series()
+    entry = budget.relative_std.to_series()
     why = budget.how.to_series()
     assert entry["modulus"] == 0.0  # it was changed by nothing
     assert np.isnan(entry["tip radius"]) and "tip_radius: expected" in why["tip radius"]
@@ -87,20 +87,18 @@ def test_noise_sharper_than_the_tip_has_no_entry_of_a_tip(rough):
     noisy.height.attrs = rough.height.attrs
     options = {"settings": {"tip radius": [10.0]}, "places": 1, "subregions": (1, 1), **QUICK}
     entry = error_budget(noisy, **options).sel(entry="tip radius")
-    assert np.isnan(entry.relative_error) and "noise, or a sharper tip" in entry.how.item()
+    assert np.isnan(entry.relative_std) and "noise, or a sharper tip" in entry.how.item()
 
 
 def test_the_total_is_the_root_of_the_sum_of_squares(budget):
-    known = budget.relative_error.values
-    assert float(budget.total_error) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
+    known = budget.relative_std.values
+    assert float(budget.total_std) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
 
 
 def test_entries_are_the_largest_changes(rough, solved, budget):
     ways = ({"work of adhesion": [factor]} for factor in (0.9, 1.1))
     each = [budget_of(rough, solved, settings=way, **HOW).sel(entry="work of adhesion") for way in ways]
-    assert float(budget.relative_error.sel(entry="work of adhesion")) == max(
-        abs(float(e.pull_off_change)) for e in each
-    )
+    assert float(budget.relative_std.sel(entry="work of adhesion")) == max(abs(float(e.pull_off_change)) for e in each)
 
 
 def test_a_known_bias_is_taken_off_the_mean_and_half_of_it_stays(rough, solved, budget):
@@ -110,7 +108,7 @@ def test_a_known_bias_is_taken_off_the_mean_and_half_of_it_stays(rough, solved, 
     assert float(budget.pull_off_corrected) == pytest.approx(float(finer.pull_off_force.mean()), rel=1e-6)
     assert budget.known_bias.to_series().loc[lambda one: one].index.tolist() == ["mesh"]
     own = float(mesh.standard_error)
-    assert float(mesh.relative_error) == pytest.approx(np.hypot(float(mesh.pull_off_change) / 2, own), rel=1e-12)
+    assert float(mesh.relative_std) == pytest.approx(np.hypot(float(mesh.pull_off_change) / 2, own), rel=1e-12)
 
 
 def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
@@ -177,7 +175,7 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
     found = budget_of(rough, solved, settings={}, **HOW)
     ends = roughxr.statistics.bootstrap(solved, "pull_off_force", statistics=["mean"])
     expected = values.std(ddof=1) / np.sqrt(float(ends.independent_places)) / values.mean()
-    assert float(found.relative_error.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
+    assert float(found.relative_std.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
     assert float(found.pull_off_mean) == pytest.approx(values.mean())
     one = budget_of(rough, solved.isel(subregion=[0]), settings={}, **HOW)
     assert "needs at least two places" in one.how.sel(entry="sampling").item()
@@ -216,13 +214,13 @@ def test_bad_input_is_refused_in_words(rough):
 
 def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
     ax = figures.error_budget(budget, ax=Figure().subplots())
-    finite = int(np.isfinite(budget.relative_error).sum())
+    finite = int(np.isfinite(budget.relative_std).sum())
     assert len(ax.patches) == finite + 1
     assert [text.get_text() for text in ax.texts].count("not computed") == budget.sizes["entry"] - finite
     told = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
     assert told["mesh"].endswith("subtracted") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
-    assert widths[-1] == pytest.approx(100 * float(budget.total_error))
+    assert widths[-1] == pytest.approx(100 * float(budget.total_std))
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
 
 
@@ -237,7 +235,7 @@ def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, b
     table = report.budget_table(run)
     assert table.index[-1] == "all of these" and " ± " in table["error [%]"]["work of adhesion"]
     assert budget.attrs["decided"] in table["how it was computed"]["all of these"]
-    run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.refinement)
+    run["solutions/adhesive"] = solved.assign(pull_off_resolution=0.7 * solved.mesh)
     assert any("a radius of 0.7 pixels" in said for said in report.cautions(run))
     assert report.headline({"scan": rough}) == ""
 
@@ -256,14 +254,14 @@ def test_budget_and_best_estimate_take_the_same_deviations(known):
     options = {"subregions": (3, 3), "places": 1, **QUICK}
     budget = error_budget(ds, **options)
     estimate = roughxr.extrapolated(ds, **options)
-    names = [name for name in budget.entry.values if name in CHANGES and budget.relative_error.sel(entry=name) >= 0]
+    names = [name for name in budget.entry.values if name in CHANGES and budget.relative_std.sel(entry=name) >= 0]
     assert {"range of adhesion", "hardness", "work of adhesion", "sphere radius"} <= set(names)
     for name in names:
-        expected = np.log1p(float(budget.relative_error.sel(entry=name)))
-        assert float(estimate.relative_error.sel(entry=name)) == pytest.approx(expected, rel=1e-6, abs=1e-9), name
+        expected = np.log1p(float(budget.relative_std.sel(entry=name)))
+        assert float(estimate.relative_std.sel(entry=name)) == pytest.approx(expected, rel=1e-6, abs=1e-9), name
     deviation = KNOWN_RANGE if known else UNKNOWN_RANGE
     by_slope = abs(float(budget.slope.sel(entry="range of adhesion"))) * np.log(deviation)
-    assert float(estimate.relative_error.sel(entry="range of adhesion")) == pytest.approx(by_slope, rel=1e-6)
+    assert float(estimate.relative_std.sel(entry="range of adhesion")) == pytest.approx(by_slope, rel=1e-6)
 
 
 def test_a_scan_that_is_noise_has_no_headline_but_the_reason(rough, solved):

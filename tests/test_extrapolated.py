@@ -55,7 +55,7 @@ def real(scan):
 def test_with_nothing_unseen_it_is_the_pull_off_as_scanned(scan, scanned):
     known = roughxr.extrapolated(scan, shortest=2 * 8, **QUICK)
     np.testing.assert_allclose(known.pull_off_force, scanned.pull_off_force, rtol=1e-9)
-    assert float(known.roughness_factor) == 1 and float(known.relative_error.sel(entry=UNSEEN)) == 0
+    assert float(known.roughness_factor) == 1 and float(known.relative_std.sel(entry=UNSEEN)) == 0
 
 
 def test_the_factor_multiplies_the_mean_of_all_places(scanned, real):
@@ -69,7 +69,7 @@ def test_the_interval_holds_all_errors_and_is_wider_than_that_of_the_mean_as_sca
     needed = {"places", UNSEEN, "work of adhesion", "range of adhesion", "modulus", "sphere radius", "tip radius"}
     assert needed | {"mesh"} <= set(real.entry.values)
     mean = roughxr.answer(scanned)
-    others = 1.96 * float(np.sqrt((real.relative_error.drop_sel(entry="places") ** 2).sum()))
+    others = 1.96 * float(np.sqrt((real.relative_std.drop_sel(entry="places") ** 2).sum()))
     for end, own in (("lower", mean.low), ("upper", mean.high)):
         places = float(np.log(own / mean.pull_off_force))
         half = float(np.log(real[f"pull_off_{end}"] / real.pull_off_mean))
@@ -79,7 +79,7 @@ def test_the_interval_holds_all_errors_and_is_wider_than_that_of_the_mean_as_sca
 def test_unseen_roughness_grows_with_the_pixels_and_with_the_octaves_below(scan, scanned):
     def unseen(surface, **how):
         out = real_pull_off(surface, scanned, None, **how)
-        return float(out.roughness_factor), float(out.relative_error.sel(entry=UNSEEN))
+        return float(out.roughness_factor), float(out.relative_std.sel(entry=UNSEEN))
 
     factors, errors = zip(*(unseen(scan, shortest=end) for end in (12, 6, 2)), unseen(scan))
     coarse = scan.assign_coords(x=2 * scan.x, y=2 * scan.y)
@@ -109,9 +109,9 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
     truth = truth.pull_off_force.mean()
     fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
     one, two = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
-    assert two.pull_off_lower < truth < two.pull_off_upper
+    assert two.pull_off_low < truth < two.pull_off_high
     assert abs(np.log(two.pull_off_mean / truth)) < abs(np.log(two.scanned_mean / truth))
-    assert two.pull_off_upper / two.pull_off_lower < one.pull_off_upper / one.pull_off_lower
+    assert two.pull_off_high / two.pull_off_low < one.pull_off_high / one.pull_off_low
     assert "by a second scan, 320 nm wide on pixels of 2 nm" in two.attrs["assumed"]
 
 
@@ -124,13 +124,13 @@ def measured_ratio(ratio, spread):
 def test_a_measured_factor_and_that_of_one_scan_are_weighted_by_their_inverse_variances(scan, scanned):
     one, both = (real_pull_off(scan, scanned, None, measured=each) for each in (None, measured_ratio(0.5, 1.1)))
     error = np.hypot(np.log(1.1) / 1.96, extrapolation._TRANSFER_ERROR)
-    errors = np.array([float(one.relative_error.sel(entry=UNSEEN)), error])
+    errors = np.array([float(one.relative_std.sel(entry=UNSEEN)), error])
     log = np.average(np.log([float(one.roughness_factor), 0.5]), weights=errors**-2)
     assert float(both.roughness_factor) == pytest.approx(np.exp(log))
-    assert float(both.relative_error.sel(entry=UNSEEN)) == pytest.approx(np.sum(errors**-2) ** -0.5)
+    assert float(both.relative_std.sel(entry=UNSEEN)) == pytest.approx(np.sum(errors**-2) ** -0.5)
     assert "by measured pull-offs" in both.attrs["assumed"]
-    unsure = real_pull_off(scan, scanned, None, measured=measured_ratio(0.5, 1.1), force_error=0.5)
-    assert unsure.relative_error.sel(entry=UNSEEN) > both.relative_error.sel(entry=UNSEEN)
+    unsure = real_pull_off(scan, scanned, None, measured=measured_ratio(0.5, 1.1), force_std=0.5)
+    assert unsure.relative_std.sel(entry=UNSEEN) > both.relative_std.sel(entry=UNSEEN)
 
 
 def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_material(true_surface, scan, scanned, truth):
@@ -144,8 +144,8 @@ def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_materi
         real_pull_off(scan.contact.assign_pair(**other), coarse, None, measured=each, shortest=6)
         for each in (None, measured)
     )
-    assert both.pull_off_lower < expected < both.pull_off_upper
-    assert both.pull_off_upper / both.pull_off_lower < one.pull_off_upper / one.pull_off_lower
+    assert both.pull_off_low < expected < both.pull_off_high
+    assert both.pull_off_high / both.pull_off_low < one.pull_off_high / one.pull_off_low
     assert abs(np.log(both.pull_off_mean / expected)) < abs(np.log(both.scanned_mean / expected))
 
 
@@ -162,7 +162,7 @@ def test_a_particle_at_rest_takes_the_ratio_of_the_second_scan_alone(true_surfac
     monkeypatch.setattr(extrapolation, "resting_ratio", lambda *arguments: (np.log(1.7), 0.1, smooth))
     real = real_pull_off(scan, at_rest, None, finer=true_surface, shortest=4)
     assert float(real.roughness_factor) == pytest.approx(1.7)
-    error = float(real.relative_error.sel(entry=UNSEEN))
+    error = float(real.relative_std.sel(entry=UNSEEN))
     assert error == pytest.approx(np.hypot(0.1, extrapolation._RESTING_SCATTER))
     assert "by resting positions on a second scan" in real.attrs["assumed"]
 
@@ -228,7 +228,7 @@ def test_the_result_is_a_distribution_over_places(real):
 
 def test_the_answer_is_the_best_estimate_with_its_interval(real):
     mean = real.contact.answer()
-    assert float(mean.best_low) == float(real.pull_off_lower) and float(mean.best_high) == float(real.pull_off_upper)
+    assert float(mean.best_low) == float(real.pull_off_low) and float(mean.best_high) == float(real.pull_off_high)
     assert float(mean.best_estimate) == float(real.pull_off_mean)
     assert float(mean.pull_off_force) == pytest.approx(float(real.scanned_mean))
     assert mean.sentence.startswith("Pull-off force of the real surface: ")
@@ -238,7 +238,7 @@ def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
     known, assumed = best_estimate_notes({"statistics/extrapolated": real})
     assert (known, assumed) == (real.attrs["known"], real.attrs["assumed"])
     assert "The interval narrows most with a second scan" in real.contact.answer().sentence
-    scattered = real.assign(relative_error=xr.where(real.entry == "places", 3.0, real.relative_error))
+    scattered = real.assign(relative_std=xr.where(real.entry == "places", 3.0, real.relative_std))
     assert "The interval narrows most with more places" in scattered.contact.answer().sentence
 
 
@@ -302,5 +302,5 @@ def test_the_error_of_the_hurst_exponent_holds_the_truth():
     for seed in range(8):
         made = synthetic.self_affine((192, 192), 5, rms=1, hurst=0.6, rolloff=150, seed=seed)
         fitted = roughxr.scans.self_affine_fit(made, shown=20)
-        off.append((float(fitted.hurst_exponent) - 0.6) / float(fitted.hurst_error))
+        off.append((float(fitted.hurst_exponent) - 0.6) / float(fitted.hurst_standard_error))
     assert np.sum(np.abs(off) < 2) >= 7

@@ -418,9 +418,9 @@ def enlarged(ds, size):
 
 
 def error_entries():
-    values = {"relative_error": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
+    values = {"relative_std": [0.03, np.nan], "standard_error": [0.01, np.nan], "known_bias": [False, False]}
     entries = {name: ("entry", value) for name, value in (values | {"pull_off_change": [-0.03, np.nan]}).items()}
-    return xr.Dataset(entries | {"total_error": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
+    return xr.Dataset(entries | {"total_std": 0.03, "total_standard_error": 0.01}, {"entry": ["modulus", "tip"]})
 
 
 def over_wavelengths(size):

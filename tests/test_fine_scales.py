@@ -47,7 +47,7 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
     truth = self_affine((768, 768), 2.5, rms=2, hurst=0.6, rolloff=200, cutoff=10, seed=5)
     coarse = roughxr.scans.smooth(truth, shortest=30).isel(x=slice(1, None, 4), y=slice(1, None, 4))
     again = roughxr.scans.add_fine_roughness(
-        coarse, shortest=10, seed=2, refine=4, spectrum=roughxr.scans.self_affine_fit(coarse, hurst=0.6)
+        coarse, shortest=10, seed=2, mesh=4, spectrum=roughxr.scans.self_affine_fit(coarse, hurst=0.6)
     )
     wanted, found = density(truth), density(again)
     for low, high in ((10, 14), (14, 20), (20, 29)):
@@ -58,9 +58,7 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
 
 def test_long_waves_stay_as_they_were(shown, finer):
     n = finer.sizes["x"] // shown.sizes["x"]
-    before = roughxr.scans.add_fine_roughness(
-        shown, shortest=30, seed=1, refine=n
-    )  # nothing to add: interpolated alone
+    before = roughxr.scans.add_fine_roughness(shown, shortest=30, seed=1, mesh=n)  # nothing to add: interpolated alone
     assert before.attrs["fine_rms"] == 0
     added = (finer.height - before.height).values  # not periodic over the map: windowed, a mode spreads over four
     window = blackmanharris(added.shape[0])
@@ -76,21 +74,21 @@ def test_waves_are_nested_and_the_same_on_any_mesh_and_window(shown):
     """The same waves stay and finer ones are added; a part of the scan, or other cells, show the same surface."""
     spectrum = roughxr.scans.self_affine_fit(shown)
     make = {"seed": 3, "spectrum": spectrum}
-    coarse = roughxr.scans.add_fine_roughness(shown, shortest=14, refine=3, **make).height
+    coarse = roughxr.scans.add_fine_roughness(shown, shortest=14, mesh=3, **make).height
     fine = roughxr.scans.add_fine_roughness(
-        shown, shortest=14, refine=9, **make
+        shown, shortest=14, mesh=9, **make
     ).height  # every third cell's centre is shared
-    bare = [roughxr.scans.add_fine_roughness(shown, shortest=40, refine=n, **make).height for n in (3, 9)]
+    bare = [roughxr.scans.add_fine_roughness(shown, shortest=40, mesh=n, **make).height for n in (3, 9)]
     same = (fine - bare[1]).values[1::3, 1::3] - (coarse - bare[0]).values
     assert np.abs(same).max() < 1e-9
     cut = shown.isel(x=slice(40, 80), y=slice(30, 90))
-    part, its_bare = (roughxr.scans.add_fine_roughness(cut, shortest=low, refine=3, **make) for low in (14, 40))
+    part, its_bare = (roughxr.scans.add_fine_roughness(cut, shortest=low, mesh=3, **make) for low in (14, 40))
     inner, bare_inner = (one.sel(x=part.x, y=part.y, method="nearest") for one in (coarse, bare[0]))
     off = (part.height - its_bare.height - inner + bare_inner).values
     assert np.abs(off).max() < 1e-9
     off = (its_bare.height - bare_inner).values[24:-24, 24:-24]  # what lies between pixels hangs on those around
     assert np.abs(off).max() < 0.005 * float(shown.height.std())
-    shorter = roughxr.scans.add_fine_roughness(shown, shortest=9, refine=9, **make).height
+    shorter = roughxr.scans.add_fine_roughness(shown, shortest=9, mesh=9, **make).height
     added = (shorter - fine).values
     window = blackmanharris(added.shape[0])
     rows = np.abs(np.fft.rfft2(added * np.multiply.outer(window, window))) ** 2
@@ -143,7 +141,7 @@ def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
     [
         ({"shortest": -1}, "shortest"),
         ({"shortest": 10, "seed": 1.5}, "seed"),
-        ({"shortest": 3, "refine": 2}, "refine: expected pixels of at most half"),
+        ({"shortest": 3, "mesh": 2}, "mesh: expected pixels of at most half"),
     ],
 )
 def test_what_is_wrong_is_said(shown, options, words):
@@ -196,7 +194,7 @@ def slopes(added):
 
 def added_to(ds):
     spectrum = roughxr.scans.self_affine_fit(ds, shown=24)
-    fine = roughxr.scans.add_fine_roughness(ds, shortest=17, seed=1, refine=1, spectrum=spectrum)
+    fine = roughxr.scans.add_fine_roughness(ds, shortest=17, seed=1, mesh=1, spectrum=spectrum)
     return (fine.height - roughxr.scans.smooth(fine, shortest=24).height).values[20:-20, 20:-20]
 
 

@@ -42,11 +42,11 @@ SCAN = expected_scan(ROWS, SIZE)
 @pytest.mark.parametrize(("name", "atol"), [("jpk", 1e-5), ("sxm", 1e-6), ("h5-jpk", 1e-9), ("nhf", 1e-6)])
 def test_both_directions_of_an_image(name, atol, tmp_path):
     path = WRITERS[name](tmp_path, ROWS, SIZE)
-    forward, backward = open_scan(path, direction="trace"), open_scan(path, direction="retrace")
-    assert (forward.attrs["direction"], backward.attrs["direction"]) == ("trace", "retrace")
+    forward, backward = open_scan(path, scan_direction="trace"), open_scan(path, scan_direction="retrace")
+    assert (forward.attrs["scan_direction"], backward.attrs["scan_direction"]) == ("trace", "retrace")
     assert_same(forward, SCAN, atol)
     np.testing.assert_allclose(backward.height, -SCAN.height, rtol=0, atol=atol)
-    assert open_scan(path).attrs["direction"] == "trace"
+    assert open_scan(path).attrs["scan_direction"] == "trace"
 
 
 def test_the_adhesion_channel_of_a_jpk_image(tmp_path):
@@ -84,7 +84,7 @@ def test_nanonis_lines_in_the_order_of_time(up, tmp_path):
     path = write_sxm(tmp_path, ROWS, SIZE, up=up)
     assert_same(open_scan(path), SCAN, 1e-6)
     with pytest.raises(UnreadableScan, match=r"scan.sxm: Nanonis \(.sxm\): .*found 'Current' in units of A"):
-        open_scan(path, channel="Current", direction="trace")
+        open_scan(path, channel="Current", scan_direction="trace")
 
 
 def test_nanonis_lines_that_were_not_scanned_are_missing(tmp_path):

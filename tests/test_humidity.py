@@ -362,10 +362,10 @@ def test_the_budget_changes_humidity_and_contact_angles(humid):
     rises = [humid.assign_coords(liquid.humidity_coordinates(humid, one)) for one in (0.5, 0.6)]
     options = {"subregions": regions.sample(regions.centres(humid), 1), "mesh": roughxr.Mesh(accuracy=None)}
     low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
-    assert float(budget.relative_error.sel(entry="humidity")) >= (high / low - 1) * 0.98
+    assert float(budget.relative_std.sel(entry="humidity")) >= (high / low - 1) * 0.98
     thin = humid.contact.rigid(delta=[0.0]).meniscus_error
     assert float(budget.pull_off_change.sel(entry="thin menisci")) == pytest.approx(-float(thin[0]), rel=1e-6)
-    assert float(budget.relative_error.sel(entry="thin menisci")) == pytest.approx(0.5 * float(thin[0]), rel=1e-6)
+    assert float(budget.relative_std.sel(entry="thin menisci")) == pytest.approx(0.5 * float(thin[0]), rel=1e-6)
     assert float(budget.pull_off_corrected) == pytest.approx(float(budget.pull_off_mean * (1 - thin[0])), rel=1e-6)
     with pytest.raises(ValueError, match="settings: expected a humid pair for 'humidity'"):
         humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.error_budget(settings=changed)
@@ -386,11 +386,11 @@ def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
 def test_the_regime_says_whether_bodies_bend_under_the_water(humidity, expected):
     """Glass, R = 3 µm: Maugis's parameter of the water's law."""
     pair = wet(scan(rough(48, rms=1.0)), humidity, materials="glass", contact_modulus=None)
-    found = pair.contact.regime(subregions=(1, 1), refine=1)
+    found = pair.contact.regime(subregions=(1, 1), mesh=1)
     assert float(found.sphere_maugis) == pytest.approx(expected, abs=6e-3)
     assert ("a few molecules" in found.attrs["recommendation"]) == (humidity < 0.5)
     soft = wet(scan(rough(48, rms=1.0)), humidity, contact_modulus=0.01)
-    assert soft.contact.regime(subregions=(1, 1), refine=1).recommended.item() == "adhesive"
+    assert soft.contact.regime(subregions=(1, 1), mesh=1).recommended.item() == "adhesive"
 
 
 def test_the_waves_that_a_scan_shows_matter_less_in_humid_air():
@@ -452,7 +452,7 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
     """The solids' part under the liquid and, beyond its edge, their whole: as between rigid bodies."""
     pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))
     with paraboloids():
-        rigid = pair.contact.rigid(delta=[0.0], law="exponential", refine=2)
+        rigid = pair.contact.rigid(delta=[0.0], law="exponential", mesh=2)
     found = pair.contact.adhesive(mesh=roughxr.Mesh(2, accuracy=None))
     assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
     assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
@@ -469,7 +469,7 @@ def test_the_smooth_sphere_to_compare_with_is_wet_too():
 def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
     pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
-    table = pair.contact.formulas(subregions=(2, 2), refine=2)
+    table = pair.contact.formulas(subregions=(2, 2), mesh=2)
     force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
     assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
     share = given["asperity_radius"] / (given["asperity_radius"] + 3000)

@@ -31,7 +31,7 @@ VERBS = {
     "rolling": {"directions": np.arange(8) * np.pi / 4},
     "rigid": {"delta": [-4.0, -1.0]},
     "adhesive": {"delta": [2.0, 5.0], **QUICK},
-    "regime": {"refine": 2},
+    "regime": {"mesh": 2},
     "roughness": {},
     "asperities": {},
 }

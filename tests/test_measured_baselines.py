@@ -12,7 +12,7 @@ from .force_curves import retraction_with_fringes
 def evaluated(curves):
     """Return force, error and limit of curves, and their true pull-off forces."""
     results = [evaluated_retraction(z, force, np.inf, 1.0) for z, force, _ in curves]
-    names = ("pull_off_force", "pull_off_uncertainty", "pull_off_at_most")
+    names = ("pull_off_force", "pull_off_standard_error", "pull_off_at_most")
     values = [np.array([getattr(result, name) for result in results]) for name in names]
     return *values, np.array([pull for *_, pull in curves])
 
@@ -51,8 +51,8 @@ def test_a_jump_is_read_whatever_the_baseline(amplitude):
     for period in (150, 300, 600, 900, 2000):
         force = jump + amplitude * np.sin(2 * np.pi * z / period) + rng.normal(0, 2, z.size)
         result = evaluated_retraction(z, force, np.inf, 1.0)
-        assert abs(result.pull_off_force - 880) < max(2 * result.pull_off_uncertainty, 6)
-        assert result.pull_off_uncertainty < 5 + amplitude
+        assert abs(result.pull_off_force - 880) < max(2 * result.pull_off_standard_error, 6)
+        assert result.pull_off_standard_error < 5 + amplitude
 
 
 def test_a_jump_on_a_curved_baseline_is_its_height():
@@ -60,7 +60,7 @@ def test_a_jump_on_a_curved_baseline_is_its_height():
     jump = np.where(z > 1000, (z - 1050) * 0.4, 0.0)
     force = jump + 30e-6 * z**2 + rng.normal(0, 0.1, z.size)
     result = evaluated_retraction(z, force, np.inf, 1.0)
-    assert result.pull_off_force == pytest.approx(20, rel=0.02) and result.pull_off_uncertainty < 0.15 * 20
+    assert result.pull_off_force == pytest.approx(20, rel=0.02) and result.pull_off_standard_error < 0.15 * 20
 
 
 def test_a_tail_with_fringes_states_a_large_error():
@@ -70,7 +70,7 @@ def test_a_tail_with_fringes_states_a_large_error():
         force = np.interp(z, [0, 700, 1900, 2600, 3000], [0, 0, -850, 0, 2500])
         force += 20 * np.sin(2 * np.pi * z / 480 + rng.uniform(0, 6)) + rng.normal(0, 2.5, z.size)
         result = evaluated_retraction(z, force, np.inf, 1.0)
-        values.append((result.pull_off_force, result.pull_off_uncertainty, result.pull_off_at_most))
+        values.append((result.pull_off_force, result.pull_off_standard_error, result.pull_off_at_most))
     force, error, limit = np.array(values).T
     measured = np.isfinite(force)
     assert (measured | (limit > 850)).all() and measured.mean() > 0.5
@@ -96,7 +96,7 @@ def test_a_pull_that_was_never_pressed_is_read():
     z, rng = np.linspace(2000.0, 0.0, 2000), np.random.default_rng(4)
     force = np.where(z > 1500, (z - 1500) * 0.01 - 6.0, 0.0) + rng.normal(0, 0.02, z.size)
     result = evaluated_retraction(z, force, np.inf, 1.0)
-    assert abs(result.pull_off_force - 6.0) < 3 * result.pull_off_uncertainty and np.isnan(result.contact_point)
+    assert abs(result.pull_off_force - 6.0) < 3 * result.pull_off_standard_error and np.isnan(result.contact_point)
 
 
 def test_a_level_is_extrapolated_along_the_polynomial_that_it_follows():

@@ -43,7 +43,7 @@ def test_a_force_volume_is_what_was_written(volume):
 def test_pull_offs_of_a_volume_lie_within_their_stated_error(volume):
     found = roughxr.open_pull_off(volume[0])
     assert roughxr.schema.kind_of(found) == "pull_off" and found.measured == "force-distance curves"
-    off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
+    off = (found.pull_off_force - made.PULL) / found.pull_off_standard_error
     assert float(np.abs(off).max()) < 4 and float((np.abs(off) < 2).mean()) > 0.7
     assert set(found.reason.values) == {""} and "map.h5" in found.source_file
     assert found.spring_constant == made.STIFFNESS
@@ -93,7 +93,13 @@ def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
     write(tmp_path / name, both)
     (tmp_path / name).rename(tmp_path / "renamed.dat")
     found = roughxr.open_pull_off(tmp_path / "renamed.dat", **given)
-    for variable in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance", "contact_slope", "baseline_tilt"):
+    for variable in (
+        "pull_off_force",
+        "pull_off_standard_error",
+        "pull_off_distance",
+        "contact_slope",
+        "baseline_tilt",
+    ):
         np.testing.assert_allclose(found[variable], expected[variable], rtol=2e-4, atol=1e-6)
 
 
@@ -104,7 +110,7 @@ def test_a_jpk_map_brings_its_places(tmp_path):
     found = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
     np.testing.assert_allclose(found.subregion_x, 100.0 * np.arange(11))
     np.testing.assert_allclose(found.subregion_y, -50.0 * np.arange(11))
-    off = (found.pull_off_force - made.PULL) / found.pull_off_uncertainty
+    off = (found.pull_off_force - made.PULL) / found.pull_off_standard_error
     assert float(np.abs(off).max()) < 4 and "JPK Instruments" in found.source_format
     made.write_jpk(tmp_path / "bare.jpk-force", cycles[:1], stated=False)
     with pytest.raises(

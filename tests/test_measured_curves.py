@@ -32,7 +32,7 @@ def test_the_synthetic_curve_passes_through_jkrs_pull_off():
 @pytest.mark.parametrize("noise", [0.3, 1.0, 4.0])
 def test_pull_offs_lie_within_their_stated_error(noise):
     found = roughxr.measured.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
-    off = (found.pull_off_force - PULL) / found.pull_off_uncertainty
+    off = (found.pull_off_force - PULL) / found.pull_off_standard_error
     assert float((np.abs(off) < 2).mean()) > 0.85
     bias = abs(float(found.pull_off_force.mean()) / PULL - 1)
     assert bias < 0.0015 or abs(float(off.mean())) < 3 / np.sqrt(off.size)  # no pull is larger by its noise
@@ -52,8 +52,8 @@ def test_a_pull_that_reaches_far_out_is_no_part_of_the_baseline():
     piezo = np.linspace(3400, 0, 3400)
     force = np.interp(piezo, [0, 900, 2350, 2850, 3400], [0, 0, -880, -600, 3000])
     found = of_one(piezo, force + np.random.default_rng(0).normal(0, 2, 3400))
-    assert abs(float(found.pull_off_force) - 880) < 2 * float(found.pull_off_uncertainty)
-    assert float(found.pull_off_uncertainty) < 3
+    assert abs(float(found.pull_off_force) - 880) < 2 * float(found.pull_off_standard_error)
+    assert float(found.pull_off_standard_error) < 3
 
 
 KINDS = ["jump", "linear tail", "exponential tail", "fringe", "second rupture", "slow noise"]
@@ -66,7 +66,7 @@ def test_the_stated_error_includes_the_choice_of_the_baseline():
         made = [retraction_with_tail(np.random.default_rng(seed), kind) for seed in range(30)]
         found = [of_one(*both) for *both, _ in made]
         known = [
-            (float(one.pull_off_force) - pull) / float(one.pull_off_uncertainty)
+            (float(one.pull_off_force) - pull) / float(one.pull_off_standard_error)
             for one, (*_, pull) in zip(found, made)
             if not one.reason.item()
         ]
@@ -164,7 +164,7 @@ def test_a_curve_in_a_table_is_that_in_memory(tmp_path):
     (tmp_path / "curve.csv").write_text("\n".join(["piezo [um],force [pN]", *rows, ""]))
     opened = roughxr.measured.open_curves(tmp_path / "curve.csv")
     found, expected = (roughxr.measured.curves_pull_off(one, spring_constant=STIFFNESS) for one in (opened, ds))
-    for name in ("pull_off_force", "pull_off_uncertainty", "pull_off_distance"):
+    for name in ("pull_off_force", "pull_off_standard_error", "pull_off_distance"):
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
 
 

@@ -42,7 +42,7 @@ def test_a_nanoscope_curve_is_what_was_written(tmp_path, cycles, options, count)
     assert curves.attrs["spring_constant"] == made.STIFFNESS
     assert curves.attrs["sensitivity"] == made.DEFLECTION_SENSITIVITY
     pull = roughxr.open_pull_off(path)
-    assert abs(float(pull.pull_off_force[0]) - made.PULL) < 4 * float(pull.pull_off_uncertainty[0]) + count
+    assert abs(float(pull.pull_off_force[0]) - made.PULL) < 4 * float(pull.pull_off_standard_error[0]) + count
 
 
 def test_a_height_sensor_takes_the_place_of_the_ramp(tmp_path, cycles):
@@ -138,7 +138,7 @@ def test_real_curves_have_the_pull_that_was_read_by_hand(name):
         pytest.importorskip("afmformats", reason="microscopes' curves need the extra roughxr[curves]")
     pull = roughxr.open_pull_off(SHARED / name).isel(subregion=0)
     force, error = BY_HAND[name]
-    assert abs(float(pull.pull_off_force) - force) < 2 * (error + float(pull.pull_off_uncertainty))
+    assert abs(float(pull.pull_off_force) - force) < 2 * (error + float(pull.pull_off_standard_error))
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="real force curves are not part of the repository")

@@ -170,7 +170,7 @@ def test_forces_at_zero_are_asked_about():
         roughxr.fit_pair(surface(0), bad)
     with pytest.raises(ValueError, match="method: expected one of"):
         roughxr.fit_pair(surface(0), bad, method="guess")
-    with pytest.raises(ValueError, match="force_error: expected a relative error"):
-        roughxr.fit_pair(surface(0), bad, force_error=15)
+    with pytest.raises(ValueError, match="force_std: expected a relative error"):
+        roughxr.fit_pair(surface(0), bad, force_std=15)
     with pytest.raises(ValueError, match="expected contact_modulus"):
         roughxr.fit_pair(scan(rough(32)), bad)

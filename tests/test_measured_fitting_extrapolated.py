@@ -25,7 +25,7 @@ def surface(seed, work=TRUE, n=12, scale=1.0):
 
 def extrapolation(factor, spread):
     """Return what `fit_pair` reads of a result of `extrapolated`: a factor, whose 95 % interval spans a factor."""
-    errors = {"entry": ["places", UNSEEN], "relative_error": ("entry", [9.0, np.log(spread) / 1.96])}
+    errors = {"entry": ["places", UNSEEN], "relative_std": ("entry", [9.0, np.log(spread) / 1.96])}
     return xr.Dataset(errors | {"roughness_factor": factor})
 
 

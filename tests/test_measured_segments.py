@@ -106,4 +106,4 @@ def test_a_jpk_curve_with_two_pauses_keeps_its_pull(tmp_path):
     for branch, expected in (("loading", there), ("retraction", back)):
         np.testing.assert_allclose(curves.piezo.sel(branch=branch).dropna("sample"), expected, atol=1e-6)
     pull = roughxr.measured.curves_pull_off(curves).isel(subregion=0)
-    assert abs(float(pull.pull_off_force) - made.PULL) < 3 * float(pull.pull_off_uncertainty)
+    assert abs(float(pull.pull_off_force) - made.PULL) < 3 * float(pull.pull_off_standard_error)

@@ -58,7 +58,7 @@ def test_what_a_command_lacks_is_said(run, capsys):
 
 
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
-    numbers = {"pull_off_mean": 43.0, "pull_off_lower": 11.0, "pull_off_upper": 87.0}
+    numbers = {"pull_off_mean": 43.0, "pull_off_low": 11.0, "pull_off_high": 87.0}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
     words = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in words
@@ -106,7 +106,7 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
     [(11.0, 107.0, "they agree"), (11.0, 87.0, "they disagree"), (2.0, 900.0, "it is too wide to decide")],
 )
 def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_the_measured_mean(low, high, verdict):
-    numbers = {"pull_off_mean": 43.0, "pull_off_lower": low, "pull_off_upper": high}
+    numbers = {"pull_off_mean": 43.0, "pull_off_low": low, "pull_off_high": high}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
     assert verdict in measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
 

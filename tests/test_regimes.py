@@ -63,7 +63,7 @@ def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
     single = single.contact.assign_pair(**pair)
     z0 = float(np.sqrt(0.0615 / (12 * np.pi * 0.06)))
     top = [float(single.x[64])], [float(single.y[64])]
-    found = float(single.contact.rigid(subregions=top, delta=[0.0], refine=4).pull_off_force[0])
+    found = float(single.contact.rigid(subregions=top, delta=[0.0], mesh=4).pull_off_force[0])
     formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, closest_approach=z0)
     assert found / formula == pytest.approx(1, abs=0.1)
 
@@ -80,7 +80,7 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
         sphere_radius=radius, contact_modulus=40, work_of_adhesion=0.06, hamaker_constant=constant
     )
     top = [float(caps.x[60])], [float(caps.y[60])]
-    found = float(caps.contact.rigid(subregions=top, delta=[0.0], refine=8).pull_off_force[0])
+    found = float(caps.contact.rigid(subregions=top, delta=[0.0], mesh=8).pull_off_force[0])
     formula = reference.rabinovich(
         radius=radius, rms=rms, wavelength=wavelength, hamaker_constant=constant, closest_approach=z0
     )
@@ -90,7 +90,7 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
 def by_each_model(ground, place, refine):
     """Return the recommended model, and the pull-off by rigid bodies and by superposition over the simulation."""
     simulated = ground.contact.adhesive(subregions=place, mesh=roughxr.Mesh(refine, step=0.2)).pull_off_force
-    stiff = ground.contact.rigid(law="exponential", subregions=place, refine=refine, delta=[0.0]).pull_off_force
+    stiff = ground.contact.rigid(law="exponential", subregions=place, mesh=refine, delta=[0.0]).pull_off_force
     summed = roughxr.pull_off_map(ground, subregions=place).pull_off_force
     recommended = ground.contact.regime(subregions=place).recommended.item()
     return recommended, *(float((one / simulated).mean()) for one in (stiff, summed))
@@ -128,7 +128,7 @@ def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
 
 
 def test_a_scan_too_small_for_two_scales_leaves_that_formula_out():
-    table = surface(21).contact.formulas(subregions=(1, 1), refine=2)
+    table = surface(21).contact.formulas(subregions=(1, 1), mesh=2)
     missing = table.pull_off_force.isnull()
     assert table.formula[missing].values.tolist() == ["rabinovich_two_scales"] and "too small" in table.attrs["missing"]
 
@@ -172,7 +172,7 @@ def rubber(modulus, work=0.05, **assigned):
 )
 def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modulus, assigned, law, reason):
     ds = rubber(modulus, **assigned)
-    found = ds.contact.regime(subregions=(1, 1), refine=2)
+    found = ds.contact.regime(subregions=(1, 1), mesh=2)
     assert found.attrs["law"] == law
     assert found.recommended.item() == "adhesive"
     assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
@@ -182,9 +182,9 @@ def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modu
 
 def test_both_change_their_law_at_the_same_modulus():
     """Tabor's parameter of 5, just above and just below, by its own power −2/3 of E*."""
-    at_one = float(rubber(1.0).contact.regime(subregions=(1, 1), refine=2).asperity_tabor)
+    at_one = float(rubber(1.0).contact.regime(subregions=(1, 1), mesh=2).asperity_tabor)
     edge = (at_one / 5) ** 1.5
     for factor, law in ((0.999, "jkr"), (1.001, "exponential")):
         ds = rubber(edge * factor)
-        assert ds.contact.regime(subregions=(1, 1), refine=2).attrs["law"] == law
+        assert ds.contact.regime(subregions=(1, 1), mesh=2).attrs["law"] == law
         assert chosen_law(specimen_of(ds), "auto") == law

@@ -183,7 +183,7 @@ def test_random_surfaces_of_a_place_are_no_places(run, capsys):
 
 
 def test_the_command_line_asks_for_what_is_missing(run, written, tmp_path, capsys):
-    assert cli.main(["detach", str(written.parent), "--load", "tilt"]) == 1
+    assert cli.main(["detach", str(written.parent), "--cause", "tilt"]) == 1
     assert "--particle-density: expected a density" in capsys.readouterr().err
     less = archive.save({name: run[name] for name in ("scan", "statistics/adhesive")}, tmp_path / "run.nc")
     assert cli.main(["detach", str(less)]) == 1
@@ -300,11 +300,11 @@ def test_the_answer_stands_before_what_is_missing(run):
     pull = run["statistics/adhesive"].pull_off_force
     assert float(found.pull_off_force) == pytest.approx(np.average(pull, weights=area_of_places(pull)))
     budget = run["statistics/error_budget"]
-    assert float(found.total_error) == pytest.approx(1.96 * float(budget.total_error))
-    assert float(found.largest_error) == pytest.approx(1.96 * float(budget.relative_error.max()))
+    assert float(found.total_error) == pytest.approx(1.96 * float(budget.total_std))
+    assert float(found.largest_error) == pytest.approx(1.96 * float(budget.relative_std.max()))
     estimate = run["statistics/extrapolated"]
     assert float(found.best_estimate) == pytest.approx(float(found.pull_off_force * found.roughness_factor))
-    reduction = estimate.relative_error.fillna(0.0) ** 2 - estimate.remaining_error**2
+    reduction = estimate.relative_std.fillna(0.0) ** 2 - estimate.remaining_std**2
     assert found.attrs["narrowing_source"] == str(reduction.entry[int(reduction.values.argmax())].item())
     assert found.best_low <= found.narrowed_low < found.best_estimate < found.narrowed_high <= found.best_high
     assert all("units" in found[name].attrs for name in found.data_vars)
@@ -315,9 +315,9 @@ def test_the_answer_stands_before_what_is_missing(run):
 def test_unseen_roughness_is_an_entry_of_the_reports_budget(run):
     whole = report.full_budget(run)
     budget = run["statistics/error_budget"]
-    unseen = float(run["statistics/extrapolated"].relative_error.sel(entry="unseen roughness"))
+    unseen = float(run["statistics/extrapolated"].relative_std.sel(entry="unseen roughness"))
     assert whole.entry.values.tolist() == [*budget.entry.values.tolist(), "unseen roughness"]
-    assert float(whole.total_error) ** 2 == pytest.approx(float(budget.total_error) ** 2 + unseen**2)
+    assert float(whole.total_error) ** 2 == pytest.approx(float(budget.total_std) ** 2 + unseen**2)
     table = report.budget_table(run)
     assert "finer than" in table.loc["unseen roughness", "how it was computed"]
     assert float(table.loc["all of these", "error [%]"].partition(" ")[0]) > 100 * unseen
@@ -356,7 +356,7 @@ def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
 def test_the_legend_of_the_overview_has_the_unit_of_its_axis(run):
     force = run["statistics/adhesive"].pull_off_force
     forces = run["statistics/adhesive"].assign(pull_off_force=force * (3000 / force.max()))  # nN
-    best = xr.Dataset({"pull_off_mean": 800.0, "pull_off_lower": 200.0, "pull_off_upper": 2700.0})
+    best = xr.Dataset({"pull_off_mean": 800.0, "pull_off_low": 200.0, "pull_off_high": 2700.0})
     drawn = figures.overview(run | {"statistics/adhesive": forces, "statistics/extrapolated": best}).axes[2]
     words = " ".join(text.get_text() for text in drawn.get_legend().get_texts())
     assert drawn.get_xlabel().endswith("[µN]") and "0.8 µN (0.2 … 2.7 µN)" in words and "nN" not in words
@@ -373,9 +373,9 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         "solutions/extrapolated": whole.assign(pull_off_force=("subregion", [2.0, 6.0, 10.0])),
         "statistics/extrapolated": xr.Dataset(
             {
-                **{"pull_off_mean": 6.0, "pull_off_lower": 4.0, "pull_off_upper": 9.0, "roughness_factor": 0.12},
-                "relative_error": ("entry", [0.1, 0.15, 0.08]),
-                "remaining_error": ("entry", [0.0, 0.1, 0.0]),
+                **{"pull_off_mean": 6.0, "pull_off_low": 4.0, "pull_off_high": 9.0, "roughness_factor": 0.12},
+                "relative_std": ("entry", [0.1, 0.15, 0.08]),
+                "remaining_std": ("entry", [0.0, 0.1, 0.0]),
             },
             {"entry": ["places", UNSEEN, "work of adhesion"]},
             {"finest_shown": 40.0},

@@ -191,7 +191,7 @@ def test_what_is_wrong_is_said(rough):
 def test_smaller_cells_converge_and_coarse_ones_warn(rough):
     with pytest.warns(UserWarning, match="single cell at closest approach"):
         rough.contact.rigid(delta=[-1.0])
-    pulls = [float(rough.contact.rigid(delta=[-1.0], refine=n).pull_off_force[0]) for n in (8, 16, 24)]
+    pulls = [float(rough.contact.rigid(delta=[-1.0], mesh=n).pull_off_force[0]) for n in (8, 16, 24)]
     assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
 
 
@@ -200,7 +200,7 @@ def test_the_adhesive_simulation_of_stiff_bodies_is_rigid():
     ground = self_affine((96, 96), 4.0, rms=1.0, hurst=0.7, rolloff=150, cutoff=40, seed=4)
     stiff = pair(ground, sphere_radius=500, contact_modulus=4e3, work_of_adhesion=0.06, adhesion_range=0.4)
     places = {"subregions": ([190.0, 150.0], [190.0, 230.0])}
-    rigid = stiff.contact.rigid(law="exponential", delta=[0.0], refine=2, **places).pull_off_force
+    rigid = stiff.contact.rigid(law="exponential", delta=[0.0], mesh=2, **places).pull_off_force
     for step in (0.3, 0.1):
         bending = stiff.contact.adhesive(law="exponential", mesh=roughxr.Mesh(2, step=step), **places).pull_off_force
         np.testing.assert_allclose(bending, rigid, rtol=0.01)
@@ -217,7 +217,7 @@ def test_the_error_of_the_cells_is_stated(pixel):
     shifts = np.array([0.0, 0.5, 0.5, 0.3]) * pixel, np.array([0.0, 0.0, 0.5, 0.2]) * pixel
     places = middle + shifts[0], middle + shifts[1]
     found = flat.contact.rigid(subregions=places, delta=[-1.0])
-    fine = flat.contact.rigid(subregions=places, delta=[-1.0], refine=16)
+    fine = flat.contact.rigid(subregions=places, delta=[-1.0], mesh=16)
     stated, true = found.cell_error.values, (found.pull_off_force / fine.pull_off_force - 1).values
     np.testing.assert_allclose(stated, true, atol=0.1 * true.max())
     assert stated[2] == stated.max() > 0.005 and stated[0] < 1e-3

@@ -89,7 +89,7 @@ def test_many_equal_asperities_on_a_ring():
 
 def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
     load, corners = 2.0, np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
-    held = at_origin(ground(*corners.T, modulus=1e6, w=0.0), load=load, directions=72)
+    held = at_origin(ground(*corners.T, modulus=1e6, w=0.0), normal_force=load, directions=72)
     e = np.stack([np.cos(held.direction), np.sin(held.direction)])
     support = (corners @ e).max(axis=0)
     np.testing.assert_allclose(held.resisting_moment / load, support, atol=1.0)
@@ -98,7 +98,7 @@ def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
 
 def test_weight_and_adhesion_add():
     far = ground([-5000, 5000], [0, 0])
-    without, with_load = (at_origin(far, directions=[0.0], load=load) for load in (0.0, 3.0))
+    without, with_load = (at_origin(far, directions=[0.0], normal_force=load) for load in (0.0, 3.0))
     gained = float(with_load.resisting_moment[0] - without.resisting_moment[0])
     assert gained == pytest.approx(3.0 * 5000, rel=5e-3)  # and a load widens the front contact, by its part of 5000 nm
 
@@ -141,7 +141,7 @@ def test_the_pull_off_is_that_of_the_map_and_nothing_is_nan():
     held = surface.contact.rolling(directions=4, subregions=(2, 2))
     expected = surface.contact.pull_off_map(subregions=(2, 2))
     xr.testing.assert_allclose(held.pull_off_force.drop_attrs(), expected.pull_off_force.drop_attrs())
-    pushed = surface.contact.rolling(directions=4, subregions=(2, 2), load=500.0)
+    pushed = surface.contact.rolling(directions=4, subregions=(2, 2), normal_force=500.0)
     for at_rest, load in ((held, 0.0), (pushed, 500.0)):
         swept = surface.contact.superpose(delta=[float(at_rest.rest_delta[0])], subregions=(2, 2))
         assert float(swept.force[0, 0]) == pytest.approx(load, abs=1e-3 * float(held.pull_off_force[0]))
@@ -285,7 +285,7 @@ def reference_sphere(sphere_radius, contact_modulus, work_of_adhesion):
 
 def test_a_place_without_contact_is_missing_and_says_why():
     far = ground([-5000, 5000], [0, 0], w=0.0)
-    with pytest.raises(ValueError, match="expected a positive load"):
+    with pytest.raises(ValueError, match="expected a positive force"):
         at_origin(far)
     saddles = ground(0, 0).assign(curvature_min=("asperity", [-1.0]), curvature_max=("asperity", [-1.0]))
     held = at_origin(saddles)
@@ -298,7 +298,7 @@ def test_a_place_without_contact_is_missing_and_says_why():
     [
         ({"directions": 0}, "directions: expected a whole number of at least 1"),
         ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
-        ({"load": np.nan}, "load: expected finite"),
+        ({"normal_force": np.nan}, "normal_force: expected finite"),
     ],
 )
 def test_bad_options_are_refused(options, words):

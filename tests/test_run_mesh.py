@@ -31,8 +31,8 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
-    assert (solved.refinement > coarse.refinement).all() == refined
-    assert (finer.refinement == 2 * solved.refinement).all()
+    assert (solved.mesh > coarse.mesh).all() == refined
+    assert (finer.mesh == 2 * solved.mesh).all()
     change = float(abs(solved.pull_off_force / finest.pull_off_force - 1).median())
     first = float(abs(coarse.pull_off_force / finest.pull_off_force - 1).median())
     assert change < 0.1
@@ -73,7 +73,7 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
     def never(ds, *, subregions, **options):
         solved.append(subregions.sizes["subregion"])
         none = np.full(subregions.sizes["subregion"], np.nan)
-        events = {"pull_off_force": none, "complete": none == 0, "truncated": none != none, "refinement": none == 0}
+        events = {"pull_off_force": none, "complete": none == 0, "truncated": none != none, "mesh": none == 0}
         return xr.Dataset({name: ("subregion", values) for name, values in events.items()})
 
     monkeypatch.setattr(analysis, "adhesive", never)
@@ -98,5 +98,5 @@ def test_a_run_takes_the_finest_mesh_that_can_be_solved(monkeypatch):
         monkeypatch.setattr(adhesive_options, "MOST_CELLS", 6000)
         mesh, finer = analysis._converged_mesh(specimen_of(scan), plan, options, stage)
     solved = scan.contact.adhesive(mesh=mesh, **options)
-    assert (finer.refinement == 2 * solved.refinement).all()
-    assert (finer.refinement < free.refine).all()
+    assert (finer.mesh == 2 * solved.mesh).all()
+    assert (finer.mesh < free.cells).all()

@@ -101,7 +101,7 @@ def test_what_a_file_says_is_kept(tmp_path):
     scan = open_scan(path)
     assert scan.attrs["source_file"] == "scan.spm"
     assert scan.attrs["source_sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
-    assert (scan.attrs["channel"], scan.attrs["direction"]) == ("Height", "trace")
+    assert (scan.attrs["channel"], scan.attrs["scan_direction"]) == ("Height", "trace")
     assert "raw_metadata.scan size: 120 90 nm" in scan.attrs["header"].splitlines()
     assert [step["operation"] for step in schema.history(scan)] == ["open_scan"]
     assert str(tmp_path) not in json.dumps(scan.attrs)
@@ -110,15 +110,15 @@ def test_what_a_file_says_is_kept(tmp_path):
 def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
     rows = picture()
     path = write_bruker(tmp_path, rows, image_size(rows))
-    forward, backward = open_scan(path), open_scan(path, direction="retrace")
-    assert backward.attrs["direction"] == "retrace"
+    forward, backward = open_scan(path), open_scan(path, scan_direction="retrace")
+    assert backward.attrs["scan_direction"] == "retrace"
     np.testing.assert_allclose(forward["height"], -backward["height"])
-    for options in ({"channel": 1}, {"channel": "height", "direction": "retrace"}):
+    for options in ({"channel": 1}, {"channel": "height", "scan_direction": "retrace"}):
         xr.testing.assert_equal(open_scan(path, **options), backward)
     with pytest.raises(UnreadableScan, match="channel 'Phase', found none among 0: 'Height' trace"):
         open_scan(path, channel="Phase")
     with pytest.raises(ValueError, match="expected 'trace' or 'retrace', found 'forward'"):
-        open_scan(path, direction="forward")
+        open_scan(path, scan_direction="forward")
 
 
 def nanoscope(folder, *names):

@@ -66,7 +66,7 @@ def test_a_bruker_file_and_its_export_as_text_agree(shared_scans):
 
 def test_channels_of_a_real_file(shared_scans):
     path = shared_scans / "bruker_10um_512_rough.di"
-    trace, retrace = open_scan(path), open_scan(path, channel="Height", direction="retrace")
+    trace, retrace = open_scan(path), open_scan(path, channel="Height", scan_direction="retrace")
     a, b = (scan["height"].values.ravel() for scan in (trace, level(retrace)))
     assert np.corrcoef(level(trace)["height"].values.ravel(), b)[0, 1] == pytest.approx(0.94, abs=0.01)
     assert np.unique(a).size == 1055
@@ -75,7 +75,7 @@ def test_channels_of_a_real_file(shared_scans):
 def test_asylums_size_is_the_stored_step(shared_scans):
     scan = open_scan(shared_scans / "asylum_2um_256_film.ibw")
     assert float(scan["x"][1] - scan["x"][0]) == pytest.approx(2000 / 255)
-    assert scan.attrs["direction"] == "retrace"
+    assert scan.attrs["scan_direction"] == "retrace"
 
 
 def test_a_quarter_of_a_rough_scan(shared_scans):

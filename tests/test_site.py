@@ -87,7 +87,7 @@ def readers_files(tmp_path_factory):
     moved = pandas.DataFrame({"landing_share": 1 / 30, "pull_off_force [nN]": forces})
     moved.to_csv(folder / "moved.csv")
     force_curves.write_afmformats(folder / "curves.h5", count=1)
-    ends = xr.Dataset({"pull_off_mean": 38.0, "pull_off_lower": 13.0, "pull_off_upper": 113.0})
+    ends = xr.Dataset({"pull_off_mean": 38.0, "pull_off_low": 13.0, "pull_off_high": 113.0})
     (folder / "run").mkdir()
     roughxr.archive.save({"statistics/extrapolated": ends}, folder / "run" / "run.nc")
     return folder

@@ -92,7 +92,7 @@ def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
     before, last, finer = (
         float(ds.contact.adhesive(mesh=roughxr.Mesh(n, None), **place).pull_off_force[0]) for n in (2, 4, 8)
     )
-    assert int(found.refinement[0]) == 4 and float(found.pull_off_force[0]) == pytest.approx(last, rel=1e-3)
+    assert int(found.mesh[0]) == 4 and float(found.pull_off_force[0]) == pytest.approx(last, rel=1e-3)
     assert abs(last / finer - 1) > 1.5 * abs(last / before - 1)
     assert float(found.mesh_error[0]) < abs(last / finer - 1) <= float(found.pull_off_error[0])
 
@@ -103,7 +103,7 @@ def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
     ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential")
     found = ds.contact.adhesive(**place)
     coarse = ds.contact.adhesive(mesh=roughxr.Mesh(8, None), **place)
-    assert int(found.refinement[0]) == 16
+    assert int(found.mesh[0]) == 16
     change = float(coarse.pull_off_force[0] / found.pull_off_force[0]) - 1
     assert 0.02 < change == pytest.approx(float(found.mesh_error[0]), rel=1e-3)
 
@@ -116,7 +116,7 @@ def test_the_first_cells_fit_the_contacts_and_a_coarse_scan_is_named():
         warnings.simplefilter("always")
         found = ds.contact.adhesive(subregions=(3, 3))
     words = [str(each.message) for each in caught]
-    assert (found.refinement >= 8).all() and float(found.mesh_error.median()) < 0.05
+    assert (found.mesh >= 8).all() and float(found.mesh_error.median()) < 0.05
     few = int((found.interpolation_error > 0.05).sum())
     assert few > 0 and any(
         f"{few} of 9 subregions miss accuracy=0.05 since the heights between" in each for each in words

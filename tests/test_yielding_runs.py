@@ -99,7 +99,7 @@ def test_hardness_is_an_entry_of_the_budget():
     )
     up, down = float(softer.pull_off_change), float(harder.pull_off_change)
     assert up > 0.1 and down < -0.1  # what is softer flattens more, and sticks harder
-    assert float(both.relative_error) == pytest.approx(max(up, -down)) and float(both.slope) < 0
+    assert float(both.relative_std) == pytest.approx(max(up, -down)) and float(both.slope) < 0
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
     solved = bare.contact.adhesive(preload=3000.0, mesh=mesh)
     missing = budget_of(bare, solved, settings={"hardness": [0.5]}, **options).sel(entry="hardness")

@@ -103,6 +103,11 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
         coordinates ``patch_radius`` and, with "auto", ``shortest_wavelength``, ``pixel`` (nm) and
         ``rms_slope`` describe the fit.
 
+    Raises
+    ------
+    ValueError
+        If ``patch`` is no width that fits the scan, or needs too many heights.
+
     Warns
     -----
     UserWarning
@@ -233,7 +238,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     if setup.measures is not None:
         measures = {"shortest_wavelength": setup.measures.shortest, "rms_slope": setup.measures.slope}
         out = out.assign_coords(measures | {"pixel": max(schema.pixel(ds))})
-    done = {"patch": "paper" if setup.vertex == "pixel" else setup.patch, "refine": setup.refine}
+    done = {"patch": "paper" if setup.vertex == "pixel" else setup.patch, "mesh": setup.refine}
     return schema.record(schema.label(out), "asperities", ds, **done)
 
 

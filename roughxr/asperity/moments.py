@@ -31,12 +31,12 @@ _EVENTS: dict[str, type] = {
     "stiffest_ties": bool,
     "converged": bool,
 }
-_SIMULATED_STATES: dict[str, type] = {"contacts": int, "lever_error": float, "refinement": int}
+_SIMULATED_STATES: dict[str, type] = {"contacts": int, "lever_error": float, "mesh": int}
 _ASPERITY_STATES = {"rest_delta": float, "contacts": int, "truncated": bool}
 
 #: Why a number is missing, by the kind of input.
 MISSING = {
-    "superpose": "NaN where nothing is in contact under this load, nothing adheres or no resting position exists",
+    "superpose": "NaN where nothing is in contact under this force, nothing adheres or no resting position exists",
     "adhesive": "NaN where no state of the retraction is in contact, or any of them has not converged",
     "rigid": "NaN where no state is in contact",
 }
@@ -52,15 +52,16 @@ def rolling(
     ds: xr.Dataset,
     *,
     directions: Quantities = 24,
-    load: Quantity = 0.0,
+    normal_force: Quantity = 0.0,
     subregions: Places = None,
 ) -> xr.Dataset:
-    """Return the largest moment by which contact, adhesion and load resist rolling, by direction.
+    """Return the largest moment by which contact, adhesion and normal force resist rolling, by direction.
 
-    From a scan or a catalogue: the sphere rests on its asperities under ``load``, then turns as a rigid body about the
-    foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a solution by
-    `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states of the
-    retraction, in which the sphere does not turn. Cells of `rigid` within 1.25 of its law's length are in contact.
+    From a scan or a catalogue: the sphere rests on its asperities under ``normal_force``, then turns as a rigid body
+    about the foremost edge of its contact, and the asperities behind detach one after the other, by JKR's law. From a
+    solution by `adhesive` or `rigid` with fields: the largest moment about the foremost cell in contact over the states
+    of the retraction, in which the sphere does not turn. Cells of `rigid` within 1.25 of its law's length are in
+    contact.
 
     Parameters
     ----------
@@ -69,11 +70,11 @@ def rolling(
         ``fields=True``.
     directions : int or array_like
         Directions of rolling: a number of them, spaced evenly, or angles from x towards y, rad.
-    load : number or quantity
+    normal_force : number or quantity
         Force on the sphere's axis as it begins to roll, nN, positive towards the surface; for example its weight. It
         must be positive without adhesion.
     subregions : (int, int), (array, array) or Dataset, optional
-        As in `direct`; not for a solution, which has its own.
+        Contact centres: by default those on ``ds``, else one in its middle; not for a solution, which has its own.
 
     Returns
     -------
@@ -86,14 +87,15 @@ def rolling(
         directions, with ``weakest_ties`` and ``stiffest_ties`` if there are several; ``pull_off_force`` (nN),
         ``pull_off_delta`` (nm), ``contact_area`` (nm², at rest), ``contacts`` (at rest: asperities, or patches of the
         simulation two pixels or more apart). For asperities also ``rest_delta`` (nm from the highest peak) and
-        ``truncated``; for a simulation ``refinement`` and ``lever_error``, the relative error of the lever in any
+        ``truncated``; for a simulation ``mesh`` and ``lever_error``, the relative error of the lever in any
         direction over the mean of all. It is known if several meshes were solved, as in runs. NaN without contact or if
         not ``converged``, as the attribute ``missing`` explains. Lazy if the scan is.
 
     Raises
     ------
     ValueError
-        If a scan's pair is humid, there is neither adhesion nor a load, or a solution has no pressures on retraction.
+        If a scan's pair is humid, there is neither adhesion nor a normal force, or a solution has no pressures on
+        retraction.
 
     Notes
     -----
@@ -119,12 +121,14 @@ def rolling(
     ds = schema.entered(ds)
     count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
     angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")
-    push = float(magnitude(load, "nN", "load"))
+    push = float(magnitude(normal_force, "nN", "normal_force"))
     if "height" not in ds and "force" in ds:
         if subregions is not None:
             raise ValueError("subregions: expected none with a solution, found some; leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
-        return _labelled_moments(_solution_moments(ds, angles, push), ds, method, {"directions": angles, "load": push})
+        return _labelled_moments(
+            _solution_moments(ds, angles, push), ds, method, {"directions": angles, "normal_force": push}
+        )
     if schema.is_humid(ds):
         raise ValueError(
             "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
@@ -132,16 +136,16 @@ def rolling(
         )
     summands = read_summands(ds, JKR, DEFAULT)
     if not (summands.options.work_of_adhesion > 0 or push > 0):
-        raise ValueError(f"load: expected a positive load in nN without adhesion, found {push:g}")
+        raise ValueError(f"normal_force: expected a positive force in nN without adhesion, found {push:g}")
     out = _asperity_moments(summands, angles, push, subregions)
     named = law_attributes(summands.law, summands.formulation, summands.options)
-    arguments = {"directions": angles, "load": push, "subregions": subregions, **named}
+    arguments = {"directions": angles, "normal_force": push, "subregions": subregions, **named}
     return _labelled_moments(out.assign_attrs(named), summands.ds, "superpose", arguments)
 
 
 def _labelled_moments(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
     """Return the result with labels and history."""
-    out.attrs |= {"method": method, "load": arguments["load"], "missing": MISSING[method]}
+    out.attrs |= {"method": method, "normal_force": arguments["normal_force"], "missing": MISSING[method]}
     if not out.chunks:
         warn_unconverged(out, "their moments are NaN")
     return schema.record(schema.label(out), "rolling", ds, **arguments)
@@ -190,7 +194,7 @@ def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout:
 def _displacement_at_rest(
     field: sums.Field, offset: np.ndarray, pull_off: float, load: float, spline: np.ndarray
 ) -> tuple:
-    """Return the nearby asperities and the displacement (nm) at which the sphere rests under ``load``, NaN if none."""
+    """Return the nearby asperities and the displacement (nm) at which the sphere rests under a load; NaN if none."""
     onset = offset + field.scales.end * field.scales.delta
     if offset.size == 0:
         return np.arange(0), np.nan
@@ -295,7 +299,7 @@ def _place_moments(ds: xr.Dataset, layout: Layout, load: float) -> np.ndarray:
     x, y = (ds[axis].values + float(ds.get(f"subpixel_{axis}", 0.0)) for axis in "xy")
     cell = float(x[1] - x[0]) * float(y[1] - y[0])
     area = ds["contact_area"].values if "contact_area" in ds else touching.sum(axis=(1, 2)) * cell
-    refine = int(ds["refinement"].max() if "refinement" in ds else ds.attrs.get("refine", 1))
+    refine = int(ds["mesh"].max() if "mesh" in ds else ds.attrs.get("mesh", 1))
     known = {name: ds[name] for name in ("pull_off_force", "pull_off_delta")}
     force = ds["force"].values
     if ds.attrs["law"] == JKR:  # the states' cohesive zone holds more than the extrapolated pull-off
@@ -312,7 +316,7 @@ def moments_of_states(states: States, layout: Layout, load: float, **known: Any)
     angles = layout.axes["direction"]
     for name, value in known.items():
         record[name] = value
-    record["refinement"] = states.refine
+    record["mesh"] = states.refine
     cell = float(states.x[1] - states.x[0]) * float(states.y[1] - states.y[0])
     x, y = np.meshgrid(states.x, states.y, indexing="ij")
     largest = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(angles.size)

@@ -37,7 +37,7 @@ def pull_off_map(
     ds : Dataset
         A scan, or an asperity catalogue, with an assigned pair and work of adhesion.
     subregions : "every pixel", (int, int), (array, array) or Dataset
-        As in `direct`; every pixel needs a scan.
+        Contact centres, by default every pixel, which needs a scan.
     law
         As in `superpose`, but with adhesion.
 
@@ -47,6 +47,11 @@ def pull_off_map(
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN without adhesion; ``contacts``,
         the number of asperities in contact at pull-off, and ``truncated``, whether any of them is at the scan's edge.
         Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy if the scan is a dask array.
+
+    Raises
+    ------
+    ValueError
+        If no pair with a work of adhesion is assigned, or every pixel is requested of a catalogue.
 
     Examples
     --------

@@ -27,6 +27,11 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
         (nm) state its difference from the scan. It matches the peaks, not the surface between them: expect a
         residual as large as the roughness.
 
+    Raises
+    ------
+    ValueError
+        If no asperity of the catalogue is a peak.
+
     References
     ----------
     Cheng, Dunn & Brach, "Rough surface reconstruction". The residual printed there, 0.0034 nm, lacks a

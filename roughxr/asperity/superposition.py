@@ -66,8 +66,8 @@ def superpose(
     delta : array_like, optional
         Displacements, nm, ascending; by default 301, from before the first touch of any place until every place is
         indented by the depth of the median place below the highest peak.
-    subregions
-        As in `direct`.
+    subregions : (int, int), (array, array) or Dataset, optional
+        Contact centres, by default those on ``ds``, else one in its middle.
     law : {"jkr", "dugdale", "hertz"}, optional
         Adhesion of zero range, of finite range (Maugis's law between JKR and DMT, for 0.02 < λ = 1.157 μ < 50, see
         `tabor`), or none; by default "jkr". For a humid pair "dugdale" with the range and work of liquid and solids.
@@ -105,8 +105,8 @@ def superpose(
 
     References
     ----------
-    Cheng, Dunn & Brach, eqs. 15–24 and 35, printed with λ² for λ and with the sign of eq. 35 reversed.
-    Maugis, J. Colloid Interface Sci. 150, 243 (1992).
+    Cheng, Dunn & Brach, eqs. 15–24 and 35, printed with λ² for λ and with the sign of eq. 35 reversed. Maugis, J.
+    Colloid Interface Sci. 150, 243 (1992), doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------

@@ -152,6 +152,11 @@ def placements(
         ``indenter_height`` (nm) along (placement, indenter_x, indenter_y), facing the surface, for `vary`; ``patch_x``
         and ``patch_y`` (nm), the centre of the part on the scan, and ``rotation`` (rad).
 
+    Raises
+    ------
+    ValueError
+        If ``width`` does not fit the scan of the roughness.
+
     Examples
     --------
     >>> import roughxr

@@ -171,6 +171,11 @@ def assign_pair(
         indenter's map. Of a humid pair ``share_under_liquid`` is the share of the work of adhesion left to the solids
         under the liquid: by Hamaker constants across it, of the named materials or of two equal bodies with this work.
 
+    Raises
+    ------
+    ValueError
+        If a value is missing, stated twice, or none that a body has; the message names the argument.
+
     Warns
     -----
     ImplausiblePair

@@ -1,4 +1,4 @@
-"""`detach`: the load that detaches the spheres of a finished run, and input for particle codes."""
+"""`detach`: what detaches the spheres of a finished run, and input for particle codes."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from ..vocabulary.text import without_warnings
 from . import words
 from .file_commands import save_picture
 
-_NO_REST_OF_PLACES = "the sphere rolls off without any load; roughxr run --particle analyses resting positions"
+_NO_REST_OF_PLACES = "the sphere rolls off by itself; roughxr run --particle analyses resting positions"
 _NO_REST_OF_PARTICLES = (
     "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
 )
@@ -33,7 +33,7 @@ _NO_REST_OF_PARTICLES = (
 
 @archive.checked_names
 def detach(options: Namespace) -> None:
-    """Print the critical strength of a load for a run, or a row for each run in a folder, and write the files."""
+    """Print the critical strength for a run, or a row for each run in a folder, and write the files."""
     runs = _runs(Path(options.run))
     tables = {}
     rows = {}
@@ -41,15 +41,15 @@ def detach(options: Namespace) -> None:
     if files and len(runs) > 1:
         raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
     for name, path in runs.items():
-        critical, moments, load, label = _critical_load(options, path)
+        critical, moments, title, label = _critical_load(options, path)
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
         tables[name] = place_table(table, label)
         rows[name] = _row(critical)
         if len(runs) == 1:
-            _print_critical(critical, moments, load)
-            _write_files(options, critical, moments, load)
+            _print_critical(critical, moments, title)
+            _write_files(options, critical, moments, title)
     if len(runs) > 1:
-        print(f"{_strength(critical).attrs['long_name']} ({load}):")
+        print(f"{_strength(critical).attrs['long_name']} ({cause}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
     if options.output:
         table = next(iter(tables.values()))
@@ -75,9 +75,9 @@ def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Datas
     flow = options.fluid or fluid_of(critical_flow(groups))
     numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
-    critical = without_warnings(particles.critical_load, moments, options.load, flow=flow, **slides)
-    load = f"flow of {fluid_in_words(read_flow(flow))}" if options.load == "wall_shear" else options.load
-    return critical, moments, f"{load}; pull-off forces: {METHOD_WORDS[method]}", scan_label(groups)
+    critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **slides)
+    cause = f"flow of {fluid_in_words(read_flow(flow))}" if options.cause == "wall_shear" else options.cause
+    return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}", scan_label(groups)
 
 
 def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
@@ -113,13 +113,13 @@ def _row(critical: xr.Dataset) -> dict[str, str]:
     return {"median": median, "95 % interval": interval, "first mode of most": modes[np.argmax(counts)]}
 
 
-def _print_critical(critical: xr.Dataset, moments: xr.Dataset, load: str) -> None:
-    """Print the critical strength of a load and the modes of detachment."""
+def _print_critical(critical: xr.Dataset, moments: xr.Dataset, cause: str) -> None:
+    """Print the critical strength and the modes of detachment."""
     strength = _strength(critical)
     units = strength.attrs["units"].replace("^2", "²")
     of = "particles" if "landing_share" in critical.coords else "places"
     values = strength_of_places(critical)
-    print(f"{strength.attrs['long_name']} ({load}):")
+    print(f"{strength.attrs['long_name']} ({cause}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
@@ -131,7 +131,7 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, load: str) -> Non
     if NO_REST in modes:
         print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
     if "none" in modes:
-        print("none: the sphere stays at any strength of this load")
+        print("none: the sphere stays at any strength of this cause")
     if strength.name == "critical_friction_velocity":
         valid = percent(critical["in_range"].mean())
         print(f"drag formulas valid at {valid} of them")

@@ -26,7 +26,7 @@ def image_options(options: Namespace) -> dict[str, Any]:
     """Return the options that choose an image of a file, and its size if the file does not state it."""
     channel = int(options.channel) if (options.channel or "").isdecimal() else options.channel
     size = None if options.size is None else tuple(map(words.number, options.size))
-    return {"channel": channel, "direction": options.direction, "size": size}
+    return {"channel": channel, "scan_direction": options.scan_direction, "size": size}
 
 
 def info(options: Namespace) -> None:

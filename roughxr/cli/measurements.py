@@ -53,7 +53,7 @@ def describe(options: Namespace) -> None:
     if low.size == 1 and low[0] < high[0]:
         print(f"\npull-off force: {bounds_in_words(low[0], high[0])}")
     elif low.size == 1:
-        error = float(ds["pull_off_uncertainty"].max()) if "pull_off_uncertainty" in ds else 0.0
+        error = float(ds["pull_off_standard_error"].max()) if "pull_off_standard_error" in ds else 0.0
         parts = with_error(float(low[0]), error)[: 2 if error > 0 else 1]
         print(f"\npull-off force: {' ± '.join(parts)} nN")
     elif low.size and CONDITION in ds.coords:

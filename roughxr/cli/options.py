@@ -19,7 +19,7 @@ from .words import number
 
 #: Codes of `to_dem`, loads of `critical_load`, and its fluids.
 PARTICLE_CODES = ("lammps", "rock_n_roll")
-LOADS = ("wall_shear", "tilt", "centrifuge", "vibration")
+CAUSES = ("wall_shear", "tilt", "centrifuge", "vibration")
 FLUIDS = ("air", "water")
 
 _DESCRIPTION = (
@@ -238,7 +238,7 @@ def _detach(commands: Any) -> None:
     does = "print the flow, vibration, tilt or rotation that detaches the sphere"
     command = _command(commands, "detach", "detach:detach", does)
     _add(command, ("run", "RUN", f"{_RUN[2]}, or the folder of several scans"))
-    _add(command, ("--load", None, f"what detaches the sphere; {_DEFAULT}"), default="wall_shear", choices=LOADS)
+    _add(command, ("--cause", None, f"what detaches the sphere; {_DEFAULT}"), default="wall_shear", choices=CAUSES)
     _add(
         command,
         ("--fluid", None, "fluid of the flow, at 20 °C; does not change the adhesion; default: the run's"),
@@ -280,7 +280,7 @@ def _add_measurement(command: Any) -> None:
     _add(command, ("file", "FILE...", help))
     group = command.add_argument_group("what to read from the file, and what the file does not state")
     _add(group, ("--channel", None, "name of the column, or name or number of the image"))
-    _add(group, ("--direction", None, "scan direction of an image; default: trace (forward)"), choices=_DIRECTIONS)
+    _add(group, ("--scan-direction", None, "scan direction of an image; default: trace (forward)"), choices=_DIRECTIONS)
     _add(
         group,
         ("--size", "L...", "size of an image along x and y, nm"),
@@ -298,7 +298,7 @@ def _add_reading_options(command: Any) -> list[argparse.Action]:
     group = command.add_argument_group("what to read from the file")
     options = _add(group, ("--channel", None, "name or number of the image; default: the first topography"))
     help = "scan direction to read; default: trace (forward)"
-    options += _add(group, ("--direction", None, help), choices=_DIRECTIONS)
+    options += _add(group, ("--scan-direction", None, help), choices=_DIRECTIONS)
     return options + _add(
         group,
         ("--size", "L...", "size of the scan along x and y, nm, if the file does not state it"),

@@ -58,74 +58,40 @@ def adhesive(
     cycles: int = 1,
     fields: bool = False,
 ) -> xr.Dataset:
-    """Follow the adhesive contact of the assigned indenter with the scan through approach and retraction.
+    """Solve the contact with adhesion through approach and retraction, with its pull-off force and error.
 
     Parameters
     ----------
     ds : Dataset
         A scan with square pixels and an assigned pair with a work of adhesion.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back. With 0, the default, it settles under its own adhesion, as a
-        particle that lands. Several preloads, ascending, share one loading path and lie along ``preload``.
+        Force (nN) at which the indenter turns back; at 0, the default, it settles under its own adhesion. Several,
+        ascending, lie along ``preload``.
     delta : array_like, optional
-        Displacements, nm, ascending, in place of a preload. Loading visits them in this order, retraction in reverse
-        order and then continues until all contact is lost.
+        Displacements, nm, ascending, in place of a preload.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
+        Contact centres: a grid, x and y (nm), or a Dataset with them, see `regions.centres`. By default those on
+        ``ds``, else one in its middle.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
-        The traction t between the surfaces across a gap u, with the same work of adhesion w for all laws:
-        "exponential", t = (w/ρ) exp(−u/ρ); "jkr", the limit without range (Griffith's); "dugdale", a constant tension
-        up to a gap; "lennard_jones", the 9-3 potential of two half spaces beyond a hard contact, cut at 11 z₀. "auto"
-        takes "jkr" if the median of Tabor's parameter over the asperities is at least 5 and the body does not
-        yield, else "exponential"; on a layer, by the modulus at the size of the contact. The solids of a humid pair
-        attract by "exponential"; condensed liquid adds its tension up to its height.
+        Traction across a gap, with the same work of adhesion: of finite range, or without ("jkr"). "auto" chooses by
+        Tabor's parameter.
     mesh : "auto", int or Mesh
-        "auto": at each place cells and steps are halved until the pull-off changes by less than 0.05. Or the cells
-        along a side of a pixel, as ``mesh=4``, or a `Mesh`, which also states the accuracy and the steps. Heights
-        between the pixels are interpolated without wavelengths shorter than two pixels.
+        "auto": cells and steps are halved until the pull-off changes by less than 5 %. Or the cells along a side of a
+        pixel, as ``mesh=4``, or a `Mesh`.
     datum : {"highest_peak", "first_contact"}, optional
-        Where delta = 0, as in `direct`; by default the highest peak with ``delta``, first contact with a preload.
+        Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
-        Number of cycles at each place, with a preload, each on the shape left by the cycle before; along ``cycle`` if
-        there are several.
+        Number of cycles with a preload, each on the shape left by the last.
     fields : bool
-        Keep pressure, displacement and gap on the cells of the window around each centre, on both branches, at the
-        displacements of ``delta``; NaN beyond the scan's edge. Needs one mesh for all places.
+        Keep pressure, displacement and gap at the displacements of ``delta``; needs one mesh for all places.
 
     Returns
     -------
     Dataset
-        Along subregion (and preload), from all steps of the cycle: ``snap_in_force``, ``snap_in_delta``,
-        ``pull_off_force``, ``pull_off_delta``, ``detachment_delta`` (to half a step), ``work_of_separation``,
-        ``hysteresis``, ``pull_off_resolution``, ``truncated`` (contact or liquid at the edge of the scan or of the
-        indenter's map) and ``complete``. NaN without contact, or if the cycle could not be completed or the preload
-        was not reached. With a preload also ``preload_delta``, the displacement at which the indenter turned back, and
-        the ``contact_area`` at that displacement.
-
-        ``refinement`` and ``pull_off_error``, the relative error of the pull-off, meant to hold at 95 % of places. With
-        mesh="auto" it combines ``mesh_error`` (the change from cells twice as large), ``step_error``,
-        ``interpolation_error`` (the change if splines interpolate the heights between pixels) and, without range, the
-        change to ``pressed_pull_off_force``. Without range, three times the change by the mesh counts: pull-offs
-        converge slowly at edges that cannot move. On one mesh the error is known for "jkr" and "dugdale" only,
-        from the contact's radius in cells, the difference between both edges (see Notes) and the change by pressing.
-        On soft rough surfaces the error of one mesh is too small at one place of four.
-
-        ``pressed_pull_off_force`` (nN, of "jkr" with a preload): the pull-off after the sphere was pressed as hard
-        as it then holds. Where it differs from ``pull_off_force`` by more than half, the pull-off is a range between
-        both, each with ``pull_off_error``: attraction ends before the next summits, and only pressing closes the gaps.
-
-        With ``delta``, along (subregion, branch, delta): ``force``, ``contact_area``, ``contact_patches`` (connected
-        patches of cells), ``energy``, ``dissipated``, ``resolution`` (radius, in cells, of the smallest contact with a
-        tenth of the tension), ``iterations``, ``residual``, ``converged``; fields along (subregion, branch, delta, x,
-        y) with x, y from the contact centre.
-
-        The coordinate ``shortest_wavelength`` (nm) is the shortest that the scan shows: finer roughness lowers the
-        adhesion (`scale_dependence`).
-
-        If a hardness is assigned, or estimated for named materials, also ``yielded_fraction`` and
-        ``yielded_area_fraction``, the shares of the compressive force and of the contact area at that pressure or
-        above, at the preload or along the displacements. If the body yields, also ``yielded_area``, ``plastic_work``
-        and the field ``residual_height``, as in `direct`.
+        Along subregion: ``pull_off_force`` (nN), its relative error ``pull_off_error``, meant to hold at 95 % of
+        places, ``pull_off_delta``, ``snap_in_force``, ``work_of_separation``, ``hysteresis``, ``mesh``, ``truncated``
+        (contact at the scan's edge), ``complete``; NaN without contact or a complete cycle. With ``delta``, ``force``
+        and ``contact_area`` along (subregion, branch, delta).
 
     Raises
     ------
@@ -135,41 +101,23 @@ def adhesive(
     Warns
     -----
     UserWarning
-        If places did not reach the accuracy, a pull-off is a range, or contact or liquid reaches the scan's edge (for
-        input in memory only).
+        If a place missed the accuracy, or contact reaches the scan's edge (input in memory).
     UnresolvedContact
-        If one mesh does not resolve the contacts at pull-off, or gives no error (for input in memory only).
+        If one mesh does not resolve the contacts, or gives no error.
 
     Notes
     -----
-    The traction of "jkr" and "dugdale" ends abruptly. It is replaced by a traction over a cohesive zone, solved
-    with the narrowest zone that the cells resolve and with a wider one of half the slope, and the results are
-    extrapolated. Fields, and states returned with them, belong to the narrower zone. If both lead to different
-    contacts, or the narrower zone gives the larger pull-off (as at a rim that cannot move), its result is not
-    extrapolated, and ``pull_off_error`` includes their difference. Without range, cells attract only if they have
-    touched, lie within the opening of a contact's edge, or come so near that the pair's attraction snaps them in.
-
-    "lennard_jones" is cut off at a gap of 11 z₀ (the attribute ``cut_off_nm``), which neglects 0.9 % of the work of
-    adhesion. Pull-offs are too small by that much for a smooth sphere, and by about 2, 10 and 17 % for stiff bodies of
-    0.5, 1.5 and 3 nm rms under a sphere of 500 nm. ``pull_off_error`` does not include this; compare with `rigid`,
-    which counts all gaps.
-
-    A body yields on loading, if the pressure less the attraction would exceed its hardness by more than 0.1 % (see
-    `direct`). Retraction is elastic on the deformed shape, and its tension is not limited. ``dissipated`` includes the
-    plastic work. A flattened summit recovers and peels off.
-
-    The errors do not include roughness finer than the scan's pixels.
+    The page of physics states the laws, the solution, its errors and all variables.
 
     References
     ----------
-    Griffith (1921); Johnson, Kendall & Roberts (1971); Pohrt & Popov (2015); Maugis (1992); Greenwood, Proc. R. Soc. A
-    453 (1997) 1277.
+    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301, doi:10.1098/rspa.1971.0141; Maugis, J. Colloid Interface
+    Sci. 150 (1992) 243, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> cycle = scan.contact.adhesive(delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="jkr")
     >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
     ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
@@ -225,16 +173,16 @@ def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:
     """Return the law and the mesh as attributes of a result."""
-    mesh: dict[str, Any] = {"refine": adhesion.refine or "auto"}
+    settings: dict[str, Any] = {"mesh": adhesion.refine or "auto"}
     if not adhesion.refine and np.isfinite(adhesion.accuracy):
-        mesh |= {"accuracy": adhesion.accuracy}
+        settings |= {"accuracy": adhesion.accuracy}
     if adhesion.refine != 1:
-        mesh |= {"refinement_method": "band-limited"}
+        settings |= {"interpolation": "band-limited"}
     length = {} if np.isnan(adhesion.length) else {"adhesion_length_nm": adhesion.length}
     length |= {"cut_off_nm": TAIL * adhesion.length} if adhesion.law == LENNARD_JONES else {}
     missing = "NaN where nothing was touched, the preload was not reached or the cycle not completed"
     limit = {"tolerance": INTERMEDIATE_TOLERANCE if adhesion.preloads.size else TOLERANCE}
-    return {"law": adhesion.law, **length, **mesh, **limit, "missing": missing}
+    return {"law": adhesion.law, **length, **settings, **limit, "missing": missing}
 
 
 def _warn_of_errors(out: xr.Dataset, adhesion: Adhesion) -> None:

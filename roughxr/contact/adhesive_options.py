@@ -51,7 +51,7 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
     step, first_cell = _usual_step_and_cell(specimen)
     settings = Adhesion(
         preloads=preloads,
-        refine=0 if isinstance(mesh.refine, str) else mesh.refine,
+        refine=0 if isinstance(mesh.cells, str) else mesh.cells,
         accuracy=np.nan if mesh.accuracy is None else mesh.accuracy,
         step=step if mesh.step is None else mesh.step,
         first_cell=first_cell,

@@ -23,7 +23,7 @@ _STATES |= {"iterations": int, "residual": float, "converged": bool}
 _EVENTS: dict[str, type] = dict.fromkeys(("snap_in_force", "snap_in_delta", "pull_off_force", "pull_off_delta"), float)
 _EVENTS |= dict.fromkeys(("detachment_delta", "work_of_separation", "hysteresis", "pull_off_resolution"), float)
 _EVENTS |= dict.fromkeys(("pull_off_error", "mesh_error", "step_error", "interpolation_error"), float)
-_EVENTS |= {"pressed_pull_off_force": float, "refinement": int, "truncated": bool, "complete": bool}
+_EVENTS |= {"pressed_pull_off_force": float, "mesh": int, "truncated": bool, "complete": bool}
 
 _AT_PRELOAD = {"preload_delta": float, "contact_area": float, "residual": float, "converged": bool}
 

@@ -59,6 +59,11 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
         and "complementarity" (pressure times gap; without adhesion), over the deepest overlap; "force_balance", force
         less Σ p dA; "hardness", the pressure beyond it.
 
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no solution of these methods along places.
+
     Examples
     --------
     >>> import roughxr

@@ -68,7 +68,8 @@ def direct(
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then a result.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
+        Contact centres: a grid, x and y (nm), or a Dataset with them, see `regions.centres`. By default those on
+        ``ds``, else one in its middle.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0: the indenter's lowest point level with the highest point of the whole scan (the
         paper's), or this subregion's first touch.
@@ -87,6 +88,11 @@ def direct(
         delta), for loading and for retraction from the largest delta, with ``yielded_area`` (nm²), ``plastic_work``
         (nN nm) and the field ``residual_height`` (nm) after loading to delta and unloading. Lazy if the scan is a dask
         array.
+
+    Raises
+    ------
+    ValueError
+        If no contact modulus is assigned, both delta and load are stated, or a load is not positive.
 
     Warns
     -----

@@ -32,7 +32,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
 
     References
     ----------
-    Tabor, J. Colloid Interface Sci. 58, 2 (1977).
+    Tabor, J. Colloid Interface Sci. 58, 2 (1977), doi:10.1016/0021-9797(77)90366-6.
 
     Examples
     --------

@@ -21,8 +21,8 @@ class Mesh:
 
     Attributes
     ----------
-    refine : "auto" or int
-        Each pixel is divided into refine × refine cells, with heights interpolated without wavelengths below two
+    cells : "auto" or int
+        Each pixel is divided into cells × cells cells, with heights interpolated without wavelengths below two
         pixels. "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``.
     accuracy : float or None
         Relative change of the pull-off, from cells twice as large, below which "auto" stops. The stated error may be
@@ -37,18 +37,18 @@ class Mesh:
     --------
     >>> import roughxr
     >>> roughxr.Mesh(4, step="0.1 nm")
-    Mesh(refine=4, accuracy=0.05, step=0.1)
+    Mesh(cells=4, accuracy=0.05, step=0.1)
     """
 
-    refine: int | str = "auto"
+    cells: int | str = "auto"
     accuracy: float | None = 0.05
     step: Any = None
 
     def __post_init__(self):
-        if isinstance(self.refine, str) and self.refine != "auto":
-            raise ValueError(f"mesh: expected 'auto' or a whole number from 1 to {MOST_REFINED}, found {self.refine!r}")
-        if self.refine != "auto":
-            object.__setattr__(self, "refine", whole_number(self.refine, "mesh", least=1, most=MOST_REFINED))
+        if isinstance(self.cells, str) and self.cells != "auto":
+            raise ValueError(f"mesh: expected 'auto' or a whole number from 1 to {MOST_REFINED}, found {self.cells!r}")
+        if self.cells != "auto":
+            object.__setattr__(self, "cells", whole_number(self.cells, "mesh", least=1, most=MOST_REFINED))
         if self.accuracy is not None:
             object.__setattr__(self, "accuracy", fraction(self.accuracy, "accuracy"))
         if self.step is not None:
@@ -59,4 +59,4 @@ def read_mesh(mesh: Mesh | int | str | None, usual: Mesh) -> Mesh:
     """Return a `Mesh`, or the usual one with another refinement, as in ``mesh=4``."""
     if mesh is None:
         return usual
-    return mesh if isinstance(mesh, Mesh) else replace(usual, refine=mesh)
+    return mesh if isinstance(mesh, Mesh) else replace(usual, cells=mesh)

@@ -129,7 +129,7 @@ def jkr_sphere(
 
     References
     ----------
-    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301.
+    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301, doi:10.1098/rspa.1971.0141.
 
     Examples
     --------
@@ -289,7 +289,7 @@ def tabor_parameter(
 
     References
     ----------
-    Tabor, J. Colloid Interface Sci. 58 (1977) 2.
+    Tabor, J. Colloid Interface Sci. 58 (1977) 2, doi:10.1016/0021-9797(77)90366-6.
 
     Examples
     --------
@@ -375,7 +375,8 @@ def meniscus_sphere(
 
     References
     ----------
-    Orr, Scriven & Rivas, J. Fluid Mech. 67 (1975) 723; Dörmann & Schmid, Langmuir 30 (2014) 1055.
+    Orr, Scriven & Rivas, J. Fluid Mech. 67 (1975) 723, doi:10.1017/S0022112075000572; Dörmann & Schmid, Langmuir 30
+    (2014) 1055.
 
     Examples
     --------
@@ -443,7 +444,8 @@ def rumpf(
 
     References
     ----------
-    Rumpf, Particle Technology (1990); Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10.
+    Rumpf, Particle Technology (1990); Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10,
+    doi:10.1006/jcis.2000.7167.
 
     Examples
     --------
@@ -494,7 +496,8 @@ def rabinovich(
 
     References
     ----------
-    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10 and 17.
+    Rabinovich, Adler, Ata, Singh & Moudgil, J. Colloid Interface Sci. 232 (2000) 10 and 17, doi:10.1006/jcis.2000.7167
+    and .7168.
 
     Examples
     --------

@@ -36,7 +36,7 @@ _ABOVE_PLANE = 1.82
 _LONG_WAVELENGTH = 4.0
 
 
-def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: int = 8) -> xr.Dataset:
+def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
 
     Parameters
@@ -45,8 +45,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         A scan with an assigned sphere and work of adhesion. Tabor's parameter uses the pair's range of adhesion,
         ``yields`` its ``hardness``, else its ``hardness_estimate``.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres at which the attraction between rigid bodies is summed.
-    refine : int
+        Contact centres at which the attraction between rigid bodies is summed; by default a grid of 4 × 4.
+    mesh : int
         Cells along a side of a pixel, see `rigid`.
 
     Returns
@@ -58,6 +58,11 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
         humid pair Tabor's parameters are the larger of those of the liquid's law and of the solids' law under it, and
         ``sphere_maugis`` is Maugis's parameter of the liquid's law.
 
+    Raises
+    ------
+    ValueError
+        If the scan has no peaks, or the pair no work of adhesion.
+
     Notes
     -----
     Asperities with a Tabor parameter below 0.1 hardly deform: take `rigid`. From 5 on the range of adhesion may be
@@ -68,7 +73,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
 
     References
     ----------
-    Tabor, J. Colloid Interface Sci. 58 (1977) 2; Johnson & Greenwood, J. Colloid Interface Sci. 192 (1997) 326.
+    Tabor, J. Colloid Interface Sci. 58 (1977) 2, doi:10.1016/0021-9797(77)90366-6; Johnson & Greenwood, J. Colloid
+    Interface Sci. 192 (1997) 326, doi:10.1006/jcis.1997.4984.
 
     Examples
     --------
@@ -87,7 +93,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     humid = pair.menisci is not None
     tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
     contact, _ = pair.contact_at_pull_off(tip, w)
-    close = rigid(specimen, subregions=subregions, refine=refine, delta=[0.0])
+    close = rigid(specimen, subregions=subregions, mesh=mesh, delta=[0.0])
     result = {
         "sphere_tabor": float(max(pair.tabor_parameters(radius))),
         "asperity_tabor": float(max(pair.tabor_parameters(tip))) if humid else median_tabor(specimen),
@@ -106,7 +112,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), refine: in
     attributes = {"recommendation": sentences, "law": automatic_law(result["asperity_tabor"], **kind)}
     out = xr.Dataset(result).set_coords("recommended")
     out = out.assign_attrs(attributes, resolved=_resolved(float(result["pixels_per_contact"])))
-    return schema.record(schema.label(out), "regime", bodies, subregions=subregions, refine=refine)
+    return schema.record(schema.label(out), "regime", bodies, subregions=subregions, mesh=mesh)
 
 
 def _recommended(tabor: float, beyond: float) -> str:
@@ -157,7 +163,7 @@ def _peak_pressure(radius: float, modulus: float, w: float) -> float:
 
 
 def formulas(
-    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = HAMAKER, refine: int = 8
+    ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), law: str = HAMAKER, mesh: int = 8
 ) -> xr.Dataset:
     """Return the pull-off on a scan by the usual formulas, and by the sum over the scan itself.
 
@@ -166,8 +172,8 @@ def formulas(
     ds : Dataset
         A scan with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres at which the scan is summed.
-    law, refine
+        Contact centres at which the scan is summed; by default a grid of 4 × 4.
+    law, mesh
         Options of that sum, see `rigid`.
 
     Returns
@@ -181,6 +187,11 @@ def formulas(
         scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
         ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
 
+    Raises
+    ------
+    ValueError
+        If the scan has no peaks, or the pair no work of adhesion.
+
     Notes
     -----
     The longer of the two scales has wavelengths above four mean distances between summits; "rabinovich_two_scales" is
@@ -189,8 +200,9 @@ def formulas(
 
     References
     ----------
-    Rumpf, Particle Technology (1990); Rabinovich et al., J. Colloid Interface Sci. 232 (2000) 10 and 17; of liquid
-    McFarlane & Tabor, Proc. R. Soc. A 202 (1950) 224; Rabinovich et al., Adv. Colloid Interface Sci. 96 (2002) 213.
+    Rumpf, Particle Technology (1990); Rabinovich et al., J. Colloid Interface Sci. 232 (2000) 10 and 17,
+    doi:10.1006/jcis.2000.7167 and .7168; of liquid McFarlane & Tabor, Proc. R. Soc. A 202 (1950) 224,
+    doi:10.1098/rspa.1950.0096; Rabinovich et al., Adv. Colloid Interface Sci. 96 (2002) 213.
 
     Examples
     --------
@@ -202,14 +214,14 @@ def formulas(
     """
     specimen = need_sphere(ds)
     law = read_law(law, "rigid")
-    summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, refine=refine)
+    summed = rigid(specimen, subregions=subregions, delta=[0.0], law=law, mesh=mesh)
     pull_offs = _humid_formulas if specimen.pair.menisci is not None else _dry_formulas
     result, inputs = pull_offs(specimen, law, _inputs(specimen))
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
     out.attrs["missing"] = "NaN: the scan is too small for wavelengths of four mean distances between summits"
-    return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, refine=refine)
+    return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, mesh=mesh)
 
 
 def _dry_formulas(specimen: Specimen, law: str, inputs: dict[str, float]) -> tuple[dict[str, float], dict[str, float]]:

@@ -50,6 +50,11 @@ def plot(
     -------
     Axes, or an array of several
 
+    Raises
+    ------
+    ValueError
+        If a result has nothing to draw; the message names what to draw instead.
+
     Examples
     --------
     >>> import roughxr
@@ -72,7 +77,7 @@ def plot(
 #: Figures of particular results, each with the variables and dimensions that identify the result.
 _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
     ({"curvature_min", "orientation", "asperity"}, asperity_statistics),
-    ({"relative_error", "entry"}, error_budget),
+    ({"relative_std", "entry"}, error_budget),
     ({"predicted_quantile", "measured_quantile"}, quantiles),
     ({"fitted_work_of_adhesion", "quantile_distance"}, fitted_work),
     ({"remaining", "friction_velocity", "time"}, fraction_remaining),

@@ -45,13 +45,13 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     entry = ds["entry"].values
     columns = [
         100 * ds[name].values if name in ds else np.full(entry.size, np.nan)
-        for name in ("relative_error", "standard_error", "pull_off_change", "remaining_error")
+        for name in ("relative_std", "standard_error", "pull_off_change", "remaining_std")
     ]
     is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
     bars = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
-    total = float(ds["total_error"]) if "total_error" in ds else float(np.sqrt((ds["relative_error"] ** 2).sum()))
-    total_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
-    bars["all of these"] = (100 * total, 100 * total_error, np.nan, np.nan, False, BLACK)
+    total = float(ds["total_std"]) if "total_std" in ds else float(np.sqrt((ds["relative_std"] ** 2).sum()))
+    standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
+    bars["all of these"] = (100 * total, 100 * standard_error, np.nan, np.nan, False, BLACK)
     ax = axes(ax, aspect=0.16 + 0.058 * len(bars))
     longest = 0.0
     for row, (value, error, change, remaining, subtracted, color) in enumerate(bars.values()):

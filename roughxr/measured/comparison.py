@@ -63,6 +63,11 @@ def compare(
         ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
         ``measured_places``.
 
+    Raises
+    ------
+    ValueError
+        If a Dataset has no pull-off forces, none of them is positive, or it has several conditions.
+
     Notes
     -----
     Intervals are those of a bootstrap. Forces that are known by limits enter as in `bootstrap`: intervals hold wherever

@@ -80,8 +80,8 @@ def fit_curve(
     law: str = AUTO,
     adhesion_range: Quantity = 0.3,
     spring_constant: Quantity | None = None,
-    spring_constant_error: float = 0.1,
-    sensitivity_error: float = 0.03,
+    spring_constant_std: float = 0.1,
+    sensitivity_std: float = 0.03,
     confidence: float = 0.95,
 ) -> xr.Dataset:
     """Fit contact modulus and work of adhesion to force-distance curves of a sphere on a flat.
@@ -100,8 +100,8 @@ def fit_curve(
         z₀ of Tabor's parameter (R w²/(E*² z₀³))^{1/3}, nm.
     spring_constant : number or quantity, optional
         N/m, if ``ds`` does not state it.
-    spring_constant_error, sensitivity_error : float
-        Relative standard errors of the spring constant and of the deflection sensitivity.
+    spring_constant_std, sensitivity_std : float
+        Relative standard deviations of the spring constant and of the deflection sensitivity.
     confidence : float
         Of the intervals, between 0 and 1.
 
@@ -137,8 +137,9 @@ def fit_curve(
 
     References
     ----------
-    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301; Derjaguin, Muller & Toporov, J. Colloid Interface Sci.
-    53 (1975) 314; Maugis, J. Colloid Interface Sci. 150 (1992) 243.
+    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301, doi:10.1098/rspa.1971.0141; Derjaguin, Muller & Toporov,
+    J. Colloid Interface Sci. 53 (1975) 314, doi:10.1016/0021-9797(75)90018-1; Maugis, J. Colloid Interface Sci. 150
+    (1992) 243, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------
@@ -158,7 +159,7 @@ def fit_curve(
     radius, reach = positive(sphere_radius, "nm", "sphere_radius"), positive(adhesion_range, "nm", "adhesion_range")
     law = read_law(law, "fit_curve")
     fraction(confidence, "confidence")
-    errors = {"spring_constant_error": spring_constant_error, "sensitivity_error": sensitivity_error}
+    errors = {"spring_constant_std": spring_constant_std, "sensitivity_std": sensitivity_std}
     for name, error in errors.items():
         single(error, "1", name, "a relative error from 0 to below 1", lambda value: 0 <= value < 1)
     recorded, stiffness = recorded_curves(ds, spring_constant)
@@ -300,7 +301,7 @@ def _fit(
     out["fitted_contact_point"] += end
     if hertz is None or out["misfit"] < _MISFIT or hertz.rms > out["force_rms"]:
         return out
-    relative = np.linalg.norm([pull.pull_off_uncertainty / pull.pull_off_force, *errors]) * np.sqrt(level)
+    relative = np.linalg.norm([pull.pull_off_standard_error / pull.pull_off_force, *errors]) * np.sqrt(level)
     return _separate(out, hertz, curve, law, float(relative))
 
 

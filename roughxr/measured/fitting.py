@@ -43,7 +43,7 @@ def fit_pair(
     method: str = "adhesive",
     subregions: Places = None,
     confidence: float = 0.95,
-    force_error: float = 0.0,
+    force_std: float = 0.0,
     extrapolation: xr.Dataset | None = None,
     **options: Any,
 ) -> xr.Dataset:
@@ -63,8 +63,8 @@ def fit_pair(
         need not be the measured places.
     confidence : float
         Of the interval, between 0 and 1.
-    force_error : float
-        Relative standard error that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
+    force_std : float
+        Relative standard deviation that all measured forces share, such as that of a spring constant: 0.1 for 10 %.
     extrapolation : Dataset, optional
         Result of `extrapolated` at these places, with the assigned pair. Predicted forces are multiplied so that their
         mean at the assigned work of adhesion is the extrapolated mean, and the interval contains its uncertainty.
@@ -90,7 +90,7 @@ def fit_pair(
     Notes
     -----
     At the fit, predicted and measured forces have the same mean logarithm. The interval is the likelihood's, with
-    Student's t: it contains the scatter of predicted and measured independent places, ``force_error``, and the mean
+    Student's t: it contains the scatter of predicted and measured independent places, ``force_std``, and the mean
     ``pull_off_error`` of the simulation if there is one. Superposed forces are divided by 0.8, their median ratio to
     the simulation, which lies between 0.3 and 1.4 on nine surfaces of ten.
 
@@ -115,8 +115,8 @@ def fit_pair(
     extrapolation = schema.entered(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")
     fraction(confidence, "confidence")
-    if not 0 <= force_error < 1:
-        raise ValueError(f"force_error: expected a relative error from 0 to below 1, found {force_error!r}")
+    if not 0 <= force_std < 1:
+        raise ValueError(f"force_std: expected a relative error from 0 to below 1, found {force_std!r}")
     read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
     refuse_conditions(measured, "measured")
     forces = samples(measured, "pull_off_force", quiet=True)
@@ -128,14 +128,14 @@ def fit_pair(
     options = {"subregions": METHODS[method][1] if subregions is None else subregions, **options}
     predict = _Prediction(ds, method, options, extrapolation)
     start = float(ds["work_of_adhesion"])
-    fitted = fit_mean(forces, predict, start if start > 0 else 0.1, confidence=confidence, error=force_error)
+    fitted = fit_mean(forces, predict, start if start > 0 else 0.1, confidence=confidence, error=force_std)
     ends = {"fitted_work_low": fitted.low, "fitted_work_high": fitted.high}
     out = xr.Dataset({"fitted_work_of_adhesion": fitted.value, **ends}, {"trial_work_of_adhesion": fitted.values})
     out["quantile_distance"] = ("trial_work_of_adhesion", fitted.distance)
     out = out.assign(spread_ratio=fitted.spread_ratio, force_exponent=fitted.exponent)
     out["modulus_trade"] = _modulus_trade(fitted, predict) if np.isfinite(fitted.value) else np.nan
     law = {"law": predict.options["law"]} if method == "adhesive" else {}
-    out.attrs = {"method": method, **law, "confidence": confidence, "force_error": force_error}
+    out.attrs = {"method": method, **law, "confidence": confidence, "force_std": force_std}
     out.attrs["measured_from"] = str(measured.attrs.get("source_file", ""))
     out.attrs["missing"] = "NaN where the work of adhesion is beyond the values solved"
     if forces.bounds is not None:
@@ -145,7 +145,7 @@ def fit_pair(
     best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
-    given = {"confidence": confidence, "force_error": force_error}
+    given = {"confidence": confidence, "force_std": force_std}
     return schema.record(schema.label(out), "fit_pair", ds, method=method, **given, **options)
 
 
@@ -162,7 +162,7 @@ def _fine_roughness(extrapolation: xr.Dataset | None) -> tuple[float, float]:
         return 1.0, 0.0
     if "roughness_factor" not in extrapolation or np.isnan(extrapolation["roughness_factor"]):
         raise ValueError("extrapolation: expected a result of `extrapolated`, found no roughness_factor")
-    return float(extrapolation["roughness_factor"]), float(extrapolation["relative_error"].sel(entry=UNSEEN))
+    return float(extrapolation["roughness_factor"]), float(extrapolation["relative_std"].sel(entry=UNSEEN))
 
 
 class _Prediction:

@@ -99,7 +99,7 @@ class _Retraction(NamedTuple):
     """The results of one retraction, by their names in a Dataset."""
 
     pull_off_force: float = np.nan
-    pull_off_uncertainty: float = np.nan
+    pull_off_standard_error: float = np.nan
     pull_off_at_most: float = np.nan
     pull_off_at_least: float = np.nan
     pull_off_distance: float = np.nan
@@ -133,7 +133,7 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     Returns
     -------
     Dataset
-        Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_uncertainty``, its standard
+        Along ``subregion``: ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_standard_error``, its standard
         error due to noise and baseline; ``pull_off_at_most``, the limit of a curve whose pull does not exceed both, and
         ``pull_off_at_least``, that of a curve whose detector is saturated, NaN for all others; ``pull_off_distance``
         (nm), from zero force to the largest tension, less the bending of the cantilever if its spring constant is
@@ -267,7 +267,7 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     minimum, own_error = _minimum(z, flat, lowest, line.noise)
     if _is_saturated(force, lowest, z <= line.end):
         return result._replace(pull_off_at_least=-minimum, reason=_SATURATED)
-    result = result._replace(pull_off_force=-minimum, pull_off_uncertainty=float(np.hypot(own_error, pull.error)))
+    result = result._replace(pull_off_force=-minimum, pull_off_standard_error=float(np.hypot(own_error, pull.error)))
     if zero is None:
         return result
     return result._replace(

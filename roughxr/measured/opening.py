@@ -41,7 +41,7 @@ def open_pull_off(
     path: str | os.PathLike | Sequence[str | os.PathLike],
     *,
     channel: str | int | None = None,
-    direction: str | None = None,
+    scan_direction: str | None = None,
     size: Quantities | None = None,
     units: str | None = None,
     place_units: str | None = None,
@@ -59,7 +59,7 @@ def open_pull_off(
         decides, not the extension. Several files are read with the same options and concatenated.
     channel : str or int, optional
         Name of the column, or name or number of the image; needed if there is more than one candidate.
-    direction : {"trace", "retrace"}, optional
+    scan_direction : {"trace", "retrace"}, optional
         For an image; by default the forward image if there are both.
     size : length or pair of lengths, optional
         For an image whose file does not state it; with it, a text file of bare numbers is read as an image.
@@ -102,7 +102,7 @@ def open_pull_off(
     (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]))
     """
     given = Calibration(units, sensitivity, spring_constant, pulls)
-    image = _Selection(channel, direction, size)
+    image = _Selection(channel, scan_direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
     ds = _concatenated(paths, [_read_file(files.regular_file(file), image, place_units, given) for file in paths])
     options = {**image._asdict(), **given._asdict(), "place_units": place_units}
@@ -137,7 +137,7 @@ class _Selection(NamedTuple):
     """Which image or column of a file to read."""
 
     channel: str | int | None
-    direction: str | None
+    scan_direction: str | None
     size: Any
 
 
@@ -159,7 +159,7 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, given: Ca
         code, channels = files.images(path, family, read)
         with files.recognized(path, code):
             chosen = with_vendor_scale(
-                path, channels, _adhesion(channels, image.channel, image.direction, path), family
+                path, channels, _adhesion(channels, image.channel, image.scan_direction, path), family
             )
             ds = _read_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
     return _with_source(path, ds)
@@ -204,7 +204,7 @@ def _is_matrix(path: Path) -> bool:
 
 
 def _read_force_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
-    schema.refuse_unused("a table", direction=image.direction, size=image.size)
+    schema.refuse_unused("a table", scan_direction=image.scan_direction, size=image.size)
     columns = files.guarded(path, read_table, path, pull_offs=True)
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, given)
@@ -243,7 +243,7 @@ def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, give
 def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path: Path) -> Channel:
     """Return the requested image, by default the only image of adhesion."""
     if direction is not None:
-        schema.one_of(direction, ("trace", "retrace"), "direction")
+        schema.one_of(direction, ("trace", "retrace"), "scan_direction")
     if channel is None:
         fitting = [candidate for candidate in channels if "adhes" in candidate.name.lower()]
         fitting = fitting or [candidate for candidate in channels if converts(candidate.units, "nN")]
@@ -273,5 +273,5 @@ def _read_image(path: Path, channel: Channel, size: Any, given: Calibration) -> 
     ds = map_samples(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
     ds = ds.assign_coords(subregion=np.arange(values.size))
     return ds.assign_attrs(
-        measured="adhesion image", channel=channel.name, direction=channel.direction or "not stated", **how
+        measured="adhesion image", channel=channel.name, scan_direction=channel.direction or "not stated", **how
     )

@@ -44,7 +44,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
 
     References
     ----------
-    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1; LAMMPS manual, pair_style granular.
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1, doi:10.1016/S0021-8502(00)00063-X; LAMMPS manual, pair_style granular.
 
     Examples
     --------

@@ -82,7 +82,7 @@ def for_each_condition(function: Verb) -> Verb:
 @for_each_condition
 def critical_load(
     ds: xr.Dataset,
-    load: str = "wall_shear",
+    cause: str = "wall_shear",
     *,
     direction: Quantity = 0.0,
     particle_density: Quantity | None = None,
@@ -90,19 +90,19 @@ def critical_load(
     friction_coefficient: Quantity | None = None,
     shear_strength: Quantity | None = None,
 ) -> xr.Dataset:
-    """Return the smallest strength of a load at which the sphere detaches at each place, and the mode of detachment.
+    """Return the strength of a flow, tilt, rotation or vibration that detaches the sphere, and the mode, at each place.
 
     Parameters
     ----------
     ds : Dataset
         Result of `rolling`, or of `vary` over it, for example for spheres of several radii.
-    load : {"wall_shear", "tilt", "centrifuge", "vibration"}
+    cause : {"wall_shear", "tilt", "centrifuge", "vibration"}
         "centrifuge" pulls away from the wall, "vibration" shakes along it.
     direction : number, quantity or "weakest"
-        Direction of the load, rad from x towards y; "weakest": the direction of the least resisting moment at each
+        Direction in which it acts, rad from x towards y; "weakest": the direction of the least resisting moment at each
         place, the first of several equal ones.
     particle_density : number or quantity, optional
-        kg/m³, for its weight; without it the sphere is weightless in a flow, and other loads are refused.
+        kg/m³, for its weight; without it the sphere is weightless in a flow, and other causes are refused.
     flow : {"air", "water"} or Flow
         The fluid, at 20 °C, or a `Flow` of your own.
     friction_coefficient, shear_strength : number or quantity, optional
@@ -114,9 +114,14 @@ def critical_load(
     Dataset
         ``critical_friction_velocity`` (m/s), ``critical_acceleration`` (m/s²) or ``critical_angle`` (rad); ``mode``,
         the first to occur: roll, slide or lift. NaN if no strength suffices (``mode`` "none"), without contact ("no
-        contact"), or if the sphere rolls off without a load ("no rest"). ``in_range``: whether all formulas of the load
+        contact"), or if the sphere rolls off by itself ("no rest"). ``in_range``: whether all formulas of drag and lift
         are valid at this strength, in wall shear up to r⁺ = 1. ``critical_load_error``: the relative error by those
         stated of levers and pull-off forces; NaN without any, as from asperities.
+
+    Raises
+    ------
+    ValueError
+        If ``ds`` has no resting moments, a density is missing, or both ways to slide are stated.
 
     Notes
     -----
@@ -132,24 +137,24 @@ def critical_load(
     >>> found.critical_friction_velocity.units, set(found["mode"].values.tolist())
     ('m/s', {'roll'})
     """
-    kind = LOADS[schema.one_of(load, LOADS, "load")]
+    kind = LOADS[schema.one_of(cause, LOADS, "cause")]
     body = read_body(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
-        raise ValueError("particle_density: expected a density in kg/m³ for this load, found none")
+        raise ValueError("particle_density: expected a density in kg/m³ for this cause, found none")
     limit = read_resistance(ds, direction, friction_coefficient, shear_strength)
     strength, mode = critical_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
     if restless := int((mode == NO_REST).sum()):
         warn(
-            f"{restless} of {mode.size} places are no resting positions: without a load the sphere rolls off, and "
+            f"{restless} of {mode.size} places are no resting positions: the sphere rolls off by itself, and "
             f"{kind.critical} is NaN; take places of `resting`"
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     values["critical_load_error"] = _strength_error(kind, body, limit, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
-    out.attrs = {"load": load, "missing": _MISSING, "comment": scope_words(ds)}
-    arguments = {"load": load, "direction": direction, "particle_density": particle_density}
+    out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds)}
+    arguments = {"cause": cause, "direction": direction, "particle_density": particle_density}
     arguments |= fluid_arguments(body)
     arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "critical_load", ds, **arguments)
@@ -176,7 +181,7 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     The adhesive part of the moment is scaled by the ratio of the pull-off forces at each place.
     """
     force = pull_off["pull_off_force"]
-    load = float(ds.attrs.get("load", 0.0))
+    load = float(ds.attrs.get("normal_force", 0.0))
     scale = xr.DataArray(force.values / ds["pull_off_force"].values, dims="subregion")
     columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_force": load}
     changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
@@ -252,7 +257,7 @@ def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, s
         share=np.cos(angles[None, :] - towards[:, None]),
         pull_off=np.nan_to_num(ds["pull_off_force"].values),
         area=ds["contact_area"].values,
-        load=float(ds.attrs.get("load", 0.0)),
+        load=float(ds.attrs.get("normal_force", 0.0)),
         friction=_physical(friction_coefficient, "1", "friction_coefficient"),
         strength=_physical(shear_strength, "GPa", "shear_strength"),
         known=np.isfinite(moment).all(axis=1),

@@ -92,7 +92,7 @@ def rock_n_roll(
 
     References
     ----------
-    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1, doi:10.1016/S0021-8502(00)00063-X.
 
     Examples
     --------

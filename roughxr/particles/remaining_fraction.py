@@ -62,9 +62,14 @@ def resuspension(
         ``remaining_high``; ``remaining_at_place``, the probability at each place, NaN without contact or if the sphere
         does not rest; ``in_range``, as in `critical_load`.
 
+    Raises
+    ------
+    ValueError
+        If ``ds`` has no resisting moments, or the sphere rests at no place.
+
     References
     ----------
-    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1.
+    Reeks & Hall, J. Aerosol Sci. 32 (2001) 1, doi:10.1016/S0021-8502(00)00063-X.
 
     Examples
     --------

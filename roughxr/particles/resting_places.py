@@ -58,6 +58,11 @@ def resting(
         ``truncated``, where the scan's edge is nearer than the farthest support. The attribute ``share_off_scan`` is
         the share of spheres that roll off the scan. Empty, with a warning, where there is no resting position.
 
+    Raises
+    ------
+    ValueError
+        If no sphere is assigned, or the scan has missing pixels.
+
     Notes
     -----
     Bodies are rigid here, and the sphere rolls down without slip, inertia or adhesion. Heights between pixels are

@@ -61,21 +61,21 @@ def simulated_moments(
     place is small. A law without range takes the steeper edge's results.
     """
     step = _STEP * usual_step(specimen)
-    mesh = Mesh(int(solved["refinement"].max()), step=step)
+    mesh = Mesh(int(solved["mesh"].max()), step=step)
     problem, adhesion = preload_problem(specimen, preload=preload, law=solved.attrs["law"], mesh=mesh)
     arguments = []
     for k in range(solved.sizes["subregion"]):
         place = solved.isel(subregion=[k])
         deepest = float(np.ravel(place["preload_delta"].values)[0]) + _FARTHER_STEPS * step
         steps = np.array([deepest]) if np.isfinite(deepest) else problem.steps
-        place_problem = problem._replace(steps=steps, refine=int(place["refinement"].max()))
+        place_problem = problem._replace(steps=steps, refine=int(place["mesh"].max()))
         (placed,), _ = placed_at(specimen, place, window_half_width(specimen, place_problem, adhesion))
         arguments.append((*placed, place_problem, adhesion))
     layout = states_layout(2 * np.pi * np.arange(directions) / directions)
     records = spread.task_results(_moments_at, arguments, layout.dtype, layout, name="moments")
     positions = xr.Dataset(coords={name: solved[name] for name in ("subregion_x", "subregion_y")})
     out = labelled(records, layout, specimen.bodies, positions)
-    out.attrs = {"method": "adhesive", "load": 0.0, "missing": MISSING["adhesive"]}
+    out.attrs = {"method": "adhesive", "normal_force": 0.0, "missing": MISSING["adhesive"]}
     return _recorded(out, specimen, solved, "simulated_moments", directions)
 
 

@@ -157,7 +157,7 @@ def _resolution(run: Run) -> Iterator[str]:
     """Yield cautions on contacts smaller than two pixels, and on asperities sharper than the tip."""
     solved = run.get("solutions/adhesive", xr.Dataset())
     if "pull_off_resolution" in solved:
-        pixels = float((solved["pull_off_resolution"] / solved["refinement"]).median())
+        pixels = float((solved["pull_off_resolution"] / solved["mesh"]).median())
         if pixels < 2:
             yield (
                 f"At pull-off the smallest relevant contact has a radius of {number(pixels, digits=2)} pixels (median "
@@ -166,7 +166,7 @@ def _resolution(run: Run) -> Iterator[str]:
     if BUDGET not in run or "asperities" not in run:
         return
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
-    tip_error = run[BUDGET]["relative_error"].sel(entry="tip radius")  # unknown for a scan that no such tip has made
+    tip_error = run[BUDGET]["relative_std"].sel(entry="tip radius")  # unknown for a scan that no such tip has made
     if sharp >= _UNRESOLVED_SHARE and bool(tip_error.notnull()):
         yield (
             f"{percent(sharp)} of the asperities are sharper than a tip of {TIP_RADIUS:g} nm radius can "

@@ -154,7 +154,7 @@ def _simulation_facts(run: Run) -> list[tuple[str, str]]:
         places += f", {number(independent, digits=2)} of them independent"
     return [
         ("law of adhesion", law),
-        ("mesh", f"{attrs['refine']} × {attrs['refine']} cells a pixel"),
+        ("mesh", f"{attrs['mesh']} × {attrs['mesh']} cells a pixel"),
         ("preload", number(float(preload), "nN")),
         ("places", places),
     ]

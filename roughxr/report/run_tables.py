@@ -193,11 +193,11 @@ def budget_table(run: Run) -> pd.DataFrame:
     The change of the total is the sum of all known biases.
     """
     budget = full_budget(run)
-    values = (budget[name].values for name in ("relative_error", "standard_error", "pull_off_change", "how"))
+    values = (budget[name].values for name in ("relative_std", "standard_error", "pull_off_change", "how"))
     rows = {str(name): _budget_row(*row) for name, *row in zip(budget["entry"].values, *values)}
     shift = float(budget["pull_off_corrected"] / budget["pull_off_mean"]) - 1
     how = f"root of the sum of squares. {budget.attrs.get('decided', '')}".strip()
-    rows["all of these"] = _budget_row(float(budget["total_error"]), float(budget["total_standard_error"]), shift, how)
+    rows["all of these"] = _budget_row(float(budget["total_std"]), float(budget["total_standard_error"]), shift, how)
     columns = ["error [%]", "change [%]", "how it was computed"]
     return pd.DataFrame.from_dict(rows, orient="index", columns=columns).rename_axis("entry")
 
@@ -208,10 +208,10 @@ def full_budget(run: Run) -> xr.Dataset:
     if best_estimate(run) is None:
         return budget
     estimate = run["statistics/extrapolated"]
-    unseen = float(estimate["relative_error"].sel(entry=UNSEEN))
+    unseen = float(estimate["relative_std"].sel(entry=UNSEEN))
     finest = number(estimate.attrs["finest_shown"], "nm", 2)
     row = {
-        "relative_error": unseen,
+        "relative_std": unseen,
         "standard_error": np.nan,
         "pull_off_change": np.nan,
         "known_bias": False,
@@ -221,12 +221,10 @@ def full_budget(run: Run) -> xr.Dataset:
     added = xr.Dataset({name: ("entry", [value]) for name, value in row.items()}, {"entry": [UNSEEN]})
     out = xr.concat([entries.drop_vars(set(entries.coords) - {"entry"}), added], "entry")
     out = out.assign({name: budget[name] for name in ("pull_off_corrected", "pull_off_mean")})
-    total = np.hypot(float(budget["total_error"]), unseen)
-    total_deviation = float(budget["total_standard_error"]) * float(budget["total_error"]) / total
-    without = f"Without unseen roughness it is {percent(budget['total_error'])}. {budget.attrs.get('decided', '')}"
-    return out.assign(total_error=total, total_standard_error=total_deviation).assign_attrs(
-        budget.attrs, decided=without
-    )
+    total = np.hypot(float(budget["total_std"]), unseen)
+    total_deviation = float(budget["total_standard_error"]) * float(budget["total_std"]) / total
+    without = f"Without unseen roughness it is {percent(budget['total_std'])}. {budget.attrs.get('decided', '')}"
+    return out.assign(total_std=total, total_standard_error=total_deviation).assign_attrs(budget.attrs, decided=without)
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:

@@ -93,8 +93,8 @@ def run_summary(run: Run) -> xr.Dataset:
         return xr.Dataset(attrs={"missing": _NOISE})
     out = mean_pull_off(pull_off).load()
     if BUDGET in run:
-        entries = HALF_WIDTH * run[BUDGET]["relative_error"].fillna(0.0)
-        total = HALF_WIDTH * float(run[BUDGET]["total_error"])
+        entries = HALF_WIDTH * run[BUDGET]["relative_std"].fillna(0.0)
+        total = HALF_WIDTH * float(run[BUDGET]["total_std"])
         out = out.assign(total_error=total, largest_error=float(entries.max()))
         out.attrs["known_bias"] = 1 - float(run[BUDGET]["pull_off_corrected"] / run[BUDGET]["pull_off_mean"])
         out.attrs["largest_source"] = str(entries["entry"][int(np.argmax(entries.values))].item())

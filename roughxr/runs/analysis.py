@@ -133,7 +133,7 @@ def run(
     output : path
         A folder, or a file ending in ``.nc`` for the archive alone, whose tables are printed.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres, see `regions.centres`.
+        Contact centres, see `regions.centres`; by default a grid of 8 × 8.
     particle : bool
         Whether the sphere is a free particle instead of a fixed probe: from each place of ``subregions`` it rolls to a
         resting position and is solved there, weighted by the share of places that lead to this position (`resting`).
@@ -160,6 +160,12 @@ def run(
     dict of str to Dataset
         The groups of the archive. Subregions are solved on the active ``distributed.Client``, on the scheduler that
         ``dask.config.set(scheduler=…)`` names, or else on threads.
+
+    Raises
+    ------
+    ValueError
+        If the sphere does not fit the scan, levelling, law or mesh is not among those listed, or no place has a pull-
+        off.
 
     Examples
     --------
@@ -378,7 +384,7 @@ def _error_budget(task: Task) -> dict[str, xr.Dataset]:
     plan = task.plan
     scan = task.specimen.scan
     solved = task.groups["solutions/adhesive"]
-    mesh = replace(plan.mesh, refine=solved.attrs["refine"], accuracy=None)
+    mesh = replace(plan.mesh, cells=solved.attrs["mesh"], accuracy=None)
     finer = task.groups.get("solutions/finer")
     out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
     how = {"preload": plan.preload, "mesh": mesh, "places": plan.budget, "law": solved.attrs["law"]}
@@ -434,7 +440,7 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
         # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
         warnings.simplefilter("ignore", UnresolvedContact)
         sampled = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
-        if plan.mesh.refine == "auto":
+        if plan.mesh.cells == "auto":
             mesh, finer = _converged_mesh(specimen, plan, sampled, stages)
         elif sampled["subregions"].sizes["subregion"] < task.places:
             _need_pull_off(first := adhesive(specimen, mesh=mesh, **sampled))
@@ -462,7 +468,7 @@ def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
     margin = _CURVE_MARGIN * max(high - low, 0.1 * abs(low))
     deltas = np.round(np.linspace(low - margin, high + margin, _CURVE_POINTS), 4)
     median_place = adhering.sortby("pull_off_force").isel(subregion=[adhering.sizes["subregion"] // 2])
-    mesh = replace(task.plan.mesh, refine=int(median_place["refinement"].max()), accuracy=None)
+    mesh = replace(task.plan.mesh, cells=int(median_place["mesh"].max()), accuracy=None)
     how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
     sample = regions.sample(adhering, _CURVE_PLACES)
     at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
@@ -531,7 +537,7 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
     coarse = adhesive(specimen, mesh=mesh, **options)
     _need_pull_off(coarse)
     _show_answer(coarse, specimen, stages)
-    n = int(coarse["refinement"].max())
+    n = int(coarse["mesh"].max())
     checked_mesh: tuple[Mesh, Any] = mesh, None
     while 2 * n <= MOST_REFINED:
         try:
@@ -544,7 +550,7 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
         if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
             return mesh, finer
         checked_mesh = mesh, finer
-        mesh = replace(mesh, refine=2 * n)
+        mesh = replace(mesh, cells=2 * n)
         coarse = finer
         n = 2 * n
     return checked_mesh
@@ -553,14 +559,14 @@ def _converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], sta
 def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     """Return the force between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
     specimen = task.specimen
-    refine = int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
+    mesh = int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
     # without warnings about the cell size, which the report gives for all methods
-    summed = without_warnings(rigid, specimen, delta=[0.0], refine=refine, **task.options)
+    summed = without_warnings(rigid, specimen, delta=[0.0], mesh=mesh, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": without_warnings(pull_off, summed)}
     if task.has_sphere and not task.is_coated:
         sampled = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
-        groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, refine=refine)
-        groups["statistics/formulas"] = without_warnings(formulas, specimen, subregions=sampled, refine=refine)
+        groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, mesh=mesh)
+        groups["statistics/formulas"] = without_warnings(formulas, specimen, subregions=sampled, mesh=mesh)
     return groups
 
 

@@ -28,7 +28,7 @@ class RoughxrBackend(BackendEntrypoint):
     """
 
     description = "AFM images as scans in nm (Bruker, Asylum, Park, JPK, Gwyddion, text, NetCDF and others)"
-    open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "direction", "size", "height_units")
+    open_dataset_parameters = ("filename_or_obj", "drop_variables", "channel", "scan_direction", "size", "height_units")
 
     def guess_can_open(self, filename_or_obj: Any) -> bool:
         """Return whether a file is that of a microscope, so that ``xr.open_dataset`` needs no engine."""
@@ -40,12 +40,14 @@ class RoughxrBackend(BackendEntrypoint):
         *,
         drop_variables: str | Iterable[str] | None = None,
         channel: str | int | None = None,
-        direction: str | None = None,
+        scan_direction: str | None = None,
         size: Any = None,
         height_units: str | None = None,
     ) -> xr.Dataset:
         """Return the scan in a file; the options are those of :func:`open_scan`."""
-        ds = read_scan(filename_or_obj, channel=channel, direction=direction, size=size, height_units=height_units)
+        ds = read_scan(
+            filename_or_obj, channel=channel, scan_direction=scan_direction, size=size, height_units=height_units
+        )
         dropped = [drop_variables] if isinstance(drop_variables, str) else list(drop_variables or ())
         out = ds.drop_vars(dropped, errors="ignore")
         out.set_close(ds.close)  # a new object from xarray does not keep the old one's close
@@ -56,7 +58,7 @@ def open_scan(
     path: str | os.PathLike,
     *,
     channel: str | int | None = None,
-    direction: str | None = None,
+    scan_direction: str | None = None,
     size: Quantities | None = None,
     height_units: str | None = None,
     chunks: Any = None,
@@ -71,7 +73,7 @@ def open_scan(
     channel : str or int, optional
         Name (case and direction do not matter) or number of the image, in HDF5 the path of a matrix; by default the
         first image of heights, with a warning that lists other candidates, such as the frames of a movie.
-    direction : {"trace", "retrace"}, optional
+    scan_direction : {"trace", "retrace"}, optional
         By default the forward image if there are both.
     size : length or pair of lengths, optional
         Along x and y, as nm or as text such as ``"5 um"``; for files that do not state it, and only those.
@@ -112,5 +114,10 @@ def open_scan(
     >>> scan.height.sel(x=125, y=75).item(), scan.x.values
     (2.5, array([ 25.,  75., 125.]))
     """
-    options: dict[str, Any] = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
+    options: dict[str, Any] = {
+        "channel": channel,
+        "scan_direction": scan_direction,
+        "size": size,
+        "height_units": height_units,
+    }
     return xr.open_dataset(path, engine=RoughxrBackend, chunks=chunks, **options)

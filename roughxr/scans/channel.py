@@ -163,13 +163,13 @@ _STATE_UNITS = "if these are heights, state their units, height_units="
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
     """Return the channel with this name or number and direction; by default the first image of heights."""
     if direction not in (None, "trace", "retrace"):
-        raise ValueError(f"direction: expected 'trace' or 'retrace', found {direction!r}")
+        raise ValueError(f"scan_direction: expected 'trace' or 'retrace', found {direction!r}")
     fitting = channels_in_direction(channels_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         number = "several" if fitting else "none"
         advice = "choose one by name or number, channel=" if any(c.units for c in channels) else _STATE_UNITS
         wanted = "an image of heights" if channel is None else f"channel {channel!r}"
-        wanted += f" with direction {direction!r}" if direction else ""
+        wanted += f" with scan_direction {direction!r}" if direction else ""
         raise UnreadableScan(path, f"expected {wanted}, found {number} among {listing(channels)}; {advice}")
     first = fitting[0]
     if not first.is_length:

@@ -66,7 +66,7 @@ def open_container(path: str | os.PathLike) -> list[xr.Dataset]:
     References
     ----------
     Röttger et al., Contact.engineering: create, analyze and publish digital surface twins from topography measurements
-    across many scales, Surf. Topogr.: Metrol. Prop. 10 (2022) 035032.
+    across many scales, Surf. Topogr.: Metrol. Prop. 10 (2022) 035032, doi:10.1088/2051-672X/ac860a.
 
     Examples
     --------

@@ -18,7 +18,19 @@ from .files import file_hash, guarded, labelled, list_channels, reader_of, regul
 from .levelling import level
 from .plausibility import ImplausibleScan, doubts
 
-_COLUMNS = ("name", "direction", "units", "columns", "rows", "size_x", "size_y", "missing", "lowest", "highest", "s_q")
+_COLUMNS = (
+    "name",
+    "scan_direction",
+    "units",
+    "columns",
+    "rows",
+    "size_x",
+    "size_y",
+    "missing",
+    "lowest",
+    "highest",
+    "s_q",
+)
 
 
 def describe(path: str | os.PathLike) -> xr.Dataset:
@@ -31,7 +43,8 @@ def describe(path: str | os.PathLike) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Name, direction and units of each image, its shape and size (nm), and, of heights, their range and roughness.
+        Name, scan direction and units of each image, its shape and size (nm), and, of heights, their range and
+        roughness.
 
     Raises
     ------
@@ -66,7 +79,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
     values = channel.read()
     row: dict[str, Any] = {
         "name": channel.name,
-        "direction": channel.direction or "not stated",
+        "scan_direction": channel.direction or "not stated",
         "units": channel.units or "not stated",
         "columns": channel.shape[1],
         "rows": channel.shape[0],

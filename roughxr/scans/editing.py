@@ -29,6 +29,11 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     Dataset
         The history contains the number of filled pixels. The heights of a lazy scan are loaded.
 
+    Raises
+    ------
+    ValueError
+        If ``method`` is not among those listed, or all heights are missing.
+
     Examples
     --------
     >>> import roughxr

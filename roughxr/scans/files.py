@@ -138,7 +138,7 @@ def _netcdf_channels(path: Path) -> list[Channel]:
             shape = (ds.sizes["y"], ds.sizes["x"])
             steps = pixel(ds)
             size = (steps[0] * shape[1], steps[1] * shape[0])
-            direction = str(ds.attrs.get("direction", ""))
+            direction = str(ds.attrs.get("scan_direction", ""))
         channels.append(Channel(name, "nm", shape, size, "nm", partial(_netcdf_rows, path, name), direction))
     return channels
 
@@ -152,7 +152,7 @@ def read_scan(
     path: Any,
     *,
     channel: str | int | None = None,
-    direction: str | None = None,
+    scan_direction: str | None = None,
     size: Any = None,
     height_units: str | None = None,
 ) -> xr.Dataset:
@@ -161,17 +161,17 @@ def read_scan(
     if size is None:  # with a size the file is a matrix of numbers
         refuse_curves(path)
     family, read = reader_of(path)
-    options = {"channel": channel, "direction": direction, "size": size, "height_units": height_units}
+    options = {"channel": channel, "scan_direction": scan_direction, "size": size, "height_units": height_units}
     if family == "netcdf":
         with recognized(path, family):
             return _labelled_netcdf(path, options)
     code, channels = images(path, family, read)
     with recognized(path, code):
-        chosen = choose(_with_units(channels, height_units, path), channel, direction, path)
+        chosen = choose(_with_units(channels, height_units, path), channel, scan_direction, path)
         chosen = with_size(chosen, size, path)
         ds = labelled(chosen, guarded(path, chosen.read), path)
     ds.attrs.update(_origin(path, code, chosen, channels))
-    tie = ambiguity_warning(channels, chosen, direction) if channel is None else ""
+    tie = ambiguity_warning(channels, chosen, scan_direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
         warn(f"{file_name(path)}: {doubt}", ImplausibleScan)
     return record(ds, "open_scan", file=file_name(path), **options)
@@ -180,7 +180,7 @@ def read_scan(
 def _labelled_netcdf(path: Path, options: dict[str, Any]) -> xr.Dataset:
     """Return a NetCDF file's scan, not read yet; roughxr's own files keep their history and origin."""
     opened = guarded(path, open_netcdf, path, channel=options["channel"])
-    stated = [option for option in ("direction", "size", "height_units") if options[option] is not None]
+    stated = [option for option in ("scan_direction", "size", "height_units") if options[option] is not None]
     if stated:
         opened.close()
         raise ValueError(f"{stated[0]}: a NetCDF file states it itself; leave {stated[0]}= out")
@@ -298,7 +298,7 @@ def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> 
         "source_size_x": chosen.size[0],
         "source_size_y": chosen.size[1],
         "channel": chosen.name,
-        "direction": chosen.direction or "not stated",
+        "scan_direction": chosen.direction or "not stated",
         "channels": listing(channels),
         "pixel_registration": "center",
         "header": "\n".join(f"{name}: {' '.join(str(value).split())}" for name, value in flat(header).items()),

@@ -24,7 +24,14 @@ from .spectra import ring_means
 _FIT_BAND = 5.0
 
 #: Variables of `self_affine_fit`, in the order of the first fields of ``Spectrum``.
-_NAMES = ("psd_plateau", "rolloff_wavelength", "hurst_exponent", "shortest_wavelength", "psd_error", "hurst_error")
+_NAMES = (
+    "psd_plateau",
+    "rolloff_wavelength",
+    "hurst_exponent",
+    "shortest_wavelength",
+    "psd_standard_error",
+    "hurst_standard_error",
+)
 
 #: Coefficients of a windowed spectrum for each independent one: q and −q are equal, and neighbours are correlated.
 _REPEATED = 4.0
@@ -47,7 +54,7 @@ class Spectrum(NamedTuple):
     hurst: float
     shown: float  # nm
     error: float = 0.0  # of ln C(q) at the shortest wavelength shown
-    hurst_error: float = 0.0  # the error of ln C grows by twice this for each factor e below that wavelength
+    hurst_standard_error: float = 0.0  # the error of ln C grows by twice this for each factor e below that wavelength
     tilt: float = 0.0  # shift of ln C(q), in these standard errors
     measured: tuple[np.ndarray, np.ndarray] | None = None  # ln q and ln C, used within their range
     lay: complex = 0.0  # see `lay_factor`
@@ -64,7 +71,7 @@ class Spectrum(NamedTuple):
         if self.measured is not None:
             density = np.where(np.log(q) <= log_end, np.exp(np.interp(np.log(q), *self.measured)), density)
         shorter = np.maximum(np.log(q) - log_end, 0.0)
-        return density * np.exp(self.tilt * (self.error + 2 * self.hurst_error * shorter))
+        return density * np.exp(self.tilt * (self.error + 2 * self.hurst_standard_error * shorter))
 
     def directional_density(self, kx, ky):
         """Return C(kx, ky), nm⁴, with the lay of the wavelengths that the scan shows."""
@@ -88,8 +95,8 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
     -------
     Dataset
         ``hurst_exponent``, ``rolloff_wavelength`` (nm), ``psd_plateau`` (nm⁴) and the ``shortest_wavelength`` (nm) of
-        the fit; ``psd_error``, the standard error of ln C at the shortest wavelength, and ``hurst_error``, the standard
-        error of H below it. ``lay_strength``, 0 if no direction differs significantly, and ``lay_direction`` (°), the
+        the fit; ``psd_standard_error``, that of ln C at the shortest wavelength, and ``hurst_standard_error``, that of
+        H below it. ``lay_strength``, 0 if no direction differs significantly, and ``lay_direction`` (°), the
         direction of grooves. NaN if the scan is flat or every part has missing pixels.
 
     Notes
@@ -100,7 +107,7 @@ def self_affine_fit(ds: xr.Dataset, *, hurst: float | None = None, shown: Quanti
 
     References
     ----------
-    Persson et al., J. Phys.: Condens. Matter 17 (2005) R1.
+    Persson et al., J. Phys.: Condens. Matter 17 (2005) R1, doi:10.1088/0953-8984/17/1/R01.
 
     Examples
     --------
@@ -185,7 +192,7 @@ def add_fine_roughness(
     *,
     shortest: Quantity,
     seed: int,
-    refine: int | None = None,
+    mesh: int | None = None,
     spectrum: xr.Dataset | None = None,
 ) -> xr.Dataset:
     """Return the scan on smaller pixels, with roughness added below the shortest wavelength that it shows.
@@ -200,7 +207,7 @@ def add_fine_roughness(
     seed : int
         The same seed gives the same roughness at the same x, y on any pixels. A smaller ``shortest`` adds finer
         roughness to it.
-    refine : int, optional
+    mesh : int, optional
         Cells along a side of each pixel; by default the shortest wavelength spans four cells.
     spectrum : Dataset, optional
         Result of `self_affine_fit` for another scan, by default for this one; or a measured spectrum,
@@ -224,9 +231,9 @@ def add_fine_roughness(
     side = min(pixel(scan))
     shortest = positive(shortest, "nm", "shortest")
     seed = whole_number(seed, "seed", least=0)
-    n = int(np.ceil(_CELLS * side / shortest)) if refine is None else whole_number(refine, "refine", least=1)
+    n = int(np.ceil(_CELLS * side / shortest)) if mesh is None else whole_number(mesh, "mesh", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
-        raise ValueError(f"refine: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
+        raise ValueError(f"mesh: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
     finite(scan["height"].values)
     model = known_spectrum(self_affine_fit(scan))
     if spectrum is not None:
@@ -236,7 +243,7 @@ def add_fine_roughness(
     out, added = with_fine_roughness(scan, model, shortest, seed, n)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     made = {f"fine_{name}": value for name, value in made.items()}
-    arguments = {"shortest": shortest, "seed": seed, "refine": n}
+    arguments = {"shortest": shortest, "seed": seed, "mesh": n}
     return record(label(out.assign_attrs({**scan.attrs, **made})), "add_fine_roughness", **arguments)
 
 

@@ -40,6 +40,11 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     Dataset
         The same scan with new heights: of zero mean (polynomials) or zero median (lines) over the background.
 
+    Raises
+    ------
+    ValueError
+        If too few heights are neither missing nor excluded, or ``exclude`` belongs to another region.
+
     Examples
     --------
     >>> import roughxr

@@ -34,6 +34,11 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
         longer than the scan; ``s_k``, ``s_pk``, ``s_vk`` (nm) of the material ratio curve. Size and pixel are
         coordinates, origin and levelling history attributes. Lazy if the scan is.
 
+    Raises
+    ------
+    ValueError
+        If ``ds`` is no scan, or has too few heights to level.
+
     Notes
     -----
     ISO 25178-2:2021. s_ku is 3 for Gaussian heights. Slopes are differences

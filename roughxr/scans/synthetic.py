@@ -53,8 +53,8 @@ def self_affine(
 
     References
     ----------
-    Persson et al., On the nature of surface roughness, J. Phys.: Condens. Matter 17 (2005) R1, for the spectrum;
-    the smooth crossover is the K-correlation model.
+    Persson et al., On the nature of surface roughness, J. Phys.: Condens. Matter 17 (2005) R1,
+    doi:10.1088/0953-8984/17/1/R01, for the spectrum; the smooth crossover is the K-correlation model.
 
     Examples
     --------

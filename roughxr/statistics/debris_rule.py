@@ -35,8 +35,8 @@ def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.Da
 
     References
     ----------
-    Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, for the median absolute deviation against outliers; Iglewicz &
-    Hoaglin (1993), How to detect and handle outliers, for the mean deviation in its place.
+    Leys et al., J. Exp. Soc. Psychol. 49 (2013) 764, doi:10.1016/j.jesp.2013.03.013, for the median absolute deviation
+    against outliers; Iglewicz & Hoaglin (1993), How to detect and handle outliers, for the mean deviation in its place.
 
     Examples
     --------

@@ -40,6 +40,11 @@ def pdf(
         with equal density from 0 to the limit; the attribute ``limits`` counts them.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
+    Raises
+    ------
+    ValueError
+        If the variable has no samples along places, asperities or a map, or ``bins`` is no rule, number or edges.
+
     Examples
     --------
     >>> import xarray as xr

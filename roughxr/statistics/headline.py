@@ -163,9 +163,9 @@ def with_units(summary: xr.Dataset) -> xr.Dataset:
 
 def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
     """Return an answer with the best estimate of the real surface, its parts, and the step that narrows it most."""
-    deviations = estimate["relative_error"].fillna(0.0).to_series()
-    remaining = estimate["remaining_error"].fillna(0.0).to_series()
-    best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
+    deviations = estimate["relative_std"].fillna(0.0).to_series()
+    remaining = estimate["remaining_std"].fillna(0.0).to_series()
+    best, low, high = (float(estimate[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
     factor = float(estimate["roughness_factor"])
     spread = np.exp(HALF_WIDTH * deviations[UNSEEN])
     scan_deviations = deviations[[ERROR_SOURCES[name].is_of_scan for name in deviations.index]]
@@ -193,8 +193,8 @@ def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] |
     if "statistics/extrapolated" not in run:
         return None
     extrapolated = run["statistics/extrapolated"]
-    mean, lower, upper = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "lower", "upper"))
-    return (mean, lower, upper) if np.isfinite(mean) else None
+    mean, low, high = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
+    return (mean, low, high) if np.isfinite(mean) else None
 
 
 def _refuse_several(force: xr.DataArray):

@@ -72,10 +72,15 @@ def fit(
         taken as independent; if they are not, ``ks_p_value`` is too small and differences in AIC are too large. Pull-
         off forces that are known by their limits are censored; then ``ks_distance`` and ``ks_p_value`` are NaN.
 
+    Raises
+    ------
+    ValueError
+        If there are fewer than three different samples, or a law is not among those listed.
+
     References
     ----------
     Akaike (1974); Burnham & Anderson (2002), section 2.9, for the weights; Stute et al., Metrika 40 (1993) 243,
-    for the simulated goodness of fit.
+    doi:10.1007/BF02613687, for the simulated goodness of fit.
 
     Examples
     --------

@@ -69,7 +69,8 @@ def pooled(
 
     References
     ----------
-    Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377; Hartung & Knapp, Stat. Med. 20 (2001) 3875.
+    Paule & Mandel, J. Res. Natl. Bur. Stand. 87 (1982) 377, doi:10.6028/jres.087.022; Hartung & Knapp, Stat. Med. 20
+    (2001) 3875, doi:10.1002/sim.1009.
 
     Examples
     --------

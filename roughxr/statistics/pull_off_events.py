@@ -12,7 +12,7 @@ from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
 from ..vocabulary.text import warn
 
 #: Variables by which solvers state the error of their pull-off.
-_ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "refinement", "cell_error")
+_ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "mesh", "cell_error")
 
 
 def pull_off(ds: xr.Dataset) -> xr.Dataset:

@@ -31,6 +31,11 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
         pull-off forces are known by limits, ``pull_off_force_low`` and ``pull_off_force_high`` have all of them at
         their lower and upper ends, in place of ``pull_off_force``.
 
+    Raises
+    ------
+    ValueError
+        If ``ds`` has neither places nor asperities.
+
     Examples
     --------
     >>> import xarray as xr

@@ -114,6 +114,11 @@ def bootstrap(
         censoring, with the interval ``likelihood_low`` … ``likelihood_high``; NaN if fewer than three forces are
         measured. The attribute ``law`` names the law of the likelihood, ``limits`` counts the limits.
 
+    Raises
+    ------
+    ValueError
+        If there are fewer than two finite samples, several conditions, or too few ``resamples`` for the level.
+
     Notes
     -----
     Coverage of nominal 95 % intervals in trials. Three to nine log-normal samples: mean 94 to 95 % (σ up to 0.7), 91 to
@@ -133,8 +138,9 @@ def bootstrap(
 
     References
     ----------
-    Bickel, Götze & van Zwet, Stat. Sinica 7 (1997) 1; Hesterberg, Am. Stat. 69 (2015) 371; Woodruff, J. Am. Stat.
-    Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24 (1998) 193; Zou & Donner, Stat. Med. 27 (2008) 1693.
+    Bickel, Götze & van Zwet, Stat. Sinica 7 (1997) 1; Hesterberg, Am. Stat. 69 (2015) 371,
+    doi:10.1080/00031305.2015.1089789; Woodruff, J. Am. Stat. Assoc. 47 (1952) 635; Korn & Graubard, Surv. Meth. 24
+    (1998) 193; Zou & Donner, Stat. Med. 27 (2008) 1693, doi:10.1002/sim.3095.
 
     Examples
     --------

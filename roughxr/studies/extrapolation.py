@@ -93,7 +93,7 @@ def extrapolated(
     mesh: Mesh | int | str = "auto",
     finer: xr.Dataset | None = None,
     measured: xr.Dataset | None = None,
-    force_error: float = 0.0,
+    force_std: float = 0.0,
     shortest: Quantity | None = None,
     places: int = 4,
 ) -> xr.Dataset:
@@ -104,7 +104,7 @@ def extrapolated(
     ds : Dataset
         A levelled scan with an assigned sphere and work of adhesion.
     subregions : (int, int), (array, array) or Dataset
-        Contact centres, as in `adhesive`: places of a fixed probe, or `resting` positions with a second scan.
+        Contact centres, by default a grid of 4 × 4: places of a fixed probe, or `resting` positions with a second scan.
     preload, law, mesh
         As in `adhesive`, which solves the surface as scanned.
     finer : Dataset, optional
@@ -113,8 +113,8 @@ def extrapolated(
     measured : Dataset, optional
         Result of `compare` for measured pull-offs of another pair or radius on this surface, and their simulation by
         `adhesive` on this scan. Their ratio calibrates the factor of a fixed probe.
-    force_error : float
-        Relative standard error that the ratio has beside its scatter, such as that of a spring constant or of the
+    force_std : float
+        Relative standard deviation of the ratio beside its scatter, such as that of a spring constant or of the
         work of adhesion of the measured pair: 0.1 for 10 %.
     shortest : number or quantity, optional
         Shortest wavelength of the surface, nm, where it is known; by default 0.5 nm, where continuum theory ends.
@@ -124,10 +124,10 @@ def extrapolated(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_lower`` and
-        ``pull_off_upper``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
-        places, and ``roughness_factor``, whose product is the mean; ``relative_error`` along ``entry``, the standard
-        deviations of ln(mean), and ``remaining_error``, those that remain once the source of an error is measured, or
+        ``pull_off_force`` (nN) of the real surface along ``subregion``; ``pull_off_mean`` with ``pull_off_low`` and
+        ``pull_off_high``, its 95 % interval by all errors; ``scanned_mean`` (nN), that of `adhesive` at the same
+        places, and ``roughness_factor``, whose product is the mean; ``relative_std`` along ``entry``, the standard
+        deviations of ln(mean), and ``remaining_std``, those that remain once the source of an error is measured, or
         a second scan taken. The attributes ``known`` and ``assumed`` state what the scan shows, and the factor.
 
     Raises
@@ -157,7 +157,7 @@ def extrapolated(
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
     >>> real = scan.contact.extrapolated(subregions=(3, 3), mesh=2, places=1)
-    >>> bool(real.pull_off_lower < real.pull_off_mean < real.pull_off_upper)
+    >>> bool(real.pull_off_low < real.pull_off_mean < real.pull_off_high)
     True
     >>> bool(np.isclose(real.pull_off_mean, real.scanned_mean * real.roughness_factor))
     True
@@ -170,7 +170,7 @@ def extrapolated(
     mesh = read_mesh(mesh, Mesh())
     force = float(read_preloads(preload)[0])
     budget = budget_of(scan, solved, places=count, preload=force, mesh=mesh, only=CHANGES)
-    estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_error": force_error, "shortest": shortest}
+    estimates: dict[str, Any] = {"finer": finer, "measured": measured, "force_std": force_std, "shortest": shortest}
     out = real_pull_off(scan, solved, budget, **estimates)
     arguments = {"subregions": subregions, "preload": preload, "law": law, "mesh": mesh, "places": count}
     return schema.record(out, "extrapolated", scan, **estimates, **arguments)
@@ -183,7 +183,7 @@ def real_pull_off(
     *,
     finer: xr.Dataset | None = None,
     measured: xr.Dataset | None = None,
-    force_error: float = 0.0,
+    force_std: float = 0.0,
     shortest: Quantity | None = None,
 ) -> xr.Dataset:
     """Return the result of `extrapolated` from the simulation of the surface as scanned and its error budget.
@@ -213,7 +213,7 @@ def real_pull_off(
         second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest)
         unseen = second if is_at_rest else _combined_factor(unseen, second)
     if measured is not None and not is_at_rest:
-        by_forces = _measured_factor(measured, force_error)
+        by_forces = _measured_factor(measured, force_std)
         if finer is not None:
             by_forces = by_forces._replace(source=f"{unseen.source} and {by_forces.source}")
         unseen = _combined_factor(unseen, by_forces, are_independent=True)
@@ -230,13 +230,13 @@ def real_pull_off(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
             "pull_off_mean": factor * mean,
-            "pull_off_lower": factor * mean * np.exp(-np.hypot(np.log(mean / low), shared)),
-            "pull_off_upper": factor * mean * np.exp(np.hypot(np.log(high / mean), shared)),
+            "pull_off_low": factor * mean * np.exp(-np.hypot(np.log(mean / low), shared)),
+            "pull_off_high": factor * mean * np.exp(np.hypot(np.log(high / mean), shared)),
             "scanned_mean": mean,
             "roughness_factor": factor,
             "smooth_share": float(scanned["smooth_share"]),
-            "relative_error": ("entry", list(errors.values())),
-            "remaining_error": ("entry", [remaining.get(name, 0.0) for name in errors]),
+            "relative_std": ("entry", list(errors.values())),
+            "remaining_std": ("entry", [remaining.get(name, 0.0) for name in errors]),
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
@@ -257,7 +257,7 @@ def real_pull_off(
 
 def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     """Return the result of `extrapolated` where there is no estimate: no numbers, and the reason."""
-    out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_lower", "pull_off_upper"), np.nan))
+    out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_low", "pull_off_high"), np.nan))
     sentence = f"The effect of finer roughness is not included: {reason}."
     return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=sentence, assumed=""))
 
@@ -275,7 +275,7 @@ def _pair_errors(budget: xr.Dataset | None) -> dict[str, float]:
     """Return the standard deviations of ln(mean) by the entries of a budget other than the choice of places."""
     if budget is None:
         return {}
-    errors = budget["relative_error"].to_series().drop(SAMPLING, errors="ignore").dropna()
+    errors = budget["relative_std"].to_series().drop(SAMPLING, errors="ignore").dropna()
     return {str(name): np.log1p(error) for name, error in errors.items()}
 
 
@@ -317,7 +317,7 @@ def _second_scan_factor(
     return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
 
 
-def _measured_factor(measured: xr.Dataset, force_error: float) -> RoughnessFactor:
+def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     """Return the effect of unseen roughness as the ratio of measured to simulated pull-offs."""
     measured = schema.entered(measured)
     if "ratio" not in measured or "mean" not in measured["statistic"]:
@@ -327,7 +327,7 @@ def _measured_factor(measured: xr.Dataset, force_error: float) -> RoughnessFacto
     if not np.isfinite([ratio, low, high]).all():
         raise ValueError("measured: expected an interval of the ratio, found none; measure more places")
     scatter = np.log(high / low) / (2 * HALF_WIDTH)
-    error = float(np.hypot.reduce([scatter, force_error, _TRANSFER_ERROR]))
+    error = float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
     return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
 
 

@@ -53,6 +53,11 @@ def vary(
     Dataset
         The result of ``solve`` with a dimension for each given parameter, and ``placement`` for an indenter.
 
+    Raises
+    ------
+    ValueError
+        If nothing is varied, or ``delta`` is not stated where its default differs from pair to pair.
+
     References
     ----------
     Cheng, Dunn & Brach, eqs. 20–24 and 36–42, which depend on E* and w in this way.

@@ -42,7 +42,7 @@ def scale_dependence(
     seeds : int
         Number of random surfaces for each wavelength with added roughness.
     subregions : (int, int), (array, array) or Dataset
-        As in `direct`.
+        Contact centres, by default a grid of 2 × 2.
     preload : number or quantity
         nN.
 
@@ -52,6 +52,11 @@ def scale_dependence(
         ``pull_off_force`` (nN) along (subregion, shortest_kept, seed); without added roughness all seeds are equal. The
         scatter over seeds is that between surfaces that all agree with the scan. Attributes contain the extrapolated
         spectrum; a scan without a spectrum is refused.
+
+    Raises
+    ------
+    ValueError
+        If the scan has no spectrum to extrapolate and ``shortest`` is not stated.
 
     Notes
     -----

@@ -86,7 +86,7 @@ def error_budget(
     ds : Dataset
         A scan in memory with an adhesive pair.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, as in `direct`.
+        Contact centres, by default those on ``ds``, else one in its middle; take a grid, such as (8, 8).
     places : int
         Number of places at which each change is solved.
     law, mesh
@@ -104,11 +104,16 @@ def error_budget(
     -------
     Dataset
         Along ``entry``, the factors, ``"sampling"``, and for a humid pair the error of the law of thin menisci:
-        ``relative_error``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``, with its
+        ``relative_std``, and its own ``standard_error`` by the scatter over places; ``pull_off_change``, with its
         sign; ``known_bias``, whether it is subtracted; ``slope``, d ln F/d ln parameter, if the change multiplies a
-        parameter; ``places`` at which it is known, and ``how``. ``total_error``, the root of the sum of squares of all
+        parameter; ``places`` at which it is known, and ``how``. ``total_std``, the root of the sum of squares of all
         computed entries, and ``total_standard_error``; ``pull_off_mean`` (nN), that of `adhesive`, and
         ``pull_off_corrected``, without known biases. The attribute ``decided`` states the accuracy of the total.
+
+    Raises
+    ------
+    ValueError
+        If the pair has no work of adhesion, or ``settings`` names no source of error.
 
     Notes
     -----
@@ -126,7 +131,7 @@ def error_budget(
     >>> scan = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1, hurst=0.8, rolloff=200, cutoff=60, seed=1)
     >>> scan = roughxr.assign_pair(scan, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
     >>> budget = scan.contact.error_budget(settings={"work of adhesion": [0.9, 1.1]}, places=1, law="jkr")
-    >>> bool(budget.relative_error.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
+    >>> bool(budget.relative_std.sel(entry="work of adhesion") > 0.05), budget.how.sel(entry="mesh").item()
     (True, 'not computed: left out of the settings')
     """
     ds = schema.validate(ds, "scan")
@@ -166,12 +171,12 @@ def budget_of(
     sampled = regions.sample(solved, places)
     bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
     law = solved.attrs["law"]
-    cells = int(np.quantile(solved["refinement"], 0.5, method="higher"))
+    cells = int(np.quantile(solved["mesh"], 0.5, method="higher"))
     if not ADHESION_LAWS[law].has_edge:
-        cells = min(needed_cells(bare, preload, law), int(solved["refinement"].max()))
+        cells = min(needed_cells(bare, preload, law), int(solved["mesh"].max()))
     count = sampled.sizes["subregion"]
     base = Base(bare, preload, law, np.full(count, cells), longest_step(specimen_of(ds), mesh))
-    cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["refinement"].values)
+    cases = changes(base, regions.centres(ds, sampled), settings, pull=mean, meshes=sampled["mesh"].values)
     for name in dict.fromkeys([*usual, *settings]):
         entries.setdefault(name, _entry(name, [case for case in cases if case.factor == name], count, law))
     if by_default:
@@ -184,7 +189,7 @@ def budget_of(
 def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], mean: float, count: int) -> xr.Dataset:
     """Return the entries and their total as a Dataset."""
     columns = {
-        "relative_error": [entry.value for entry in entries.values()],
+        "relative_std": [entry.value for entry in entries.values()],
         "standard_error": [entry.change.error for entry in entries.values()],
         "pull_off_change": [np.nan if name == SAMPLING else entry.change.value for name, entry in entries.items()],
         "slope": [entry.slope for entry in entries.values()],
@@ -194,7 +199,7 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     }
     total, total_deviation = _total(entries)
     scalars = {
-        "total_error": total,
+        "total_std": total,
         "total_standard_error": total_deviation,
         "pull_off_mean": mean,
         "pull_off_corrected": mean * np.prod([1 + np.nan_to_num(e.change.value) for e in entries.values() if e.bias]),

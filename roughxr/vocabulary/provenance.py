@@ -46,7 +46,7 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
 
 
 def flat(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping without inner mappings, whose values get names such as "mesh.refine", and without None."""
+    """Return a mapping without inner mappings, whose values get names such as "mesh.cells", and without None."""
     out: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):

@@ -112,7 +112,7 @@ def on_scan(path, pair, limit):
             return
         kept = Path(out) / "run.nc"
         solved = archive.load(kept).get("solutions/adhesive") if kept.exists() else None
-    places, mesh = (solved.sizes["subregion"], int(solved["refinement"].max())) if solved else ("–", "–")
+    places, mesh = (solved.sizes["subregion"], int(solved["mesh"].max())) if solved else ("–", "–")
     interrupted = f"interrupted in {took.left}: " if took.status else ""
     print(f"{path.name:30} {pair:12} {places:>6} {mesh:>4} {took}  {interrupted}{took.told}", flush=True)
 

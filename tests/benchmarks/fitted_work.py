@@ -74,7 +74,7 @@ def simulated(ds: xr.Dataset, work: float, places, **mesh) -> xr.Dataset:
 def fitted(surface: Surface, measured: xr.Dataset, work: float) -> list[float]:
     """Return the fitted w and the ends of its interval over the true one."""
     fitting.METHODS["adhesive"] = surface.predicted, fitting.METHODS["adhesive"][1]
-    fit = surface.scan.contact.fit_pair(measured, force_error=CALIBRATION, **QUICK)
+    fit = surface.scan.contact.fit_pair(measured, force_std=CALIBRATION, **QUICK)
     return [float(fit[f"fitted_work_{name}"]) / work for name in ("of_adhesion", "low", "high")]
 
 

@@ -72,8 +72,8 @@ def cases(count):
 
 def finest(solved, moments):
     """Return a solution at which moments are computed on cells four times smaller, at most 16 to a pixel."""
-    refinement = np.minimum(4 * moments["refinement"].values, REFINEMENTS[-1])
-    return solved.assign(refinement=("subregion", refinement))
+    refinement = np.minimum(4 * moments["mesh"].values, REFINEMENTS[-1])
+    return solved.assign(mesh=("subregion", refinement))
 
 
 def errors(scan, places, law):
@@ -82,7 +82,7 @@ def errors(scan, places, law):
     moments = simulated_moments(specimen_of(scan), solved)
     true = simulated_moments(specimen_of(scan), finest(solved, moments)).lever
     difference = abs(moments.lever - true) / abs(true).mean("direction")
-    has_finer = moments["refinement"] < REFINEMENTS[-1]
+    has_finer = moments["mesh"] < REFINEMENTS[-1]
     return moments.lever_error.where(has_finer).values, difference.values, abs(true).mean("direction").values
 
 

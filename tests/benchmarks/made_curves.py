@@ -33,7 +33,7 @@ def scored(name, curves):
     true = np.array([pull for *_, pull in curves])
     force, error, limit = (
         np.array([getattr(result, name) for result in results])
-        for name in ("pull_off_force", "pull_off_uncertainty", "pull_off_at_most")
+        for name in ("pull_off_force", "pull_off_standard_error", "pull_off_at_most")
     )
     measured, limited = np.isfinite(force), np.isfinite(limit)
     off = ((force - true) / error)[measured]

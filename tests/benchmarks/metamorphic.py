@@ -46,7 +46,7 @@ MORE = {
     "power_spectrum": lambda scan, at, s: scans.power_spectrum(roughxr.level(scan)),
     "self_affine_fit": lambda scan, at, s: scans.self_affine_fit(scan),
     "tip_flags": lambda scan, at, s: scans.tip_flags(roughxr.asperities(scan), tip_radius=10.0 * s),
-    "formulas": lambda scan, at, s: roughxr.formulas(scan, subregions=at, refine=2),
+    "formulas": lambda scan, at, s: roughxr.formulas(scan, subregions=at, mesh=2),
     "summary": lambda scan, at, s: statistics.summary(pulls(scan, at)).drop_sel(statistic="count"),
     "reduction": lambda scan, at, s: statistics.reduction(pulls(scan, at)),
     "fit": lambda scan, at, s: statistics.fit(pulls(scan, at)),
@@ -73,7 +73,7 @@ def computed(verb, now, s):
         found = found.isel(subregion=now.order) if "subregion" in found.dims and verb != "resting" else found
     else:
         times = {"delta": lambda delta: [s * d for d in delta], "load": lambda load: [s**2 * one for one in load]}
-        times |= {"mesh": lambda mesh: roughxr.Mesh(mesh.refine, step=s * mesh.step)}
+        times |= {"mesh": lambda mesh: roughxr.Mesh(mesh.cells, step=s * mesh.step)}
         own = {key: times.get(key, lambda value: value)(value) for key, value in identities.VERBS[verb].items()}
         with pytest.MonkeyPatch.context() as patch:
             patch.setitem(identities.VERBS, verb, own)

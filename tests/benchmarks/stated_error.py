@@ -92,7 +92,7 @@ def covered(scan, places, accuracy, law):
     for k in range(some.sizes["subregion"]):
         options = {"subregions": some.isel(subregion=[k]), "law": law}
         found = scan.contact.adhesive(mesh=roughxr.Mesh(accuracy=accuracy), **options)
-        refinement.append(int(found.refinement[0]))
+        refinement.append(int(found.mesh[0]))
         error = abs(true_pull_off(scan, refinement[-1], options) / float(found.pull_off_force[0]) - 1)
         if np.isfinite(error + float(found.pull_off_error[0])):
             stated.append(float(found.pull_off_error[0]))

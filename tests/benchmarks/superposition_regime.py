@@ -71,7 +71,7 @@ def measured(scan, subregions=(2, 2), press=None):
     options = {"mesh": roughxr.Mesh(refinement(scan), step=0.4), "law": "jkr"}
     cycle = adhesive(scan, delta=[press], subregions=subregions, datum="first_contact", **options)
     return {
-        "refine": options["mesh"].refine,
+        "refine": options["mesh"].cells,
         "direct": float(cycle.pull_off_force.mean(skipna=False)),
         "resolution": float(cycle.pull_off_resolution.min()),
     }

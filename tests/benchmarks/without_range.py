@@ -72,7 +72,7 @@ def row(name, ds, places, exact=None, finer=None, **options):
     ratio, stated = found.pull_off_force.values / exact, found.pull_off_error.values
     held = np.mean(np.abs(1 / ratio - 1) <= stated)
     figures = f"{np.round(ratio, 4)}, stated {np.round(stated, 3)}, covered {held:.0%}"
-    print(f"{name}: {figures}, cells per pixel {found.refinement.values}, {spent:.0f} s", flush=True)
+    print(f"{name}: {figures}, cells per pixel {found.mesh.values}, {spent:.0f} s", flush=True)
 
 
 def spheres(cells):

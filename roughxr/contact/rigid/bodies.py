@@ -30,7 +30,7 @@ def rigid(
     delta: Quantities | None = None,
     subregions: Places = None,
     law: str = HAMAKER,
-    refine: int = 1,
+    mesh: int = 1,
     datum: str = "highest_peak",
     fields: bool = False,
 ) -> xr.Dataset:
@@ -43,13 +43,14 @@ def rigid(
     delta : array_like, optional
         Displacements, nm, ascending; by default 60, from 10 nm above the highest first touch to the lowest.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres, see `regions.centres`.
+        Contact centres: a grid, x and y (nm), or a Dataset with them, see `regions.centres`. By default those on
+        ``ds``, else one in its middle.
     law : {"hamaker", "lennard_jones", "exponential", "dugdale"}
         Traction across a gap; all laws have the same work of adhesion. "hamaker" ends at
         the closest approach z₀ = √(A/(12πw)), 0.165 nm where no Hamaker constant is assigned. It is retarded if the
         pair has a wavelength of retardation. The other laws have the pair's range of adhesion.
-    refine : int
-        Sum over refine × refine cells in each pixel, with heights interpolated without wavelengths below two pixels.
+    mesh : int
+        Sum over mesh × mesh cells in each pixel, with heights interpolated without wavelengths below two pixels.
     datum : {"highest_peak", "first_contact"}
         Where delta = 0, as in `direct`.
     fields : bool
@@ -66,6 +67,11 @@ def rigid(
         ``meniscus_error``, the probable relative excess by the law of thin menisci, and ``work_of_separation`` (nN nm),
         from the pull-off on at constant humidity. Lazy if the scan is a dask array.
 
+    Raises
+    ------
+    ValueError
+        If the pair has no work of adhesion, ``law`` is not among those listed, or ``mesh`` is no whole number.
+
     Warns
     -----
     UserWarning
@@ -78,15 +84,16 @@ def rigid(
     its back. Where the indenter has risen by more than 300 nm (or ten times the range of heights), the surface is its
     mean plane. Each cell has the gap of its centre, also at first touch. This overestimates the force by
     ``cell_error``, which is proportional to the square of the cell size. Near a summit of radius r, cells should be
-    smaller than √(2 r z₀), about 3 nm: choose ``refine`` accordingly.
+    smaller than √(2 r z₀), about 3 nm: choose ``mesh`` accordingly.
 
     Liquid adds the tension γ/r_K where the gap, counted from contact, is below the height of a meniscus. The solids
     under the liquid keep a share of their attraction (`assign_pair`).
 
     References
     ----------
-    Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273; Rajupet et al., Langmuir 37 (2021) 13208. For
-    liquid Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48, and see `assign_pair`.
+    Bhattacharjee & Elimelech, J. Colloid Interface Sci. 193 (1997) 273, doi:10.1006/jcis.1997.5076; Rajupet et al.,
+    Langmuir 37 (2021) 13208. For liquid Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48,
+    doi:10.1016/j.cis.2008.10.002, and see `assign_pair`.
 
     Examples
     --------
@@ -98,17 +105,17 @@ def rigid(
     """
     specimen = specimen_of(ds)
     law = read_law(law, "rigid")
-    refine = whole_number(refine, "refine", least=1, most=64)
+    mesh = whole_number(mesh, "mesh", least=1, most=64)
     options = read_options(specimen, law)
-    options = options._replace(area=options.area / refine**2)
+    options = options._replace(area=options.area / mesh**2)
     positions = specimen.centres(subregions)
     steps = _default_deltas(specimen) if delta is None else delta
-    problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=refine)
+    problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=mesh)
     out = solve_places(specimen, positions, problem, options, fields=fields)
     length = {"closest_approach" if law == HAMAKER else "adhesion_range": options.law.length}
-    out.attrs = {"datum": datum, "method": "rigid", "law": law, "refine": refine, **length}
+    out.attrs = {"datum": datum, "method": "rigid", "law": law, "mesh": mesh, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so close"
-    arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "refine": refine}
+    arguments = {"delta": problem.steps, "subregions": subregions, "datum": datum, "law": law, "mesh": mesh}
     out = schema.record(schema.label(out), "rigid", specimen.bodies, fields=fields, **arguments)
     out = spread.finish(out)
     if not specimen.lazy:
@@ -127,7 +134,7 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     if share > _ONE_CELL_SHARE:
         warn(
             f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
-            "therefore depends on the size of the cells; set refine=, or use a scan with add_fine_roughness"
+            "therefore depends on the size of the cells; set mesh=, or use a scan with add_fine_roughness"
         )
 
 
