@@ -6,6 +6,7 @@ import shutil
 import sys
 import tempfile
 import warnings
+import zlib
 from pathlib import Path
 
 import matplotlib
@@ -37,8 +38,16 @@ extensions = [
     "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
 ]
+# Pages of other packages that are linked, listed here so that building needs no network.
+_LINKED = {
+    "xarray": ("https://docs.xarray.dev/en/stable/", "generated", ("xarray.Dataset", "xarray.DataArray")),
+    "numpy": ("https://numpy.org/doc/stable/", "reference/generated", ("numpy.ndarray",)),
+}
+intersphinx_mapping = {name: (site, str(GENERATED / f"{name}.inv")) for name, (site, _, _) in _LINKED.items()}
+
 exclude_patterns = [".ipynb_checkpoints"]
 default_role = "autolink"
 
@@ -51,6 +60,12 @@ myst_title_to_header = True
 autodoc_typehints = "none"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
+napoleon_preprocess_types = True
+napoleon_type_aliases = {name: f":class:`~xarray.{name}`" for name in ("Dataset", "DataArray")}
+
+# Names of packages are resolved; other words of a type, such as "number or quantity", are prose.
+nitpicky = True
+nitpick_ignore_regex = [("py:class", r"(?!roughxr|xarray|numpy).*")]
 
 html_theme = "pydata_sphinx_theme"
 html_static_path = ["site/static"]
@@ -89,8 +104,12 @@ def _example_run(app, error):
 
 
 def _computed_pages():
-    """Write the parts of pages that are computed: the gallery's pictures, and the comparison with closed forms."""
+    """Write what is computed: the gallery's pictures, the comparison with closed forms, lists of linked pages."""
     GENERATED.mkdir()
+    for package, (_, folder, names) in _LINKED.items():
+        head = f"# Sphinx inventory version 2\n# Project: {package}\n# Version: \n# The rest is compressed using zlib.\n"
+        lines = "".join(f"{name} py:class 1 {folder}/{name}.html#$ -\n" for name in names)
+        (GENERATED / f"{package}.inv").write_bytes(head.encode() + zlib.compress(lines.encode()))
     (GENERATED / "gallery.txt").write_text(write_gallery(GENERATED), encoding="utf-8")
     (GENERATED / "verification.txt").write_text(table(), encoding="utf-8")
 

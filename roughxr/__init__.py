@@ -4,8 +4,7 @@ Scans, asperity catalogues and contact solutions are labelled xarray Datasets; t
 methods of ``ds.contact``.
 
 >>> import roughxr
->>> scan = roughxr.open_sample("glass").contact.assign_pair(
-...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+>>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius="3 um", materials="glass")
 >>> elastic = scan.contact.direct(delta=[5.08, 15.4], subregions=(2, 2))
 >>> elastic.force.units
 'nN'

@@ -63,7 +63,7 @@ class ContactAccessor:
 
     def __repr__(self) -> str:
         lines = [f"<roughxr: {_described(self._ds)}>"]
-        if "sentence" in self._ds.attrs:
+        if "sentence" in self._ds.attrs and set(self._ds.dims) <= {"check"}:  # of several the first would stand there
             lines.append(self._ds.attrs["sentence"])
         for group, verbs in _fitting(self._ds).items():
             if verbs:

@@ -96,4 +96,5 @@ def test_the_accessor_shows_the_sentence_of_an_answer_and_of_a_certificate(surfa
     assert proof.sentence.startswith("All 4 conditions are met.\n")
     for ds in (mean, proof):
         assert repr(ds.contact).splitlines()[1:][: ds.sentence.count("\n") + 1] == ds.sentence.splitlines()
+    assert mean.sentence.splitlines()[0] not in repr(xr.concat([mean, mean], "scan").contact)
     assert ".plot" in repr(surface.height.contact)

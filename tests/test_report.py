@@ -373,12 +373,11 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
         "solutions/extrapolated": whole.assign(pull_off_force=("subregion", [2.0, 6.0, 10.0])),
         "statistics/extrapolated": xr.Dataset(
             {
-                **{"pull_off_mean": 6.0, "pull_off_low": 4.0, "pull_off_high": 9.0, "roughness_factor": 0.12},
+                **{"pull_off_mean": 6.0, "pull_off_low": 4.0, "pull_off_high": 9.0, "roughness_factor": 0.12, "finest_shown": 40.0},
                 "relative_std": ("entry", [0.1, 0.15, 0.08]),
                 "remaining_std": ("entry", [0.0, 0.1, 0.0]),
             },
             {"entry": ["places", UNSEEN, "work of adhesion"]},
-            {"finest_shown": 40.0},
         ),
     }
     run = report.with_mesh_error(run)

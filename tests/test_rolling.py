@@ -198,7 +198,7 @@ def test_the_lever_of_a_contact_without_range_is_that_of_a_jkr_sphere(cells, par
     moments = simulated_levers(surface, "jkr", 2)
     lever = moments.lever / (1.087872 * radius)
     np.testing.assert_allclose(lever, 1.0, atol=0.06)
-    on_cells = cells * int(moments.refinement[0])
+    on_cells = cells * int(moments.mesh[0])
     assert abs(float(lever.mean()) - 1) < min(0.2 / on_cells, float(moments.lever_error[0]))
 
 

@@ -74,10 +74,12 @@ def test_particles_do_not_shift_their_lines():
 
 
 @pytest.mark.parametrize("method", ["plane", "quadratic", "median"])
-def test_a_lazy_scan_is_loaded(method):
+def test_a_chunked_scan_is_chunked_again(method):
     _, ds = with_background(3)
     ds["height"][3, 4] = np.nan
-    xr.testing.assert_identical(level(ds.chunk(x=7, y=11), method=method), level(ds, method=method))
+    levelled = level(ds.chunk(x=7, y=11), method=method)
+    assert levelled.height.chunksizes["x"][0] == 7 and level(ds, method=method).height.chunks is None
+    xr.testing.assert_identical(levelled.compute(), level(ds, method=method))
 
 
 @pytest.mark.parametrize(

@@ -164,6 +164,7 @@ OPTIONS = [
 TABLE = {
     "directions": "rad",
     "bins": "nN",
+    "normal_force": "nN",
     "spring_constant": "nN/nm",
     "particle_density": "kg/m^3",
     "shear_strength": "GPa",

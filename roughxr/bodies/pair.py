@@ -187,12 +187,12 @@ def assign_pair(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass")
-    >>> glass = {"young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
-    >>> pair = scan.contact.assign_pair(sphere_radius="3 um", **glass)
-    >>> float(pair.sphere_radius), round(float(pair.contact_modulus), 3), float(pair.work_of_adhesion)
-    (3000.0, 39.407, 1.35)
-    >>> round(float(scan.contact.assign_pair(sphere_radius="3 um", materials="glass").work_of_adhesion), 4)
-    0.0633
+    >>> pair = scan.contact.assign_pair(sphere_radius="3 um", materials="glass")
+    >>> float(pair.sphere_radius), round(float(pair.contact_modulus), 3), round(float(pair.work_of_adhesion), 4)
+    (3000.0, 39.407, 0.0633)
+    >>> measured = scan.contact.assign_pair(sphere_radius="3 um", materials="glass", work_of_adhesion="90 mJ/m^2")
+    >>> float(measured.work_of_adhesion)
+    0.09
     """
     ds = schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)

@@ -49,7 +49,7 @@ def detach(options: Namespace) -> None:
             _print_critical(critical, moments, title)
             _write_files(options, critical, moments, title)
     if len(runs) > 1:
-        print(f"{_strength(critical).attrs['long_name']} ({cause}):")
+        print(f"{_strength(critical).attrs['long_name']} ({title}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
     if options.output:
         table = next(iter(tables.values()))
@@ -113,13 +113,13 @@ def _row(critical: xr.Dataset) -> dict[str, str]:
     return {"median": median, "95 % interval": interval, "first mode of most": modes[np.argmax(counts)]}
 
 
-def _print_critical(critical: xr.Dataset, moments: xr.Dataset, cause: str) -> None:
+def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
     """Print the critical strength and the modes of detachment."""
     strength = _strength(critical)
     units = strength.attrs["units"].replace("^2", "²")
     of = "particles" if "landing_share" in critical.coords else "places"
     values = strength_of_places(critical)
-    print(f"{strength.attrs['long_name']} ({cause}):")
+    print(f"{strength.attrs['long_name']} ({title}):")
     if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)

@@ -37,8 +37,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius="3 um", materials="glass")
     >>> roughxr.reference.tabor(scan.contact.asperities()).tabor_parameter.dims
     ('asperity',)
     """

@@ -209,7 +209,7 @@ def full_budget(run: Run) -> xr.Dataset:
         return budget
     estimate = run["statistics/extrapolated"]
     unseen = float(estimate["relative_std"].sel(entry=UNSEEN))
-    finest = number(estimate.attrs["finest_shown"], "nm", 2)
+    finest = number(float(estimate["finest_shown"]), "nm", 2)
     row = {
         "relative_std": unseen,
         "standard_error": np.nan,

@@ -28,7 +28,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     Parameters
     ----------
     ds : Dataset
-        A scan. The heights of a lazy one are loaded.
+        A scan. The heights of a chunked one are loaded, and chunked again, so that later results are lazy.
     method : {"plane", "quadratic", "cubic", "median", "median_difference"}
         Subtract the least-squares plane, or polynomial of total degree 2 or 3; or shift each scan line along x, the
         fast axis, by its median, or so that the median difference to the line before is zero.
@@ -67,6 +67,8 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     else:
         levelled = _flattened(height, inside, _DEGREES[method])
     out = label(scan.assign(height=height.copy(data=levelled)))
+    if scan["height"].chunks:
+        out["height"] = out["height"].chunk(scan["height"].chunksizes)
     excluded = None if exclude is None else f"{int(np.asarray(exclude).sum())} pixels"
     return record(out, "level", method=method, exclude=excluded)
 

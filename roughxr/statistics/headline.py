@@ -177,6 +177,7 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         best_estimate=best,
         best_low=low,
         best_high=high,
+        finest_shown=estimate["finest_shown"],
         roughness_factor=factor,
         roughness_low=factor / spread,
         roughness_high=factor * spread,
@@ -185,7 +186,7 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         narrowed_low=best * (low / best) ** width_ratio,
         narrowed_high=best * (high / best) ** width_ratio,
     )
-    return out.assign_attrs(finest_shown=estimate.attrs["finest_shown"], narrowing_source=next_step)
+    return out.assign_attrs(narrowing_source=next_step)
 
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
@@ -228,7 +229,7 @@ def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     errors = "all known errors" if np.isfinite(value["pair_error"]) else "without the errors of the pair of bodies"
     scanned = f"As scanned {_mean_words(summary, value)}"
     low, high = (number(value[f"roughness_{end}"], digits=2) for end in ("low", "high"))
-    finer = number(summary.attrs["finest_shown"], "nm", 2)
+    finer = number(value["finest_shown"], "nm", 2)
     factor = number(value["roughness_factor"], digits=2)
     parts = [scanned, f"× {factor} ({low} … {high}) by roughness finer than {finer}"]
     for name, source in (("pair_error", "the pair of bodies"), ("scan_error", "mesh, tip and levelling")):

@@ -226,6 +226,7 @@ def real_pull_off(
     if finer is None:  # a second scan is the remedy
         second = RoughnessFactor(unseen.log, second_scan_error(lowering), "by a second scan")
         remaining[UNSEEN] = _combined_factor(unseen, second).error
+    shown = _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
     out = xr.Dataset(
         {
             "pull_off_force": factor * pull_off["pull_off_force"],
@@ -234,19 +235,18 @@ def real_pull_off(
             "pull_off_high": factor * mean * np.exp(np.hypot(np.log(high / mean), shared)),
             "scanned_mean": mean,
             "roughness_factor": factor,
+            "finest_shown": shown,
             "smooth_share": float(scanned["smooth_share"]),
             "relative_std": ("entry", list(errors.values())),
             "remaining_std": ("entry", [remaining.get(name, 0.0) for name in errors]),
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
-    shown = _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
     spread = np.exp(HALF_WIDTH * unseen.error)
     ends = " … ".join(number(each, digits=2) for each in (factor / spread, factor * spread))
     out.attrs = {
         "known": f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer.",
         "assumed": f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}.",
-        "finest_shown": shown,
     }
     if (noise := noise_limit(ds)) > read_pair(ds).range:
         out.attrs["known"] += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."

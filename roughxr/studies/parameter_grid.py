@@ -65,9 +65,9 @@ def vary(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.assign_pair(roughxr.open_sample("glass"),
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, surface_energy=0.675)
-    >>> found = scan.contact.vary(roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.5, 1], delta=[5.0])
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius="3 um", materials="glass")
+    >>> found = scan.contact.vary(
+    ...     roughxr.superpose, contact_modulus=[30, 60], work_of_adhesion=[0.05, 0.1], delta=[5.0])
     >>> dict(found.force.sizes)
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """

@@ -254,8 +254,7 @@ def need_assigned(ds: xr.Dataset, *names: str) -> None:
     if missing:
         raise ValueError(
             f"expected {', '.join(missing)} on the dataset, found no such coordinate; assign the pair of "
-            "bodies first, for example ds.contact.assign_pair(sphere_radius=3000, young_modulus=75, "
-            "poisson_ratio=0.22, surface_energy=0.675)"
+            "bodies first, for example ds.contact.assign_pair(sphere_radius='3 um', materials='glass')"
         )
     for name in names:
         _assigned(ds[name], name)
