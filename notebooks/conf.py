@@ -107,7 +107,7 @@ def _computed_pages():
     """Write what is computed: the gallery's pictures, the comparison with closed forms, lists of linked pages."""
     GENERATED.mkdir()
     for package, (_, folder, names) in _LINKED.items():
-        head = f"# Sphinx inventory version 2\n# Project: {package}\n# Version: \n# The rest is compressed using zlib.\n"
+        head = f"# Sphinx inventory version 2\n# Project: {package}\n# Version: \n# compressed by zlib\n"
         lines = "".join(f"{name} py:class 1 {folder}/{name}.html#$ -\n" for name in names)
         (GENERATED / f"{package}.inv").write_bytes(head.encode() + zlib.compress(lines.encode()))
     (GENERATED / "gallery.txt").write_text(write_gallery(GENERATED), encoding="utf-8")

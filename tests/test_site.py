@@ -19,6 +19,7 @@ from SurfaceTopography.Container.SurfaceContainer import InMemorySurfaceContaine
 import roughxr
 from roughxr import figures
 from roughxr.accessor import ContactAccessor
+from roughxr.bodies.substances import MATERIALS
 
 from . import force_curves
 
@@ -91,6 +92,11 @@ def readers_files(tmp_path_factory):
     (folder / "run").mkdir()
     roughxr.archive.save({"statistics/extrapolated": ends}, folder / "run" / "run.nc")
     return folder
+
+
+def test_the_page_names_all_materials():
+    names = re.search(r"Named materials are (.*?);", (PAGES / "how-to.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+    assert set(re.split(r", | and ", names)) == set(MATERIALS)
 
 
 def _with_few_places(recipe: str) -> str:
