@@ -31,7 +31,7 @@ _PRESSED_CELLS = 4
 #: Least stated error without range: the mean error of smooth spheres.
 _LEAST_ERROR = 0.006
 
-#: The refinements that refine="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
+#: The refinements that mesh="auto" may choose, and the largest number of meshes at a place: a fifth would cost four
 #: times as much as the others together.
 REFINEMENTS, _MOST_MESHES = (1, 2, 4, 8, 16), 4
 
@@ -53,7 +53,7 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
         cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
         error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
-        return cycles, {"refinement": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
+        return cycles, {"mesh": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
     return _refined_until_accurate(place, problem, adhesion)
 
 
@@ -70,7 +70,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
     cycles = _solved(place, problem, adhesion, meshes[0])
     if np.isnan(adhesion.accuracy):
-        return cycles, {"refinement": meshes[0]}
+        return cycles, {"mesh": meshes[0]}
     step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
     if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
@@ -97,7 +97,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
     numerical = np.sqrt(sum(error**2 for error in stated.values()))
     errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
-    return cycles, {"refinement": n, "pressed_pull_off_force": pressed, **errors}
+    return cycles, {"mesh": n, "pressed_pull_off_force": pressed, **errors}
 
 
 def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
