@@ -70,7 +70,7 @@ def test_the_interval_holds_all_errors_and_is_wider_than_that_of_the_mean_as_sca
     assert needed | {"mesh"} <= set(real.entry.values)
     mean = roughxr.answer(scanned)
     others = 1.96 * float(np.sqrt((real.relative_std.drop_sel(entry="places") ** 2).sum()))
-    for end, own in (("lower", mean.low), ("upper", mean.high)):
+    for end, own in (("low", mean.low), ("high", mean.high)):
         places = float(np.log(own / mean.pull_off_force))
         half = float(np.log(real[f"pull_off_{end}"] / real.pull_off_mean))
         assert abs(half) == pytest.approx(np.hypot(places, others), rel=1e-6) and abs(half) > abs(places)
