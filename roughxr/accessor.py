@@ -63,7 +63,8 @@ class ContactAccessor:
 
     def __repr__(self) -> str:
         lines = [f"<roughxr: {_described(self._ds)}>"]
-        if "sentence" in self._ds.attrs and set(self._ds.dims) <= {"check"}:  # of several the first would stand there
+        is_several = "solved_places" in self._ds and self._ds["solved_places"].ndim > 0  # with the first's sentence
+        if "sentence" in self._ds.attrs and not is_several:
             lines.append(self._ds.attrs["sentence"])
         for group, verbs in _fitting(self._ds).items():
             if verbs:

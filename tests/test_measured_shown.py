@@ -69,7 +69,7 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     groups = roughxr.archive.load(run / "run.nc")
     forces = groups["statistics/energy"]
     mean = float(forces.pull_off_force.mean())
-    estimate = xr.Dataset({"pull_off_mean": mean, "pull_off_lower": mean / 4, "pull_off_upper": 4 * mean})
+    estimate = xr.Dataset({"pull_off_mean": mean, "pull_off_low": mean / 4, "pull_off_high": 4 * mean})
     named = {"statistics/adhesive": forces, "statistics/extrapolated": estimate}
     roughxr.archive.save({"scan": groups["scan"], **named}, run / "run.nc")
     assert main(["compare", str(run), str(run / "own.csv")]) == 0

@@ -166,11 +166,11 @@ def fit_to_run(options: Namespace) -> None:
         )
     how: dict[str, Any] = {"method": options.method, "subregions": regions.sample(solved, _FITTED_PLACES)}
     if options.method == "adhesive":
-        how |= {"mesh": Mesh(int(solved["refinement"].max())), "law": solved.attrs["law"]}
+        how |= {"mesh": Mesh(int(solved["mesh"].max())), "law": solved.attrs["law"]}
         how["preload"] = schema.history(solved)[-1]["arguments"].get("preload", 0.0)
     estimate = groups["statistics/extrapolated"] if best_estimate(groups) else None
     measured = measurement(options.file, options)
-    fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_error=options.force_error, **how)
+    fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_std=options.force_std, **how)
     print(fit.attrs["sentence"])
     if options.picture:
         save_picture(figures.plot(fit).figure, options.picture)

@@ -228,8 +228,8 @@ def _measurements(commands: Any) -> None:
     _add_measurement(command)
     help = f"prediction: adhesive (simulation at 16 of the run's places, minutes) or superposed (seconds); {_DEFAULT}"
     _add(command, ("--method", None, help), default="adhesive", choices=("adhesive", "superposed"))
-    help = f"relative standard error that all measured forces share, such as of the spring constant; {_DEFAULT}"
-    _add(command, ("--force-error", "PART", help), type=float, default=0.0)
+    help = f"relative standard deviation that all measured forces share, such as of the spring constant; {_DEFAULT}"
+    _add(command, ("--force-std", "PART", help), type=float, default=0.0)
     _add(command, ("--picture", "PNG", "draw the distance of prediction and measurement over the work of adhesion"))
     _flag(command, "-q --quiet", _QUIET)
 
