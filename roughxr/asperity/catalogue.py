@@ -22,13 +22,6 @@ from ..vocabulary.units import Quantity, is_whole, positive
 #: Pixels along a side of the paper's patch.
 PAPER_PATCH = 5
 
-#: Largest patch, as a part of the shortest wavelength. On narrower patches, with the curvature of the very vertex, sums
-#: over asperities are below the adhesive simulation; on wider ones above it.
-_PATCH_PER_WAVELENGTH = 0.75
-
-#: The same on a regular pattern, but at least a pixel. A fit over three quarters of its wave is 1.6 times too blunt.
-_PATCH_OF_PATTERN = 0.15
-
 #: Longest over shortest wavelength of the curvature: up to which a surface is a regular pattern, and of many
 #: wavelengths. A single wavelength has up to 1.4 on small scans, self-affine surfaces and real scans 2 and more.
 _PATTERN = 1.5
@@ -45,18 +38,6 @@ _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 
 #: Largest number of heights of a scan on finer pixels: some 4 GB.
 _MOST_VALUES = 5e8
-
-#: Decimals (nm) to which splined heights are rounded, so that flat areas stay flat.
-_DECIMALS = 9
-
-#: Largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor.
-POOR_FIT = 0.15
-
-#: Ratio of the principal curvatures of a ridge. A paraboloid below 6 has one highest pixel however it lies on them.
-_LEAST_RIDGE = 10.0
-
-#: Summits closer than this (pixels) are one.
-_EQUAL_SUMMITS = 0.1
 
 #: Variables of a catalogue that have the same names in the fit.
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
@@ -158,10 +139,13 @@ def _setup(
 
 def _patch_width(measures: SpectralMeasures, pixel: float) -> float:
     """Return the width (nm) of the patch for a scan's wavelengths."""
-    width = _PATCH_PER_WAVELENGTH * measures.shortest
+    # largest patch, as a part of the shortest wavelength. On narrower patches, with the curvature of the very vertex,
+    # sums over asperities are below the adhesive simulation; on wider ones above it.
+    width = 0.75 * measures.shortest
     if np.isinf(width):
         return width
-    narrow = max(_PATCH_OF_PATTERN * measures.shortest, min(width, pixel))
+    # a regular pattern takes less, but at least a pixel: a fit over three quarters of its wave is 1.6 times too blunt
+    narrow = max(0.15 * measures.shortest, min(width, pixel))
     return float(np.interp(measures.longest / measures.shortest, (_PATTERN, _MANY_WAVELENGTHS), (narrow, width)))
 
 
@@ -185,7 +169,8 @@ def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
     pixels = height
     if setup.refine > 1:
         finer = _spline(height)(*(np.arange(setup.refine * (n - 1) + 1) / setup.refine for n in height.shape))
-        pixels = np.round(finer, _DECIMALS)
+        # decimals (nm) to which splined heights are rounded, so that flat areas stay flat
+        pixels = np.round(finer, 9)
     pixels = np.ascontiguousarray(pixels, dtype=float)
     peaks = search(pixels)
     fit = fit_paraboloids(pixels, peaks.ix, peaks.iy, *setup.pixel, size=setup.patch, vertex=setup.vertex)
@@ -206,13 +191,15 @@ def _spline(height: np.ndarray) -> Any:
 
 def _repeated_ridges(height: np.ndarray, peaks: Peaks, fit: Fit, refine: int) -> np.ndarray:
     """Return the numbers of the peaks on a ridge whose summit has another peak already."""
-    ridges = np.flatnonzero(_LEAST_RIDGE * np.abs(fit.curvature_min) < fit.curvature_max)
+    # ratio of the principal curvatures of a ridge. A paraboloid below 6 has one highest pixel however it lies on them.
+    ridges = np.flatnonzero(10.0 * np.abs(fit.curvature_min) < fit.curvature_max)
     if ridges.size < 2 or not fit.vertex_fixed[ridges].any():
         return ridges[:0]
     ridges = ridges[np.lexsort((-fit.height[ridges], fit.vertex_fixed[ridges]))]
     pixels = np.stack([peaks.ix[ridges], peaks.iy[ridges]], axis=-1)
     summits = ascend(_spline(height).ev, pixels / refine)
-    pairs = cKDTree(refine * summits).query_pairs(_EQUAL_SUMMITS, output_type="ndarray")
+    # summits closer than this (pixels) are one
+    pairs = cKDTree(refine * summits).query_pairs(0.1, output_type="ndarray")
     return ridges[np.unique(pairs[:, 1])]
 
 
@@ -262,12 +249,13 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
 
 
 def poorly_fitted(catalogue: xr.Dataset) -> float:
-    """Return the share of asperities whose rms residual exceeds `POOR_FIT` of the paraboloid's drop on their patch."""
+    """Return the share of asperities whose rms residual exceeds 0.15 of the paraboloid's drop on their patch."""
     if catalogue.sizes["asperity"] == 0:
         return np.nan
     mean_curvature = 0.5 * np.abs(catalogue["curvature_min"] + catalogue["curvature_max"])
     fall = 0.5 * mean_curvature * float(catalogue["patch_radius"]) ** 2
-    return float((catalogue["fit_rms"] > POOR_FIT * fall).mean())
+    # largest residual of a fit, as a part of the paraboloid's own drop across the patch; above it the fit is poor
+    return float((catalogue["fit_rms"] > 0.15 * fall).mean())
 
 
 def _warn(out: xr.Dataset) -> None:

@@ -3,7 +3,7 @@
 Measured by ``tests/benchmarks/superposition_regime.py`` on self-affine surfaces (Hurst exponents 0.4 and 0.8, slopes of
 0.03 to 0.3), each under two spheres with two works of adhesion, with patch="auto": the ratio was between `LOW` and
 `HIGH` in 154 of 160 cases. Slope, spacing, overlap and Tabor's parameter do not predict it within this range. A patch
-wider than `WIDEST` of the shortest wavelength increases the ratio further.
+wider than 0.8 of the shortest wavelength increases the ratio further.
 """
 
 from __future__ import annotations
@@ -18,9 +18,6 @@ from .catalogue import RESOLVED
 
 #: Superposed pull-off over that of the simulation: the median, and the ends of the range.
 RATIO, LOW, HIGH = 0.8, 0.3, 1.4
-
-#: Largest patch, over the shortest wavelength, for which the ratio was measured.
-WIDEST = 0.8
 
 
 def expectation(catalogue: xr.Dataset, law: str) -> str:
@@ -46,7 +43,8 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
         width = 2 * float(catalogue["patch_radius"])
         shortest = float(catalogue.coords.get("shortest_wavelength", np.nan))
         cause = "contacts overlap, and each is counted in full; use `adhesive`"
-        if not width <= WIDEST * shortest:
+        # largest patch, over the shortest wavelength, for which the ratio was measured
+        if not width <= 0.8 * shortest:
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "

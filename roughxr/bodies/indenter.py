@@ -15,9 +15,6 @@ import xarray as xr
 from ..vocabulary import schema
 from ..vocabulary.units import Quantity, positive, whole_number
 
-#: Smallest height of a cap over its rms roughness at which a sphere can be fitted.
-_LEAST_RISE = 2.0
-
 
 def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     """Fit a sphere to the scan of a probe's face, and subtract it.
@@ -97,7 +94,8 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     x0, y0, top, radius = (float(value) for value in fit.x * scale)
     rise = float(np.ptp(_sphere_depth((x - x.mean()) ** 2 + (y - y.mean()) ** 2, abs(radius))))
     rms = float(np.sqrt(np.mean(fit.fun**2)))
-    if rise < _LEAST_RISE * rms or not np.isfinite(radius):
+    # smallest height of a cap over its rms roughness at which a sphere can be fitted
+    if rise < 2.0 * rms or not np.isfinite(radius):
         raise ValueError(
             f"height: expected part of a sphere, found heights that curve by only {rise:.3g} nm over a roughness of "
             f"{rms:.3g} nm rms; scan a larger part of the sphere"

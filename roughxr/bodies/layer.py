@@ -19,9 +19,6 @@ MODULI = ("contact_modulus", "layer_modulus", "base_modulus")
 #: Largest contact radius, in thicknesses, for which the layer counts as a half space.
 _SMALL_CONTACT = 0.1
 
-#: Least F at the scan's width that is computed well enough: below, the layer is too thin for its rigid base.
-_LEAST_COMPLIANCE = 1e-8
-
 
 @dataclass(frozen=True)
 class Layer:
@@ -90,7 +87,8 @@ def need_computable(film: Film, width: float, *, yields: bool) -> None:
         raise ValueError(
             "hardness: expected none with a nearly incompressible layer, which bulges beside the contact; leave it out"
         )
-    if film.compliance(2 * np.pi * film.thickness / width) < _LEAST_COMPLIANCE:
+    # least F at the scan's width that is computed well enough: below, the layer is too thin for its rigid base
+    if film.compliance(2 * np.pi * film.thickness / width) < 1e-8:
         raise ValueError(
             f"layer: expected an elastic base below a layer of {film.thickness:.3g} nm on a scan of {width:.3g} nm, "
             "found a rigid one; give its moduli, or crop the scan"

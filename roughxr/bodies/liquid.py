@@ -36,20 +36,11 @@ from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
 
-#: R_g T, J/mol, at 25 °C (CODATA 2018).
-_THERMAL = 8.314462618 * 298.15
-
 #: Avogadro's number, 1/mol (CODATA 2018).
 _AVOGADRO = 6.02214076e23
 
 #: Relative vapour pressure above which this law would fill every gap.
 _SATURATION = 0.99
-
-#: Largest Kelvin radius of thin menisci, over the indenter's radius.
-_THIN_SHARE = 0.1
-
-#: Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across).
-_FEW_MOLECULES = 0.75
 
 #: Names of the contact angles on the scan's body and on the other.
 ANGLES = ("contact_angle_1", "contact_angle_2")
@@ -141,7 +132,8 @@ def angles(contact_angle: Any) -> tuple[float, float]:
 def kelvin_radius(humidity: Quantity, *, liquid: str | tuple = "water") -> float:
     """Return a liquid's Kelvin radius (nm) in its vapour: Butt & Kappl, Adv. Colloid Interface Sci. 146 (2009) 48."""
     tension, volume = _liquid(liquid)
-    return 1e3 * tension * volume / (_THERMAL * abs(math.log(_pressure(humidity))))  # 1e-6 m = 1e3 nm
+    # R_g T, J/mol, at 25 °C (CODATA 2018)
+    return 1e3 * tension * volume / ((8.314462618 * 298.15) * abs(math.log(_pressure(humidity))))  # 1e-6 m = 1e3 nm
 
 
 @dataclass(frozen=True)
@@ -238,7 +230,8 @@ def liquid_words(ds: xr.Dataset) -> str:
         f"At {float(ds['humidity']):.3g} relative humidity the liquid fills gaps below {menisci.height:.2g} nm, with a "
         f"capillary pressure of {1e3 * menisci.capillary_pressure:.3g} MPa"
     )
-    if menisci.kelvin_radius < _FEW_MOLECULES:
+    # Kelvin's radius, nm, below which the liquid is a few molecules thick (water's is 0.28 nm across)
+    if menisci.kelvin_radius < 0.75:
         sentence += (
             f"; the Kelvin radius, {menisci.kelvin_radius:.2g} nm, is only a few molecules: the law of bulk liquids "
             "is an extrapolation there"
@@ -320,7 +313,8 @@ def _named_materials_share(bodies: tuple, medium: float) -> float:
 def _refuse_thick(pair: Any, radius: float, pressure: float) -> None:
     """Raise where the Kelvin radius (nm) is not small against the sphere's radius."""
     sphere = float(pair.get("sphere_radius", math.inf))
-    if radius > _THIN_SHARE * sphere:
+    # largest Kelvin radius of thin menisci, over the indenter's radius
+    if radius > 0.1 * sphere:
         raise ValueError(
             f"humidity: expected menisci that are small compared with the sphere's radius ({sphere:.3g} nm), found a "
             f"Kelvin radius of {radius:.3g} nm at {pressure:.3g}; give a lower humidity"

@@ -24,23 +24,9 @@ from .estimates import automatic_law, median_tabor
 from .mesh import MOST_REFINED, Mesh, TooManyCells
 from .problem import Problem, deepest, places, read_problem, surface_at
 
-#: Tabor's parameter above which a sphere jumps into contact.
-_LEAST_JUMP = 0.7
-
-#: Depth of loading to a preload beyond the depth of a smooth sphere, in standard deviations of the heights.
-_ROUGH_DEPTH = 4.0
-
 #: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. The first steps of
 #: a run are longer by the last factor; a few places are repeated with half of them.
 _STEP_OF_RANGE, _STEP_OF_DISPLACEMENT, LONG_STEP = 5 / 6, 1 / 40, 1.6
-
-#: Side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
-#: larger of both.
-_CELL_OF_RANGE, _CELL_OF_RADIUS = 50 / 3, 0.1
-
-#: Cells larger than `largest_cell` by this factor are refused for the exponential law: pull-offs would be many times
-#: too large, and Newton's method hardly converges.
-_LARGEST_EXCESS = 20.0
 
 #: A mesh whose cells are the scan's pixels.
 _AS_SCANNED = Mesh(1, None)
@@ -85,7 +71,9 @@ def _usual_step_and_cell(specimen: Specimen) -> tuple[float, float]:
     displacement = 0.75 * (np.pi**2 * work**2 * radius / modulus**2) ** (1 / 3)
     length = specimen.pair.range
     step = max(_STEP_OF_RANGE * length, _STEP_OF_DISPLACEMENT * displacement)
-    return step, max(_CELL_OF_RANGE * length, _CELL_OF_RADIUS * contact_radius)
+    # side of the cells on the coarsest mesh without range, in ranges of adhesion and as a part of JKR's radius a_c: the
+    # larger of both
+    return step, max((50 / 3) * length, 0.1 * contact_radius)
 
 
 def preload_problem(
@@ -149,7 +137,8 @@ def snap_in_gap(length: float, parameter: float) -> float:
     balance of attraction and elasticity gives the power; a solution of the sphere's equations confirms the factor to
     0.7 % at µ of 1 to 100 (``tests/test_soft_bodies.py``). Below 0.7 a sphere does not jump.
     """
-    return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > _LEAST_JUMP else 0.0
+    # Tabor's parameter above which a sphere jumps into contact
+    return (2.641 * parameter ** (3 / 7) - 1.0) * length if parameter > 0.7 else 0.0
 
 
 def _law_with_liquid(pair: Pair, law: str, menisci: Menisci) -> dict[str, Any]:
@@ -191,7 +180,7 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     """Return the largest depth (nm) beyond first contact of loading to the largest preload.
 
     It is the depth of a smooth sphere under that load and its adhesion, by Hertz's and JKR's formulas, and
-    ``_ROUGH_DEPTH`` standard deviations of the heights: nearly all of the surface lies higher.
+    four standard deviations of the heights: nearly all of the surface lies higher.
     """
     pair = specimen.pair
     modulus = pair.contact_modulus / (max(1.0, pair.layer.softening(np.inf)) if pair.layer else 1.0)
@@ -200,7 +189,8 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
     if pair.yields:  # a fully plastic sphere has the area load/hardness
         hertz += load / (2 * np.pi * radius * pair.hardness)
-    return float(hertz + _ROUGH_DEPTH * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
+    # depth of loading to a preload beyond the depth of a smooth sphere, in standard deviations of the heights
+    return float(hertz + 4.0 * specimen.heights.std() + 12 * np.nan_to_num(adhesion.length))
 
 
 def _indenter_radius(specimen: Specimen) -> float:
@@ -228,7 +218,9 @@ def _contact_radius(specimen: Specimen) -> float:
 def need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
     """Raise if no permitted mesh resolves the traction of the law: the forces would be wrong."""
     cell = largest_cell(adhesion, problem)
-    cell *= _LARGEST_EXCESS if adhesion.law == EXPONENTIAL else 1.0
+    # cells larger than `largest_cell` by this factor are refused for the exponential law: pull-offs would be many times
+    # too large, and Newton's method hardly converges
+    cell *= 20.0 if adhesion.law == EXPONENTIAL else 1.0
     smallest = problem.pixel / (adhesion.refine or MOST_REFINED)
     if smallest > cell:
         refine = int(np.ceil(problem.pixel / cell))

@@ -14,9 +14,6 @@ from ..bodies.liquid import Menisci
 from ..kernels.adhesion import potentials
 from ..kernels.adhesion import rigid as kernels
 
-#: Relative step of the level for the derivative of the edge length.
-_LEVEL_STEP = 0.1
-
 
 def relative_error(
     cells: kernels.Cells, delta: float, law: potentials.Potential, menisci: Menisci | None, cell, force
@@ -24,7 +21,8 @@ def relative_error(
     """Return the relative error of thin menisci in a capillary force (nN), from the change of their edge length."""
     if menisci is None:
         return 0.0
-    step = _LEVEL_STEP * menisci.height
+    # relative step of the level for the derivative of the edge length
+    step = 0.1 * menisci.height
     high, low = (kernels.wetted_area(cells, law.filled + delta + change)[1] for change in (step, -step))
     return abs(menisci.edge * cell * (high - low) / (2 * step)) / force
 

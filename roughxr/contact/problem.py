@@ -18,9 +18,6 @@ from ..vocabulary.units import Quantities
 #: The number of default displacements.
 _COUNT = 16
 
-#: Largest default displacement over the depth of the lowest first contact.
-_BEYOND_LOWEST = 1.2
-
 
 class Problem(NamedTuple):
     """The input common to all contact centres."""
@@ -103,7 +100,8 @@ def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.
     last = max(middle, spread)
     first = last / _COUNT
     if datum == "highest_peak":
-        last = max(_BEYOND_LOWEST * float(touches.max()), spread)
+        # largest default displacement over the depth of the lowest first contact
+        last = max(1.2 * float(touches.max()), spread)
         first = max(last / _COUNT, 2 * middle - last)
     return np.round(np.linspace(first, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
 

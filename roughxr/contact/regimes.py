@@ -23,15 +23,6 @@ from .estimates import automatic_law, median_tabor
 from .rigid.attraction import read_options
 from .rigid.bodies import rigid
 
-#: Largest share of the adhesion force from outside contact for which a sum over asperities is recommended.
-_MOST_BEYOND_CONTACT = 0.5
-
-#: Largest tilt by rounding, as a part of the range of heights.
-_ROUNDING = 1e-12
-
-#: Height of summits over the mean plane, in rms heights, by Rabinovich et al.
-_ABOVE_PLANE = 1.82
-
 #: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
 _LONG_WAVELENGTH = 4.0
 
@@ -118,7 +109,8 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
 def _recommended(tabor: float, beyond: float) -> str:
     if tabor < LONG_RANGE:
         return "rigid"
-    return "superpose" if tabor >= SHORT_RANGE and beyond < _MOST_BEYOND_CONTACT else "adhesive"
+    # largest share of the adhesion force from outside contact for which a sum over asperities is recommended
+    return "superpose" if tabor >= SHORT_RANGE and beyond < 0.5 else "adhesive"
 
 
 def _sentence(result: dict[str, Any], *, yields: bool, humid: bool) -> str:
@@ -252,7 +244,8 @@ def _humid_formulas(
     menisci = specimen.pair.menisci
     assert menisci is not None
     summit = 1 / (1 / radius + 1 / inputs["asperity_radius"])
-    open_gap = max(1 - _ABOVE_PLANE * inputs["rms"] / menisci.height, 0.0)
+    # height of summits over the mean plane, in rms heights, by Rabinovich et al.
+    open_gap = max(1 - 1.82 * inputs["rms"] / menisci.height, 0.0)
     over_heights = potentials.gaussian_mean(read_options(specimen, law).law, inputs["rms"])
     bodies_and_works = {
         "smooth": (radius, specimen.pair.work),
@@ -284,7 +277,8 @@ def _flat(specimen: Specimen) -> Specimen:
     """Return the specimen without its mean plane; unchanged if the tilt is rounding."""
     levelled = Specimen(level(specimen.scan))
     heights = specimen.heights
-    return specimen if np.ptp(levelled.heights - heights) <= _ROUNDING * np.ptp(heights) else levelled
+    # largest tilt by rounding, as a part of the range of heights
+    return specimen if np.ptp(levelled.heights - heights) <= 1e-12 * np.ptp(heights) else levelled
 
 
 def _mean_distance(catalogue: xr.Dataset) -> float:

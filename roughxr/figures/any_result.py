@@ -91,14 +91,11 @@ _OWN_FIGURES: tuple[tuple[set[str], Any], ...] = (
 )
 
 
-#: Share of known forces from which a sweep is drawn rather than its pull-off.
-_KNOWN = 0.9
-
-
 def _main_variable(ds: xr.Dataset) -> str:
     """Return the variable that shows a result best."""
     # a sweep may contain the pull-off as well; rigid bodies have no force where they would overlap
-    swept = "force" in ds and "delta" in ds["force"].dims and bool(ds["force"].notnull().mean() > _KNOWN)
+    # share of known forces from which a sweep is drawn rather than its pull-off
+    swept = "force" in ds and "delta" in ds["force"].dims and bool(ds["force"].notnull().mean() > 0.9)
     names = ["pressure", "force", "height"] if swept else ["pull_off_force", "pressure", "force", "height"]
     if "load" in ds.dims:
         names.insert(names.index("force"), "contact_area")  # the force is the load

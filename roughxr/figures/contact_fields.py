@@ -11,18 +11,6 @@ from ..vocabulary.units import Quantity, magnitude
 from .images import COLOURS, image
 from .style import BLACK, BLUE, TEXT, Axes, axes, label_axes, styled
 
-#: Level of the outline of a mask, below a half, so that diagonal neighbours have one outline: they are one patch.
-_OUTLINE_LEVEL = 0.49
-
-#: Least tension that is drawn, over the largest pressure or tension.
-_LEAST_TENSION = 0.02
-
-#: Least width of the drawn square, in cells.
-_FEWEST_CELLS = 12
-
-#: Range of the scale of grey below the lowest height, in ranges of height.
-_PALE = 2.0
-
 
 @styled
 def field_map(
@@ -62,7 +50,8 @@ def field_map(
     if scan is not None:
         heights = _heights(contact, scan).values
         low, high = np.nanmin(heights), np.nanmax(heights)
-        pale = low - _PALE * (high - low), high  # so that dark pressures are seen, also in grey print
+        # range of the scale of grey below the lowest height, in ranges of height
+        pale = low - 2.0 * (high - low), high  # so that dark pressures are seen, also in grey print
         image(ax, heights, extent, "height", "gray", limits=pale, bar=False)
     if name in ("pressure", "displacement") and not bool(contact["pressure"].notnull().any()):
         # without a colour bar, which would show values that do not exist
@@ -86,9 +75,8 @@ def _show_contact(ax, contact: xr.Dataset, extent: tuple[float, float, float, fl
     if not bool(inside.any()):
         return
     ends = [[float(getattr(contact[axis].where(inside), end)()) for end in ("min", "max")] for axis in ("x", "y")]
-    half = 0.75 * max(
-        max(high - low for low, high in ends), _FEWEST_CELLS * (extent[1] - extent[0]) / inside.sizes["x"]
-    )
+    # least width of the drawn square, in cells
+    half = 0.75 * max(max(high - low for low, high in ends), 12 * (extent[1] - extent[0]) / inside.sizes["x"])
     limits = []
     for (low, high), first, last in zip(ends, extent[::2], extent[1::2]):
         middle = 0.5 * (low + high)
@@ -110,7 +98,8 @@ def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> x
     others = [dim for dim in contact["pressure"].dims if dim not in ("x", "y")]
     contact = contact.isel(dict.fromkeys(others, -1))  # the largest load or preload, on retraction
     size = abs(contact["pressure"])
-    shown = size > (_LEAST_TENSION * size.max() if bool((contact["pressure"] < 0).any()) else 0.0)
+    # least tension that is drawn, over the largest pressure or tension
+    shown = size > (0.02 * size.max() if bool((contact["pressure"] < 0).any()) else 0.0)
     return contact.assign(pressure=contact["pressure"].where(shown)).transpose("x", "y", ...)
 
 
@@ -128,4 +117,5 @@ def _outline(ax, contact: xr.Dataset, cells: np.ndarray, color: str):
     """Draw a line around connected cells."""
     if cells.any() and not cells.all():
         mask = cells.T.astype(float)
-        ax.contour(contact["x"].values, contact["y"].values, mask, [_OUTLINE_LEVEL], colors=[color], linewidths=0.5)
+        # level of the outline of a mask, below a half, so that diagonal neighbours have one outline: they are one patch
+        ax.contour(contact["x"].values, contact["y"].values, mask, [0.49], colors=[color], linewidths=0.5)

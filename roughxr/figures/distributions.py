@@ -38,9 +38,6 @@ FEWEST_SAMPLES = 10
 #: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
 _MOST_BINS = 48
 
-#: Share of the vertical axis that one line of a legend takes.
-_LEGEND_LINE = 0.13
-
 
 @styled
 def distribution(
@@ -112,7 +109,8 @@ def distribution(
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)
     entries = len(ax.get_legend_handles_labels()[1])
-    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + _LEGEND_LINE * entries))  # room for the legend above the bars
+    # share of the vertical axis that one line of a legend takes
+    ax.set_ylim(0, ax.dataLim.y1 * (1.05 + 0.13 * entries))  # room for the legend above the bars
     return legend(ax, loc="upper right")
 
 

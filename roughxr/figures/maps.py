@@ -18,9 +18,6 @@ from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, styled
 #: Colours of the modes of detachment; grey for places without one.
 _MODES = dict(zip((*MODES, NEITHER, NO_CONTACT, NO_REST), (BLUE, ORANGE, GREEN, "#f2f2f2", "#c8c8c8", "#969696")))
 
-#: Depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn.
-_OUTLINE_DEPTH = 0.2
-
 
 @styled
 def scan_map(
@@ -140,7 +137,8 @@ def _ellipses(ax, catalogue: xr.Dataset, extent: tuple[float, float, float, floa
     shown = (x >= x_low) & (x <= x_high) & (y >= y_low) & (y <= y_high) & (catalogue["curvature_min"] > 0)
     peaks = catalogue.isel(asperity=shown.values)
     patch = float(peaks["patch_radius"]) if "patch_radius" in peaks else np.inf
-    semi_axes = (np.sqrt(2 * _OUTLINE_DEPTH / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
+    # depth (nm) below the vertex of a fitted paraboloid at which its outline is drawn
+    semi_axes = (np.sqrt(2 * 0.2 / peaks[f"curvature_{end}"].values) for end in ("min", "max"))
     longer, shorter = (2 * np.minimum(axis, patch) for axis in semi_axes)
     centres = np.c_[peaks["x"].values, peaks["y"].values]
     angles = np.degrees(peaks["orientation"].values)

@@ -24,12 +24,6 @@ from .style import (
     styled,
 )
 
-#: Smallest tension, over the largest force, that is visible on a linear axis.
-_LEAST_VISIBLE = 0.05
-
-#: Largest number of displacements with an interval: more would hide the line.
-_MOST_BARS = 20
-
 
 @styled
 def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
@@ -68,7 +62,8 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         style: dict[str, Any] = {"color": VERMILION, "marker": "v", "markersize": 2.6, "linewidth": 0, "zorder": 3}
         ax.plot(ds["pull_off_delta"], -ds["pull_off_force"], label="pull-off", **style)
         tension = float(ds["pull_off_force"].median())  # a sweep may step over it
-    if 0 < tension < _LEAST_VISIBLE * float(force.max()):
+    # smallest tension, over the largest force, that is visible on a linear axis
+    if 0 < tension < 0.05 * float(force.max()):
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
@@ -133,7 +128,8 @@ def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | 
     shown = ds.isel(delta=(ds["force"].notnull().sum("subregion") > 1).values)
     if not shown.sizes["delta"]:
         return
-    shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // _MOST_BARS)))
+    # largest number of displacements with an interval: more would hide the line
+    shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // 20)))
     intervals = statistics.bootstrap(shown, "force", statistics=[statistic], resamples=399)
     low, high = (intervals[end].sel(statistic=statistic).values for end in ("low", "high"))
     ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8, label=label)

@@ -31,17 +31,11 @@ from .style import (
     styled,
 )
 
-#: Ratio of largest to smallest value from which an axis is logarithmic.
-_WIDE = 20.0
-
 #: Resamples of the interval of a mean.
 _RESAMPLES = 399
 
 #: Cumulative probabilities between which fitted laws are drawn.
 _LAW_RANGE = 0.001, 0.999
-
-#: Wavevectors below the roll-off, and beyond the shortest wavelength shown, to which a fitted spectrum is drawn.
-_BELOW_ROLLOFF, _BEYOND_SHOWN = 5.0, 4.0
 
 #: Least violation, over its limit, on the axis.
 _LEAST_VIOLATION = 1e-6
@@ -87,7 +81,8 @@ def _row_axes(names: Any, ax: Axes | None) -> tuple[Axes, np.ndarray]:
 def _is_wide(values: np.ndarray) -> bool:
     """Return whether positive values span so much that a logarithmic axis shows them better."""
     known = values[np.isfinite(values)]
-    return known.size > 0 and known.min() > 0 and known.max() > _WIDE * known.min()
+    # ratio of largest to smallest value from which an axis is logarithmic
+    return known.size > 0 and known.min() > 0 and known.max() > 20.0 * known.min()
 
 
 @styled
@@ -171,7 +166,8 @@ def spectrum(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(measured["wavevector"], measured["psd"], color=GREY, label="scan")
     if "psd_plateau" in ds:
         rolloff, shortest = (2 * np.pi / float(ds[f"{name}_wavelength"]) for name in ("rolloff", "shortest"))
-        wavevector = np.geomspace(min(rolloff / _BELOW_ROLLOFF, shortest), shortest * _BEYOND_SHOWN, 200)
+        # wavevectors below the roll-off, and beyond the shortest wavelength shown, to which a fitted spectrum is drawn
+        wavevector = np.geomspace(min(rolloff / 5.0, shortest), shortest * 4.0, 200)
         plateau, hurst = (float(ds[name]) for name in ("psd_plateau", "hurst_exponent"))
         density = k_correlation(wavevector, plateau, float(ds["rolloff_wavelength"]), hurst)
         ax.plot(wavevector, density, color=BLUE, label=f"self-affine fit, H = {hurst:.2g}")

@@ -16,12 +16,6 @@ from typing import TextIO, cast
 
 from tqdm import tqdm
 
-#: Seconds between two updates of a bar: on a terminal, and in a file.
-_ON_TERMINAL, _IN_FILE = 0.1, 10.0
-
-#: Growth of a time left that is stated.
-_NOTABLE = 1.2
-
 #: Where progress is shown, if anywhere, and the stage of a run.
 _STREAM: ContextVar[TextIO | None] = ContextVar("progress", default=None)
 _STAGE: ContextVar[str] = ContextVar("stage", default="")
@@ -85,7 +79,8 @@ def subregion_bar(total: int, *, done: int = 0, label: str = "") -> tqdm:
     """Return a bar of finished subregions, of which some were finished by an earlier call."""
     stream = _STREAM.get()
     stage = _STAGE.get()
-    interval = _ON_TERMINAL if stream is not None and stream.isatty() else _IN_FILE
+    # seconds between two updates of a bar: on a terminal, and in a file
+    interval = 0.1 if stream is not None and stream.isatty() else 10.0
     return tqdm(
         desc=stage or label,
         total=total,
@@ -168,7 +163,8 @@ class TimeLeft:
 
     def __call__(self, seconds: float, why: str) -> str:
         """Return the time left in words; ``why`` it may be longer than at the call before."""
-        grew = seconds > _NOTABLE * self._seconds and rough_duration(seconds) != rough_duration(self._seconds)
+        # growth of a time left that is stated
+        grew = seconds > 1.2 * self._seconds and rough_duration(seconds) != rough_duration(self._seconds)
         self._seconds = seconds if grew else min(seconds, self._seconds)
         return f"{rough_duration(self._seconds)} left" + f" (more than before: {why})" * grew
 

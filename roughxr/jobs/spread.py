@@ -27,15 +27,6 @@ from dask.delayed import Delayed
 
 from .progress import print_line, subregion_bar
 
-#: Largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each.
-_MOST_BATCHES = 256
-
-#: Bytes of results that a local scheduler keeps in memory at once: it returns them together.
-_RESULT_BYTES = 2**28
-
-#: How often a cluster computes a lost batch again.
-_RETRIES = 3
-
 #: Time (s) without a result after which workers are counted, and between two looks for results.
 _PATIENCE, _POLL = 15.0, 0.02
 
@@ -64,7 +55,8 @@ class Tasks(NamedTuple):
 
     def batches(self, items: Sequence[Any]) -> list[Sequence[Any]]:
         """Return items in batches of a fixed size."""
-        size = -(-len(self.arguments) // _MOST_BATCHES)
+        # largest number of batches into which tasks are bundled: a scheduler spends about a millisecond on each
+        size = -(-len(self.arguments) // 256)
         return [items[k : k + size] for k in range(0, len(items), size)]
 
 
@@ -160,7 +152,8 @@ def compute_each(work: Tasks, items: Sequence[int], receive: Callable[[Sequence[
 def _compute_locally(work: Tasks, batches: Sequence[Sequence[int]], finished: Callable) -> None:
     """Compute batches as plain tasks, which cost a local scheduler a sixth of the time of delayed ones."""
     get = get_scheduler() or dask.threaded.get
-    at_once = max(_RESULT_BYTES // max(work.dtype.itemsize, 1), 1)
+    # bytes of results that a local scheduler keeps in memory at once: it returns them together
+    at_once = max((2**28) // max(work.dtype.itemsize, 1), 1)
     with dask.callbacks.Callback(posttask=lambda key, result, *_: finished(batches[key], result)):
         for first in range(0, len(batches), at_once):
             arguments = {k: [work.arguments[m] for m in batches[k]] for k in range(len(batches))[first:][:at_once]}
@@ -170,7 +163,8 @@ def _compute_locally(work: Tasks, batches: Sequence[Sequence[int]], finished: Ca
 
 def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[int]], finished: Callable) -> None:
     _expect_workers(client)
-    futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=_RETRIES)
+    # how often a cluster computes a lost batch again
+    futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=3)
     batch_of = dict(zip((future.key for future in futures), batches))
     try:
         for future in _as_completed(client, futures):

@@ -20,25 +20,16 @@ _BINS, _LEAST_BINS = 100, 8
 #: Largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations.
 _THRESHOLD = 4.5
 
-#: Used part of the longest stretch, whose end may contain an undetected weak tension.
-_USED = 0.65
-
 #: Other parts of the longest stretch, whose lines give the error by its choice.
 _PARTS = (0.3, 0.5, 0.8, 1.0)
 
 #: Numbers of bins that are also tried for stretches shorter than the first of them.
 _BEYOND = (20, 30)
 
-#: Factor on the largest of the changes by other stretches, since there are few.
-_FEW = 2.0
-
 #: Error of a parabola's third coefficient, in errors of its first, over equidistant values; its factor for a bend
 #: that no test has found.
 _BEND = np.sqrt(5) / 2
 _UNSEEN = 2.0
-
-#: Depth of interference over such a bend at which the stretch would not be straight.
-_VISIBLE = 10.0
 
 #: Numbers of bins, and degrees of polynomials through them, that predict the force at the next bins.
 _WINDOWS = (4, 6, 8, 12, 16, 24, 32, 48)
@@ -47,15 +38,6 @@ _DEGREES = (0, 1, 2)
 #: A step of the force between the means of this many bins counts if it is this many standard deviations high.
 _STEP_BINS = 4
 _STEP_SIGNIFICANCE = 5.0
-
-#: Number of stretches of which the one with the least error is taken.
-_STRETCHES = 24
-
-#: The shortest of them, as a share of all.
-_SHORTEST = 0.15
-
-#: Variance of interference at one place, over its mean square about a line.
-_WAVES = 2.0
 
 
 class Baseline(NamedTuple):
@@ -104,7 +86,8 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     mean_z, mean_force = (bin_means(values, width) for values in (z, force))
     variance = _variance_of_means(force, mean_force, width)
     count = _straight(mean_z, mean_force, variance)
-    parts = [int(part * count) for part in (_USED, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
+    # used part of the longest stretch, whose end may contain an undetected weak tension
+    parts = [int(part * count) for part in (0.65, *_PARTS)] + [n for n in _BEYOND if count < _BEYOND[0] <= bins]
     line, *others = (_fitted_line(mean_z, mean_force, variance, min(max(part, 4), bins)) for part in parts)
     far = z <= line.end
     off = force[far] - line.force(z[far])
@@ -122,8 +105,10 @@ def with_choice_error(line: Baseline, others: list[Baseline], at: float, lowest:
     excess = [(line.force(at) - other.force(at)) ** 2 - max(other.error(at) ** 2 - own, 0.0) for other in others]
     half_length = line.longest - line.centre if line.longest > line.centre else np.inf
     bend = _UNSEEN * line.level_error * _BEND * max(3 * ((at - line.centre) / half_length) ** 2 - 1, 0.0)
-    bend = 0.0 if line.force(at) - lowest > _VISIBLE * bend else bend
-    wider = np.sqrt(1 + (_FEW**2 * max(0.0, *excess) + bend**2) / own)
+    # depth of interference over such a bend at which the stretch would not be straight
+    bend = 0.0 if line.force(at) - lowest > 10.0 * bend else bend
+    # twice the largest of the changes by other stretches, since there are few
+    wider = np.sqrt(1 + (4.0 * max(0.0, *excess) + bend**2) / own)
     return line._replace(level_error=line.level_error * wider, tilt_error=line.tilt_error * wider)
 
 
@@ -177,14 +162,16 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) 
     width = max(1, z.size // _BINS)
     x, y = bin_means(z, width)[::-1], bin_means(force, width)[::-1]
     x = x - x[0]
-    counts = np.unique(np.geomspace(max(_SHORTEST * x.size, min(_LEAST_BINS, x.size)), x.size, _STRETCHES).astype(int))
+    # 24 stretches, the shortest 0.15 of all, of which the one with the least error is taken
+    counts = np.unique(np.geomspace(max(0.15 * x.size, min(_LEAST_BINS, x.size)), x.size, 24).astype(int))
     sums = np.cumsum(np.stack([x, x**2, y, x * y, y**2]), axis=1)[:, counts - 1] / counts
     variance_x, variance_y = sums[1] - sums[0] ** 2, sums[4] - sums[2] ** 2
     tilt = (sums[3] - sums[0] * sums[2]) / np.maximum(variance_x, 1e-300)
     misfit = np.maximum(variance_y - tilt**2 * variance_x, 0.0) * counts / np.maximum(counts - 2, 1)
     white = noise**2 / width
     interference = np.maximum(misfit - white * (1 + np.sqrt(8 / counts)), 0.0)
-    level_error = white / counts + _WAVES * interference
+    # variance of interference at one place, over its mean square about a line
+    level_error = white / counts + 2.0 * interference
     tilt_error = (white / counts + interference) / np.maximum(variance_x, 1e-300)
     distance = at - bin_means(z, width)[-1] - sums[0]
     error = level_error + tilt_error * distance**2

@@ -45,14 +45,8 @@ _NOISE_UNCERTAINTY = 1.3
 #: Rms of the residuals, over the noise and interference of the baseline, above which a law does not describe a curve.
 _MISFIT = 3.0
 
-#: Errors by which a stiff contact must be excluded for an upper limit of the modulus, in ends of the interval.
-_RIGID = 1.25
-
 #: Changes of the modulus' logarithm from which a fit is begun again.
 _OTHER_MODULI = (-4.5, -3.0, -1.5, 1.5)
-
-#: A straight stretch is the baseline of an approach if it is this share of the travel before the contact.
-_LEAST_STRETCH = 0.3
 
 #: Points of Hertz's law, its fewest samples on an approach, and its largest error of the modulus' logarithm.
 _HERTZ_POINTS, _LEAST_HERTZ, _LARGEST_HERTZ = 300, 20, 1.5
@@ -453,7 +447,8 @@ def _approach_baseline(z: np.ndarray, force: np.ndarray) -> Baseline:
     free = np.flatnonzero(force < np.median(far) + 3 * far.std())
     contact = int(free[-1])
     line, others = straight_baseline(z, force, z.size)
-    if line.longest - z[0] > _LEAST_STRETCH * (z[contact] - z[0]) or contact < 5 * _LEAST_CONTACT:
+    # A straight stretch is the baseline of an approach if it is this share of the travel before the contact
+    if line.longest - z[0] > 0.3 * (z[contact] - z[0]) or contact < 5 * _LEAST_CONTACT:
         return with_choice_error(line, others, z[contact])
     nearest_first = slice(contact, None, -1)
     return least_error_line(z[nearest_first], force[nearest_first], line.noise, z[contact])
@@ -533,7 +528,8 @@ def _modulus_end(
         return float(np.sqrt(max(2 * (fixed.cost - best.cost), 0.0) / level))
 
     stiffest = min(float(best.x[0]) + _LARGEST_CHANGE, _LOG_MODULUS[1])
-    if step > 0 and height(stiffest) < _RIGID:  # before the search, which rounding may end too early
+    # errors by which a stiff contact must be excluded for an upper limit of the modulus, in ends of the interval
+    if step > 0 and height(stiffest) < 1.25:  # before the search, which rounding may end too early
         return np.inf, works
     works.clear()
     x = best.x[1:]

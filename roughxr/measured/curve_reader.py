@@ -40,9 +40,6 @@ _JPK_DEFLECTION = "channel.vDeflection.conversion-set.conversion."
 #: Names of an Asylum wave's columns.
 _ASYLUM = {"height (measured)": ("ZSnsr", "ZSensor", "LVDT"), "height (piezo)": ("Raw", "Height")}
 
-#: Largest size of a text in an archive, bytes.
-_LARGEST_TEXT = 2**28
-
 
 def read(
     path: str, kind: str, known: dict[str, float], texts: dict[str, bytes], first: int = 0, last: int | None = None
@@ -98,7 +95,8 @@ def _read_texts(archive: zipfile.ZipFile, known: dict[str, float], texts: dict[s
                 kind = next((kind for kind, words in texts.items() if words in head), None)
                 if kind is not None:
                     file = Path(folder) / "text"
-                    file.write_bytes(head + packed.read(_LARGEST_TEXT))
+                    # largest size of a text in an archive, bytes
+                    file.write_bytes(head + packed.read(2**28))
                     name, own = _read_with_afmformats(file, kind, known)
                     curves += [{**curve, "kind": kind} for curve in own]
     if not curves:

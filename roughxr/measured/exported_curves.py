@@ -46,9 +46,6 @@ _CURVE_BITS = 0
 _VOLUME_BITS = 8
 _POSSIBLE_BITS = (0, 8, 16)
 
-#: Number of curves of a volume that show the trigger.
-_TRIGGERED_CURVES = 16
-
 
 def read(path: Path, kind: str, known: dict[str, float], first: int = 0, last: int | None = None) -> dict[str, Any]:
     """Return the headers of a file of curves, or its curves from ``first`` to before ``last``."""
@@ -318,7 +315,8 @@ def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, 
         or float(threshold["value"]) <= 0
     ):
         return default
-    extensions = np.asarray(stored.counts[:_TRIGGERED_CURVES, : sizes[0]], float) * stored.volts
+    # number of curves of a volume that show the trigger
+    extensions = np.asarray(stored.counts[:16, : sizes[0]], float) * stored.volts
     far = np.median(extensions[:, -max(sizes[0] // 4, 1) :], axis=1)
     reached = float(np.median(extensions.max(axis=1) - far))
     if reached <= 0:

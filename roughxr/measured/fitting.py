@@ -26,9 +26,6 @@ METHODS: dict[str, tuple[Callable[..., xr.Dataset], tuple[int, int]]] = {
     "superposed": (pull_off_map, (8, 8)),
 }
 
-#: Largest exponent of the contact modulus for a fit that hardly depends on it.
-_WEAK_EXPONENT = 0.1
-
 #: Range of measured over predicted spread that the surface explains.
 _EXPLAINED_SPREAD = 0.7, 1.4
 
@@ -200,7 +197,8 @@ def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
 
 def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) -> str:
     """Return sentences on the limits of the fit."""
-    separable = "only weakly" if abs(power) < _WEAK_EXPONENT else "so that the fit cannot separate the two"
+    # largest exponent of the contact modulus for a fit that hardly depends on it
+    separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
     modulus = f"contact modulus {float(ds['contact_modulus']):g} GPa"
     notes = [f"w depends on the assumed {modulus} to the power {power:.2f}, {separable}"]
     notes += ["the range of adhesion is the assumed one"]

@@ -25,39 +25,15 @@ from .baselines import (
 #: Smallest numbers of samples: of a retraction, of its baseline, and of the part in contact.
 _LEAST_SAMPLES, _LEAST_BASELINE, _LEAST_PRESSED = 50, 10, 5
 
-#: A pull-off is measured if the force is this many standard deviations of the noise below the baseline ...
+#: A pull-off is measured if the force is this many standard deviations of the noise below the baseline.
 _SIGNIFICANCE = 5.0
-
-#: ... and this many standard errors of the baseline.
-_LEAST_ERRORS = 2.5
-
-#: The limit of a pull that is not measured is this many standard errors above the depth of the lowest sample.
-_LIMIT_ERRORS = 2.5
-
-#: A jump is complete if it is this share of the depth of the lowest sample.
-_COMPLETE_JUMP = 0.5
 
 #: A jump takes at most this many samples, or one part in this many of those after the lowest.
 _LONGEST_JUMP = 10
 
-#: Steps larger than this many standard deviations of the noise are the cantilever's ringing after a jump.
-_RINGING = 8.0
-
-#: A later loss of tension counts if it is this share of the depth.
-_LEAST_STEP = 0.02
-
 #: A straight stretch is the baseline if it is this share of the travel after the lowest force: before a tail, and
 #: in any case.
 _LEAST_STRETCH, _PLAIN = 0.3, 0.8
-
-#: A line describes interference if its stretch is this many times as long as the longest straight one.
-_LONGER_BY_WAVES = 1.5
-
-#: Number of bins in which the largest recovery of the force is sought.
-_RECOVERY_BINS = 400
-
-#: A stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends.
-_LONG_STRETCH = 0.4
 
 #: Parabola through the lowest force: most samples on either side, fewest in all; largest height above the lowest
 #: sample, then above the vertex, in standard deviations; number of iterations.
@@ -66,17 +42,7 @@ _HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0,
 #: Rise of the force above the lowest sample, in standard deviations of the noise, by which a surface has detached.
 _DETACHED = 6.0
 
-#: A sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is not.
-#: Subtract half of this, with an error of the whole, since one side may be steeper.
-_SHARP = 0.1
-
-#: Saturated detector: this many samples have the lowest force, and the baseline has fewer than half as many equal ones.
-_SATURATED_RUN = 8
-
 _SATURATED = "the detector's range ends before the largest pull"
-
-#: Factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant.
-_LARGEST_SLOPE = 1.1
 
 
 #: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
@@ -199,7 +165,8 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
 def _warn_of_slope(slopes: np.ndarray, stiffness: float) -> None:
     """Warn if forces rise faster in contact than the cantilever can bend."""
     times = float(np.median(slopes[np.isfinite(slopes)])) / stiffness if np.isfinite(slopes).any() else 0.0
-    if times > _LARGEST_SLOPE:
+    # factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant
+    if times > 1.1:
         warn(
             f"in contact the force rises by {times * stiffness:.3g} nN per nm of the piezo's travel, {times:.2f} times "
             "the spring constant: the sensitivity (nm/V) is too large by that factor at least, and so are the forces",
@@ -292,19 +259,22 @@ class Pull(NamedTuple):
     @property
     def threshold(self) -> float:
         """The smallest depth that noise and baseline do not explain, nN."""
-        return max(_SIGNIFICANCE * self.line.noise, _LEAST_ERRORS * self.error)
+        # beyond the noise, and beyond this many standard errors of the baseline
+        return max(_SIGNIFICANCE * self.line.noise, 2.5 * self.error)
 
     @property
     def limit(self) -> float:
         """The largest pull-off force that the curve allows if none is measured, nN."""
-        return max(self.depth, 0.0) + _LIMIT_ERRORS * float(np.hypot(self.line.noise, self.error))
+        # the limit of a pull that is not measured is this many standard errors above the depth of the lowest sample
+        return max(self.depth, 0.0) + 2.5 * float(np.hypot(self.line.noise, self.error))
 
 
 def retraction_pull(z: np.ndarray, force: np.ndarray, share: float, ruptures: list[_Rupture] | None = None) -> Pull:
     """Return the lowest force of a retraction, above the baseline whose error holds there."""
     ruptures = _ruptures(force) if ruptures is None else ruptures
     lowest, recovery = _lowest_sample(force)
-    losses = [rupture for rupture in ruptures if rupture.height > _LEAST_STEP * recovery]
+    # a later loss of tension counts if it is this share of the depth
+    losses = [rupture for rupture in ruptures if rupture.height > 0.02 * recovery]
     far = _far_part(z, force, share, losses)
     pull = _pull_at(z, force, lowest, far)
     if pull.is_measured:
@@ -358,7 +328,8 @@ def _baseline_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart) -
     if stretch < _PLAIN and _has_jumped(z, force, lowest, first):
         return _line_after_jump(z, force, lowest, first, straight, far.losses, far.noise)
     wavy = least_error_line(z[far.after_losses :], force[far.after_losses :], far.noise, at)
-    is_wave = (wavy.end - z[-1]) / travel > _LONGER_BY_WAVES * stretch
+    # a line describes interference if its stretch is this many times as long as the longest straight one
+    is_wave = (wavy.end - z[-1]) / travel > 1.5 * stretch
     if stretch > _LEAST_STRETCH or not is_wave or straight.error(at) < wavy.error(at):
         return straight
     error = float(np.hypot(wavy.error(at), (straight.force(at) - wavy.force(at)) / 2))  # of a tail, or of a wave
@@ -367,7 +338,8 @@ def _baseline_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart) -
 
 def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
     """Return the sample from which the force recovers most, whatever the baseline, and by how much."""
-    width = max(1, force.size // _RECOVERY_BINS)
+    # number of bins in which the largest recovery of the force is sought
+    width = max(1, force.size // 400)
     level = bin_means(force, width)
     recovery = np.maximum.accumulate(level[::-1])[::-1] - level
     near = int(np.argmax(recovery)) * width
@@ -399,7 +371,8 @@ def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], n
 def _ringing(force: np.ndarray, noise: float) -> int:
     """Return the number of samples in which the cantilever rings after a jump."""
     steps = np.abs(np.diff(force[: max(force.size // _LONGEST_JUMP, 1)]))
-    large = np.flatnonzero(steps > _RINGING * noise)
+    # steps larger than this many standard deviations of the noise are the cantilever's ringing after a jump
+    large = np.flatnonzero(steps > 8.0 * noise)
     return int(large[-1]) + 1 if large.size else 0
 
 
@@ -416,7 +389,8 @@ def _has_jumped(z: np.ndarray, force: np.ndarray, lowest: int, first: int) -> bo
     flat = force[first:] - np.polyval(np.polyfit(z[first:], force[first:], 1), z[first:])
     jump = float(np.median(force[first : first + span])) - force[lowest]
     later = float(np.max(flat[: flat.size // span * span].reshape(-1, span).mean(axis=1)) - np.median(flat[:span]))
-    return jump >= _COMPLETE_JUMP * (jump + later)
+    # a jump is complete if it is this share of the depth of the lowest sample
+    return jump >= 0.5 * (jump + later)
 
 
 def _line_after_jump(
@@ -451,7 +425,8 @@ def _line_after_jump(
         return straight
     doubt = max(abs(level) if beyond == first else 0.0, float(flat[beyond:].std())) / 2
     tail = straight.force(at) - offset - level
-    is_long = straight.longest - z[-1] > _LONG_STRETCH * (at - z[-1])
+    # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
+    is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
     if is_long and abs(tail) > 2 * np.hypot(straight.error(at), error):
         level += tail / 2
         doubt = tail / 2
@@ -518,7 +493,9 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
 def _is_saturated(force: np.ndarray, at: int, far: np.ndarray) -> bool:
     """Return whether the detector is saturated: the lowest force is one value over many samples."""
     equal = _longest_run(force[max(at - 200, 0) : at + 200] == force.min())
-    return equal >= max(_SATURATED_RUN, 2 * (1 + _longest_run(np.diff(force[far]) == 0)))
+    # saturated detector: this many samples have the lowest force, and the baseline has fewer than half as many equal
+    # ones
+    return equal >= max(8, 2 * (1 + _longest_run(np.diff(force[far]) == 0)))
 
 
 def _longest_run(true: np.ndarray) -> int:
@@ -603,7 +580,9 @@ def _parabola(
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ covariance @ row)
     rise = float((height[own.start] + height[own.stop - 1]) / 2 - _parabola_terms(where) @ coefficients)
-    sharp = 0.0 if detached else _SHARP * max(rise, 0.0)
+    # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is
+    # not. Subtract half of this, with an error of the whole, since one side may be steeper.
+    sharp = 0.0 if detached else 0.1 * max(rise, 0.0)
     return _Minimum(
         float(row @ coefficients) - sharp,
         float(np.linalg.norm([error, 2 * sharp, unseen / np.sqrt(12)])),

@@ -38,9 +38,6 @@ _MOST_VALUES, _LONGEST_STEP, _CLOSE_ENOUGH = 14, np.log(4.0), 0.05
 #: Range of the values that are tried, over the first value (ln).
 _FARTHEST = -np.log(1e3), np.log(1e3)
 
-#: Least number of places whose correlation is estimated; fewer count as independent.
-_FEW_PLACES = 16
-
 
 class Predicted(NamedTuple):
     """Forces at all places for one value of the quantity, and their common relative error."""
@@ -203,6 +200,7 @@ def _ln_quantiles(ln_values: np.ndarray) -> np.ndarray:
 
 def _independent(forces: Samples) -> float:
     """Return the number of independent places; few places all count."""
-    if forces.places is None or forces.values.size < _FEW_PLACES or np.ptp(forces.values) == 0:
+    # least number of places whose correlation is estimated; fewer count as independent
+    if forces.places is None or forces.values.size < 16 or np.ptp(forces.values) == 0:
         return float(forces.values.size)
     return float(np.clip(independent_places(forces.values, forces.places), 2, forces.values.size))

@@ -6,9 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 
-#: A change of direction counts if the piezo goes back by this share of the curve's whole travel.
-_REVERSAL = 0.1
-
 #: A segment is a hold if it travels less than this share of the longest one.
 _HOLD_TRAVEL = 0.02
 
@@ -17,9 +14,6 @@ _HOLD_TIME = 0.15
 
 #: The part of a ramp, as shares of its travel, whose straight line is extended to the hold.
 _LINE = (0.1, 0.3)
-
-#: An earlier ramp is taken instead of the last one if the last one travels less than this share of the longest.
-_MAIN_TRAVEL = 0.5
 
 
 def approach_and_retraction(
@@ -52,7 +46,8 @@ def _joined(ramps: list[np.ndarray], rises: np.ndarray) -> list[np.ndarray]:
 def _last_main(travels: np.ndarray) -> int | None:
     """Return the last number of those that travel forward, at least half as far as the longest."""
     longest = travels.max(initial=0.0)
-    return max((k for k, travel in enumerate(travels) if 0 < _MAIN_TRAVEL * longest <= travel), default=None)
+    # an earlier ramp is taken instead of the last one if the last one travels less than this share of the longest
+    return max((k for k, travel in enumerate(travels) if 0 < 0.5 * longest <= travel), default=None)
 
 
 def _ramps(piezo: np.ndarray, number: np.ndarray | None, paused: np.ndarray | None) -> list[np.ndarray]:
@@ -64,7 +59,8 @@ def _ramps(piezo: np.ndarray, number: np.ndarray | None, paused: np.ndarray | No
         segment = np.arange(first, end)
         segment = segment[np.isfinite(piezo[segment])]
         if segment.size and not (paused is not None and paused[first]):
-            ramps += [_without_holds(piezo, part) for part in _monotonic(piezo, segment, _REVERSAL * whole)]
+            # a change of direction counts if the piezo goes back by this share of the curve's whole travel
+            ramps += [_without_holds(piezo, part) for part in _monotonic(piezo, segment, 0.1 * whole)]
     return ramps
 
 

@@ -22,9 +22,6 @@ from .loads import FLOWS, Flow, lift, read_flow
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
 
-#: Drag of Reeks & Hall over ρ u*² r², and lever of their model, r/a.
-_DRAG, _LEVERS = 32.0, 100.0
-
 #: Largest radius, µm, for which the mean of Biasi's fit is positive.
 _LARGEST_RADIUS = (0.016 / 0.0023) ** (1 / 0.545)
 
@@ -110,7 +107,8 @@ def rock_n_roll(
     forces = np.atleast_1d(magnitude(adhesion, "nN", "adhesion"))
     fluid = read_flow(flow)
     pressure = fluid.density * speed**2 * factor("Pa", "GPa")
-    force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + _LEVERS * _DRAG * pressure * r**2
+    # drag of Reeks & Hall over ρ u*² r², and lever of their model, r/a
+    force = 0.5 * lift(speed, r, fluid._replace(lift="hall")) + 100.0 * 32.0 * pressure * r**2
     shares = None if weights is None else np.asarray(weights)
     return np.average(survival(force[:, None] / forces, speed, seconds, fluid), axis=1, weights=shares)
 

@@ -17,17 +17,8 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places
 
-#: Motion of the sphere, in pixels, within which a summit counts as a support.
-_CARRYING_MOTION = 0.05
-
-#: Resting positions closer than this (pixels) are one.
-_EQUAL_POSITIONS = 0.05
-
 #: Cells along a side of a pixel; heights are interpolated as in the simulations.
 _REFINE = 2
-
-#: Largest distance (cells) between a resting position and the one on the vertices of asperities.
-_PAIRING_DISTANCE = 40.0
 
 
 def resting(
@@ -88,7 +79,8 @@ def resting(
         grid = regions.centres(scan, landings)
         start = np.stack([grid["subregion_x"].values, grid["subregion_y"].values], axis=-1)
         spheres = np.full(len(start), 1 / len(start))
-    places, share = _distinct(basins.settle(surface, start), spheres, _EQUAL_POSITIONS * max(surface.pixel))
+    # resting positions closer than this (pixels) are one
+    places, share = _distinct(basins.settle(surface, start), spheres, 0.05 * max(surface.pixel))
     out = _described(scan, surface, places)
     out = out.assign_coords(landing_share=("subregion", share / max(share.sum(), 1e-300)))
     if on is not None:
@@ -152,7 +144,8 @@ def _described(scan: xr.Dataset, surface: basins.DilatedSurface, places: np.ndar
     x, y, height = places.T
     out = xr.Dataset(coords={"subregion": np.arange(x.size)})
     out = out.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))
-    number, at = basins.supports(places, surface, _CARRYING_MOTION)
+    # motion of the sphere, in pixels, within which a summit counts as a support
+    number, at = basins.supports(places, surface, 0.05)
     at = at[:, : max(int(number.max(initial=0)), 1)]
     out = out.assign(rest_height=("subregion", height), supports=("subregion", number))
     out = out.assign({f"support_{axis}": (("subregion", "support"), at[:, :, k]) for k, axis in enumerate("xy")})
@@ -171,7 +164,8 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
     points = dilation.Ball(surface.ball.radius, 0.0, 0.0)
     largest = max(surface.pixel)
-    farthest = _PAIRING_DISTANCE * largest
+    # largest distance (cells) between a resting position and the one on the vertices of asperities
+    farthest = 40.0 * largest
     moved = basins.settle_near(rows, places, points, largest, farthest)
     last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.height.shape) - 1)
     outside = (moved[:, :2] < surface.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)

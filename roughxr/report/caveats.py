@@ -21,12 +21,6 @@ from .summary import BUDGET
 
 Run = Mapping[str, xr.Dataset]
 
-#: Share of the force above the hardness above which a caution is given.
-_YIELDED_SHARE = 0.005
-
-#: Relative error of the mean pull-off by mesh and step above which a caution is given.
-_LARGEST_ERROR = 0.1
-
 #: Share of unresolved contacts or asperities from which a caution is given.
 _UNRESOLVED_SHARE = 0.05
 
@@ -108,7 +102,8 @@ def _solved(run: Run) -> Iterator[str]:
                 where = f"at {none} of {adheres.size} places"
                 yield f"{title}: {where} the sphere does not adhere; the statistics omit them."
     error = mesh_error(run["statistics/adhesive"]) if "statistics/adhesive" in run else np.nan
-    if error > _LARGEST_ERROR:
+    # relative error of the mean pull-off by mesh and step above which a caution is given
+    if error > 0.1:
         yield f"The numerical error of the mean pull-off is {percent(error)}: use a finer mesh."
 
 
@@ -142,7 +137,8 @@ def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
     name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
-    if not force > _YIELDED_SHARE:
+    # share of the force above the hardness above which a caution is given
+    if not force > 0.005:
         return
     shares = f"{where}, {percent(area)} of the contact area with {percent(force)} of the force lies"
     if "plastic_work" in ds:

@@ -38,9 +38,6 @@ _MICRO = 1e-3  # µm per nm
 #: The main numbers of pull-off: words and statistic.
 _MAIN = {"mean": "mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
 
-#: Smallest number of places from which the 5 % and 95 % quantiles are given.
-_QUANTILE_PLACES = 20
-
 
 def tables(run: Run) -> dict[str, pd.DataFrame]:
     """Return the tables for which a run has the groups, by their titles."""
@@ -169,7 +166,8 @@ def main_numbers(run: Run) -> pd.DataFrame:
         adhering = int(samples["pull_off_force"].notnull().sum())
         if adhering < 2:
             continue
-        chosen = [name for name in _MAIN if adhering >= _QUANTILE_PLACES or name in ("mean", "q50")]
+        # smallest number of places from which the 5 % and 95 % quantiles are given
+        chosen = [name for name in _MAIN if adhering >= 20 or name in ("mean", "q50")]
         ends = statistics.bootstrap(samples, "pull_off_force", statistics=chosen, within=pull_off)
         for name in chosen:
             at = ends.sel(statistic=name)

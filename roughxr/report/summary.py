@@ -27,9 +27,6 @@ Run = Mapping[str, xr.Dataset]
 #: Groups of the error budget, the summary, the table of places, and where particles rest.
 BUDGET, SUMMARY, PLACES, RESTS = (f"statistics/{name}" for name in ("error_budget", "summary", "places", "rests"))
 
-#: Shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller.
-_COARSE_WAVELENGTH = 50.0
-
 #: The answer of a scan that shows no surface.
 _NOISE = (
     "No pull-off force is stated: neighbouring heights of this scan are uncorrelated, as in noise. Next: measure the "
@@ -172,7 +169,8 @@ def _advice(run: Run, out: xr.Dataset) -> str:
             "this one, so that all places share a few summits"
         )
     shortest = run.get("solutions/adhesive", run["statistics/adhesive"]).coords.get("shortest_wavelength")
-    if shortest is not None and float(shortest) > _COARSE_WAVELENGTH and "best_estimate" not in out:
+    # shortest wavelength (nm) above which a scan is too coarse: contacts at pull-off are smaller
+    if shortest is not None and float(shortest) > 50.0 and "best_estimate" not in out:
         return (
             f"measure a finer scan, since this scan does not resolve roughness finer than {number(shortest, 'nm')}, "
             "which probably lowers the pull-off much"

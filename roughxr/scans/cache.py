@@ -11,9 +11,6 @@ import numpy as np
 
 _T = TypeVar("_T")
 
-#: Number of results stored of each function: a run's surfaces are its scan, levelled and smoothed.
-MOST_RESULTS = 6
-
 
 def cached(function: Callable[..., _T]) -> Callable[..., _T]:
     """Cache a function of heights and plain arguments; results must not be changed."""
@@ -25,7 +22,8 @@ def cached(function: Callable[..., _T]) -> Callable[..., _T]:
         key = dask.base.tokenize(np.ascontiguousarray(height)), repr(arguments)
         if (result := results.get(key)) is None:
             result = results[key] = function(height, *arguments)
-            while len(results) > MOST_RESULTS:
+            # number of results stored of each function: a run's surfaces are its scan, levelled and smoothed
+            while len(results) > 6:
                 results.pop(next(iter(results)), None)
         return result
 

@@ -18,14 +18,8 @@ from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, unit_window
 
-#: Longest wavelength used of a scan, as a part of its side, and shortest, in pixels.
-_SIDE_SHARE, _PIXELS_PER_WAVELENGTH = 0.5, 4.0
-
 #: Window by which heights are multiplied: without a window the scans' edges act as steps.
 _WINDOW = "hann"
-
-#: Least number of wavevectors for a fit of the model to a line.
-_FEWEST_FITTED = 4
 
 
 def combined_spectrum(
@@ -114,7 +108,8 @@ def _usable(scan: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.
 
 def _resolved(q: np.ndarray, side: float, step: float, least: float) -> np.ndarray:
     """Return a mask of the wavevectors that a scan of this size and step resolves."""
-    return (q > 2 * np.pi / (_SIDE_SHARE * side)) & (q <= 2 * np.pi / max(_PIXELS_PER_WAVELENGTH * step, least))
+    # longest wavelength used of a scan, as a part of its side, and shortest, in pixels
+    return (q > 2 * np.pi / (0.5 * side)) & (q <= 2 * np.pi / max(4.0 * step, least))
 
 
 def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -131,7 +126,8 @@ def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray
     psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2
     q = 2 * np.pi * np.fft.rfftfreq(x.size, step)
     inside = _resolved(q, x.size * step, step, least)
-    inside &= inside.sum() >= _FEWEST_FITTED
+    # least number of wavevectors for a fit of the model to a line
+    inside &= inside.sum() >= 4
     q = q[inside]
     psd = psd[inside]
     bounds = HURST[0] - 0.5, HURST[1] - 0.5

@@ -13,9 +13,6 @@ from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from .channel import optional
 
-#: Side of a chunk, pixels: a 512 x 512 block of heights is 2 MiB.
-_CHUNK = 512
-
 #: Factor and name of the SI unit of each unit of a map.
 _SI = {"nm": (1e-9, "m"), "nN": (1e-9, "N"), "GPa": (1e9, "Pa"), "nm^2": (1e-18, "m^2"), "J/m^2": (1.0, "J/m^2")}
 _SI["1"] = (1.0, "")
@@ -46,8 +43,9 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     """
     scan = validate(ds, "scan").drop_encoding()
     scan = scan.assign_attrs(Conventions="CF-1.11")
+    # side of a chunk, pixels: a 512 x 512 block of heights is 2 MiB
     encoding = as_characters(scan) | {
-        name: {"chunksizes": tuple(min(_CHUNK, n) for n in scan[name].shape), "fletcher32": True}
+        name: {"chunksizes": tuple(min(512, n) for n in scan[name].shape), "fletcher32": True}
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan

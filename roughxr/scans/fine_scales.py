@@ -36,15 +36,6 @@ _NAMES = (
 #: Coefficients of a windowed spectrum for each independent one: q and −q are equal, and neighbours are correlated.
 _REPEATED = 4.0
 
-#: A lay (preferred direction) is significant beyond this many standard errors.
-_LAY_ERRORS = 3.0
-
-#: Cells along the shortest added wavelength.
-_CELLS = 4
-
-#: Points of a finer scan's fit between its own shortest wavelength and that of the coarser scan.
-_POINTS = 64
-
 
 class Spectrum(NamedTuple):
     """The K-correlation model of a scan, and the shortest wavelength that the scan shows."""
@@ -150,7 +141,8 @@ def _lay(parts: wavelength.Parts, steps: tuple[float, float], shown: float) -> c
     ring -= ring.min()
     ring_power = (np.bincount(ring, power) / np.maximum(np.bincount(ring), 1))[ring]
     lay = np.mean(power / ring_power * (wavevector / np.abs(wavevector)) ** 2)
-    return complex(lay) if abs(lay) > _LAY_ERRORS * np.sqrt(_REPEATED / (wavevector.size * parts.number)) else 0.0
+    # a lay (preferred direction) is significant beyond this many standard errors
+    return complex(lay) if abs(lay) > 3.0 * np.sqrt(_REPEATED / (wavevector.size * parts.number)) else 0.0
 
 
 def fit_band_rings(
@@ -231,7 +223,8 @@ def add_fine_roughness(
     side = min(pixel(scan))
     shortest = positive(shortest, "nm", "shortest")
     seed = whole_number(seed, "seed", least=0)
-    n = int(np.ceil(_CELLS * side / shortest)) if mesh is None else whole_number(mesh, "mesh", least=1)
+    # cells along the shortest added wavelength
+    n = int(np.ceil(4 * side / shortest)) if mesh is None else whole_number(mesh, "mesh", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
         raise ValueError(f"mesh: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
     finite(scan["height"].values)
@@ -272,7 +265,8 @@ def known_spectrum(fit: xr.Dataset, shown: float = np.nan, lay: complex = 0.0) -
         model = Spectrum(*parameters)._replace(lay=complex(lay) if np.isfinite(lay) else 0.0)
         if not model.shown < shown:
             return model
-        q = 2 * np.pi / np.geomspace(shown, model.shown, _POINTS)
+        # points of a finer scan's fit between its own shortest wavelength and that of the coarser scan
+        q = 2 * np.pi / np.geomspace(shown, model.shown, 64)
         return model._replace(shown=shown, measured=(np.log(q), np.log(model.density(q))))
     q, psd = (fit[name].values for name in ("wavevector", "psd"))
     modes = fit["psd_modes"].values / _REPEATED if "psd_modes" in fit else np.ones(q.size)

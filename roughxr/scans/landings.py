@@ -7,15 +7,8 @@ from typing import Any
 
 import numpy as np
 
-#: Debris lies this many median absolute deviations above the median height at which the sphere first touches. The
-#: highest point of 180 self-affine surfaces without debris lay at most 7.9 above it.
-_DEBRIS_HEIGHT = 8.0
-
 #: Number of landings along each axis by which the share of debris is sampled.
 _LANDINGS = 64
-
-#: Pixels along each axis; finer scans are reduced to the highest points of blocks.
-_PIXELS = 512
 
 
 def debris_landings(
@@ -44,7 +37,9 @@ def debris_landings(
     grid = [np.linspace(axis[0], axis[-1], _LANDINGS) for axis in axes]
     touched = _touched_on_grid(height, axes, grid, radius)
     median = np.median(touched)
-    limit = median + _DEBRIS_HEIGHT * np.median(np.abs(touched - median))
+    # debris lies this many median absolute deviations above the median height at which the sphere first touches. The
+    # highest point of 180 self-affine surfaces without debris lay at most 7.9 above it.
+    limit = median + 8.0 * np.median(np.abs(touched - median))
     clean = np.where(height > limit, height.min(), height)
     if not (height > limit).any():
         return 0.0, np.zeros(len(places[0]), bool)
@@ -55,7 +50,8 @@ def debris_landings(
 
 def _block_maxima(height: np.ndarray, axes: Sequence[np.ndarray]) -> tuple[np.ndarray, list[np.ndarray]]:
     """Return the highest points of blocks of pixels, and the axes of their centres."""
-    sides = [max(axis.size // _PIXELS, 1) for axis in axes]
+    # pixels along each axis; finer scans are reduced to the highest points of blocks
+    sides = [max(axis.size // 512, 1) for axis in axes]
     counts = [axis.size // side for axis, side in zip(axes, sides)]
     centres = [axis[: n * side].reshape(n, side).mean(axis=1) for axis, n, side in zip(axes, counts, sides)]
     whole = height[: counts[0] * sides[0], : counts[1] * sides[1]]

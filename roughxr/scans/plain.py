@@ -42,9 +42,6 @@ _SIDES = (("width", "w"), ("height", "h"))
 _NUMBERS = re.compile(r"[\s,;]*[-+]?(\d|[.,]\d|(nan|inf)\b)", re.IGNORECASE)
 _HEADING = re.compile(r"\W*x(?![a-z]).*\by(?![a-z]).*\b(z(?![a-z])|height|topography)", re.IGNORECASE)
 
-#: Largest distance of a point from its grid's point, in steps: coordinates are rounded.
-_OFF_GRID = 0.3
-
 
 def npy_channels(path: Path) -> list[Channel]:
     """Return the one image of a ``.npy`` file; its size and units must be given."""
@@ -215,7 +212,8 @@ def _on_grid(path: Path, points: np.ndarray) -> tuple[np.ndarray, tuple[float, f
         shares = places / extent
         shape = np.array([np.unique(np.round(column, 9)).size for column in shares.T])
         steps = np.rint(shares * (shape - 1)).astype(int)
-        if np.abs(shares * (shape - 1) - steps).max() < _OFF_GRID and len(points) == shape.prod():
+        # largest distance of a point from its grid's point, in steps: coordinates are rounded
+        if np.abs(shares * (shape - 1) - steps).max() < 0.3 and len(points) == shape.prod():
             number = np.unique(np.ravel_multi_index(tuple(steps.T), tuple(shape)), return_index=True)[1]
     if number.size < len(points):
         raise UnreadableScan(

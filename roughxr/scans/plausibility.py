@@ -20,26 +20,9 @@ _FEWEST_LINES = 16
 #: A scar is a line that differs from its neighbours this many times more than any line in the other direction.
 _SCAR_RATIO = 3.0
 
-#: A fault is a jump between lines of this many times the median jump, and `_SCAR_RATIO` times any in the other
-#: direction.
-_JUMP_RATIO = 10.0
-
 #: Heights wrapped around if neighbours differ by this share of the range, in at least this many pairs, and this share
 #: of the heights lies in the middle half of the range, where a grating of two levels has hardly any.
 _WRAPPED_JUMP, _FEWEST_WRAPS, _BETWEEN_SHARE = 0.9, 8, 0.2
-
-#: Heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
-#: next value.
-_CLIPPED_SHARE, _CLIPPED_RATIO = 5e-4, 3.0
-
-#: Largest pixel, nm, that resolves contacts of spheres of some micrometres.
-_WIDEST_PIXEL = 1000.0
-
-#: Largest range of heights, in scan sizes; beyond, the file is damaged.
-ABSURD_RANGE = 1e3
-
-#: Least distance of a mark of missing pixels from all heights, in ranges of these.
-_OFF_RATIO = 10.0
 
 
 class ImplausibleScan(UserWarning):
@@ -66,7 +49,8 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
     marks = _missing_mark(height, width) if high - low > width else []
     if marks:
         raise UnreadableScan(path, f"expected heights that suit a scan {width:g} nm wide, found {marks[0]}")
-    if np.isinf(height).any() or high - low > ABSURD_RANGE * width:
+    # largest range of heights, in scan sizes; beyond, the file is damaged
+    if np.isinf(height).any() or high - low > 1e3 * width:
         raise UnreadableScan(
             path, f"expected heights that suit a scan {width:g} nm wide, found {low:g} to {high:g} nm: damaged"
         )
@@ -78,7 +62,8 @@ def _missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
     for value in (finite.min(), finite.max()):
         others = finite[finite != value]
         relief, gap = (np.ptp(others), np.abs(others - value).min()) if others.size else (0.0, 0.0)
-        if relief > 0 and gap > max(_OFF_RATIO * relief, least):
+        # least distance of a mark of missing pixels from all heights, in ranges of these
+        if relief > 0 and gap > max(10.0 * relief, least):
             return [
                 f"{value:.6g} nm at {finite.size - others.size} of {finite.size} pixels, {gap:.4g} nm off all others, "
                 f"which range over {relief:.4g} nm: if it marks missing pixels, replace it by nan (in the file, "
@@ -102,7 +87,8 @@ def size_doubts(ds: xr.Dataset) -> list[str]:
                 doubts.append(f"one pixel is exactly 1 {unit} along {axis}: the scan size may never have been set")
     if abs(steps[0] - steps[1]) > 1e-6 * steps[0]:
         doubts.append(f"pixels are not square: {steps[0]:g} x {steps[1]:g} nm")
-    if min(steps) > _WIDEST_PIXEL:
+    # largest pixel, nm, that resolves contacts of spheres of some micrometres
+    if min(steps) > 1000.0:
         doubts.append(f"pixels of {min(steps):.4g} nm are too coarse to resolve the contacts of small spheres")
     return doubts
 
@@ -136,10 +122,12 @@ def _clipped(height: np.ndarray) -> list[str]:
     """Return a warning if many pixels share the highest or lowest value, as at the end of a converter's range."""
     levels, counts = np.unique(height[np.isfinite(height)], return_counts=True)
     ends = (("highest", levels[-1], counts[-1], counts[-2]), ("lowest", levels[0], counts[0], counts[1]))
+    # heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
+    # next value
     return [
         f"{count} of {height.size} pixels have exactly the {which} value, {level:.6g} nm: clipped by the recorder"
         for which, level, count, next_count in ends
-        if count > max(_CLIPPED_SHARE * height.size, _CLIPPED_RATIO * next_count)
+        if count > max(5e-4 * height.size, 3.0 * next_count)
     ]
 
 
@@ -169,7 +157,9 @@ def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.nda
 def _line_jump(height: np.ndarray) -> list[str]:
     """Return a warning if heights jump between two lines, and not in the other direction."""
     ratio, line, axis, across = _outlying_line(height, lambda z: np.abs(np.nanmedian(np.diff(z, axis=0), axis=1)))
-    if ratio < max(_JUMP_RATIO, _SCAR_RATIO * across):
+    # a fault is a jump between lines of this many times the median jump, and `_SCAR_RATIO` times any in the other
+    # direction
+    if ratio < max(10.0, _SCAR_RATIO * across):
         return []
     return [f"the heights jump from line {line} to line {line + 1} along {axis}: a scan fault, or an edge"]
 

@@ -13,9 +13,6 @@ from .landings import debris_landings
 
 __all__ = ["centres", "extent"]
 
-#: Largest number of tiles along one axis, where the number of pixels is not known.
-_MOST_TILES = 65536
-
 
 class Window(NamedTuple):
     """The pixels around one centre: index ranges on the scan, and their position in the full window."""
@@ -63,7 +60,8 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
             raise ValueError("subregions: expected at least one contact centre, found none")
         subregions = places
     edges = extent(ds)
-    x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (_MOST_TILES,) * 2)
+    # largest number of tiles along one axis, where the number of pixels is not known
+    x, y = _positions(subregions, edges, (ds.sizes["x"], ds.sizes["y"]) if "x" in ds.dims else (65536,) * 2)
     _refuse_outside(x, y, edges)
     out = xr.Dataset(
         coords={"subregion": np.arange(x.size), "subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}

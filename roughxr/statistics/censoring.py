@@ -17,15 +17,9 @@ import numpy as np
 
 from .laws import LAWS, Law, fitted_parameters, log_likelihood
 
-#: Smallest number of different known values that determine a law.
-_FEWEST_KNOWN = 3
-
 #: Grid of the likelihood: points along each parameter, and its half width over that of a parameter's error.
 _POINTS = 41
 _GRID_ERRORS = 7.0
-
-#: Smallest spread of a logarithm for the width of the grid.
-_LEAST_SPREAD = 0.2
 
 #: Stands for an infinite end in sums and squares; what is larger than its share is infinite.
 _UNBOUNDED = 1e100
@@ -111,7 +105,8 @@ def _known_values(bounds: np.ndarray) -> np.ndarray:
 def _determine_a_law(bounds: np.ndarray) -> bool:
     """Return whether enough samples are known, and positive, for a positive law."""
     known = _known_values(bounds)
-    return np.unique(known).size >= _FEWEST_KNOWN and bool(known.min() > 0)
+    # smallest number of different known values that determine a law
+    return np.unique(known).size >= 3 and bool(known.min() > 0)
 
 
 def _largest_drop(bounds: np.ndarray, independent: float, confidence: float) -> float:
@@ -144,7 +139,8 @@ def _profile_ends(
     reach = _GRID_ERRORS / np.sqrt(known.size * independent / bounds.shape[1])
     shapes = shape * np.exp(np.linspace(-reach, reach, _POINTS))
     quantile = scale * law.scipy.ppf(level, shape)
-    width = reach * max(float(np.log(known).std()), _LEAST_SPREAD)
+    # smallest spread of a logarithm for the width of the grid
+    width = reach * max(float(np.log(known).std()), 0.2)
     quantiles = quantile * np.exp(np.linspace(-width, width, _POINTS))
     ends = []
     with np.errstate(over="ignore"):

@@ -10,9 +10,6 @@ from ..vocabulary import schema
 #: Threshold above the median, in median absolute deviations: four standard deviations of a normal law.
 THRESHOLD = 6.0
 
-#: Mean over median absolute deviation of a normal law: the mean deviation is used if the median deviation is 0.
-_MEAN_OVER_MEDIAN = 0.7979 / 0.6745
-
 
 def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.DataArray:
     """Return the asperities, or the subregions, that are debris: far higher than all others.
@@ -65,7 +62,8 @@ def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.Da
         values = np.where(np.isfinite(highest), highest, np.nan)  # NaN for an empty tile
     median = np.nanmedian(values)
     off = np.abs(values - median)
-    limit = float(median + THRESHOLD * (np.nanmedian(off) or np.nanmean(off) / _MEAN_OVER_MEDIAN))
+    # mean over median absolute deviation of a normal law: the mean deviation is used if the median deviation is 0
+    limit = float(median + THRESHOLD * (np.nanmedian(off) or np.nanmean(off) / (0.7979 / 0.6745)))
     out = xr.DataArray(values > limit, dims=dim, name="debris")
     out = out.assign_coords({key: source[key] for key in source.coords if source[key].dims == (dim,)})
     what = "highest asperity of the tile" if subregions is not None else "height"

@@ -26,12 +26,6 @@ from .uncertainty import FEWEST_SAMPLES, not_shown
 #: Half width of a normal 95 % interval, in standard deviations.
 HALF_WIDTH = 1.96
 
-#: Relative half width of an interval below which its source is not named.
-_SMALL = 0.05
-
-#: Ratio of the ends of an interval above which the next step is to narrow it.
-_WIDE = 4.0
-
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
 _PLACE_ERRORS = ("pull_off_error", "cell_error")
 
@@ -233,7 +227,8 @@ def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     factor = number(value["roughness_factor"], digits=2)
     parts = [scanned, f"× {factor} ({low} … {high}) by roughness finer than {finer}"]
     for name, source in (("pair_error", "the pair of bodies"), ("scan_error", "mesh, tip and levelling")):
-        if value[name] > _SMALL:
+        # relative half width of an interval below which its source is not named
+        if value[name] > 0.05:
             low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
             parts.append(f"× {low} … {high} by {source}")
     return [f"Pull-off force of the real surface{_air(summary)}: {best}, {errors}).", f"{'; '.join(parts)}."]
@@ -325,7 +320,8 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     if advice := summary.attrs.get("advice", ""):
         return f"Next: {advice}."
     low, high, independent = (value[name] for name in ("low", "high", "independent_places"))
-    if np.isfinite(independent) and (np.isnan(low) or high > _WIDE * low) and np.isnan(value["best_estimate"]):
+    # ratio of the ends of an interval above which the next step is to narrow it
+    if np.isfinite(independent) and (np.isnan(low) or high > 4.0 * low) and np.isnan(value["best_estimate"]):
         effect = "are too few for an interval" if np.isnan(low) else "give a wide interval"
         counts = f"{number(value['places'])} places, {number(independent, digits=2)} of them independent,"
         steps = "solve more places, or scan a larger area"

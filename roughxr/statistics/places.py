@@ -6,12 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Largest number of samples for the correlation: more samples take longer without better accuracy.
-_MOST_SAMPLES = 2000
-
-#: Up to this number of samples the correlation is averaged over all that fit, since a correlogram would be too noisy.
-_FEW_SAMPLES = 100
-
 #: Part of the variance without correlation between neighbours; it keeps matrices well conditioned.
 _NUGGET = 0.05
 
@@ -34,7 +28,8 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
     values = normal_scores(values)
     spacing = mean_spacing(places)
     edges = spacing * (np.arange(_LONGEST_LAG + 1) + 0.5)
-    chosen = np.random.default_rng(0).permutation(values.size)[:_MOST_SAMPLES]
+    # largest number of samples for the correlation: more samples take longer without better accuracy
+    chosen = np.random.default_rng(0).permutation(values.size)[:2000]
     deviation = values[chosen] - values[chosen].mean()
     i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
     bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
@@ -69,7 +64,8 @@ def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:
     n = values.size
     if places is None or n < 3 or np.ptp(values) == 0:
         return float(n)
-    if n <= _FEW_SAMPLES:
+    # up to this number of samples the correlation is averaged over all that fit, since a correlogram would be too noisy
+    if n <= 100:
         return _averaged_independent_places(values, places)
     lags = correlogram(values, places)
     effective = float(n)

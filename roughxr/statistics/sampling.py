@@ -32,9 +32,6 @@ DETECTION = "detection_limit"
 CONDITION = "condition"
 _MOST_CONDITIONS = 8
 
-#: Shares that differ by less, relative to the largest, are equal.
-_EQUAL_SHARES = 1e-9
-
 
 class Samples(NamedTuple):
     """Finite values, their weights (None: equal), their places (None: unknown), and the number of missing values.
@@ -134,7 +131,8 @@ def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
         weights = xr.where(on_debris, debris / debris_places, (1 - debris) / clean_places)
     else:
         return None
-    is_equal = np.ptp(weights.values) <= _EQUAL_SHARES * weights.values.max()
+    # shares that differ by less, relative to the largest, are equal
+    is_equal = np.ptp(weights.values) <= 1e-9 * weights.values.max()
     return None if is_equal or not set(weights.dims) <= set(array.dims) else weights
 
 

@@ -44,17 +44,8 @@ from .sampling import (
     standard_deviation,
 )
 
-#: Largest number of draws of a resample; deviations of the mean of fewer draws are scaled.
-_MOST_DRAWS = 20_000
-
 #: Below this number of samples a normal or log-normal distribution is assumed.
 FEWEST_SAMPLES = 30
-
-#: Number of values in memory while resampling: 40 MB.
-_VALUES_AT_ONCE = 5_000_000
-
-#: Lower bound of samples, as a fraction of the mean, before the logarithm.
-_SMALLEST_SHARE = 0.01
 
 #: Words before those of a variable, of the ends of its intervals.
 _ENDS_IN_WORDS = {
@@ -284,8 +275,10 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
     """Yield resamples of ``count`` values, and of their weights (or None), in arrays (some resamples, draws)."""
-    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), _MOST_DRAWS)
-    step = max(1, _VALUES_AT_ONCE // draws)
+    # largest number of draws of a resample; deviations of the mean of fewer draws are scaled
+    rng, draws = np.random.default_rng(seed), min(max(round(count), 2), 20_000)
+    # number of values in memory while resampling: 40 MB
+    step = max(1, 5_000_000 // draws)
     for start in range(0, resamples, step):
         chosen = rng.integers(0, sample.values.size, (min(step, resamples - start), draws))
         yield sample.values[chosen], None if sample.weights is None else sample.weights[chosen]
@@ -413,7 +406,8 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     if label == "std":
         return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
-    law = np.log(np.maximum(values, _SMALLEST_SHARE * values.mean())) if positive else values
+    # lower bound of samples, as a fraction of the mean, before the logarithm
+    law = np.log(np.maximum(values, 0.01 * values.mean())) if positive else values
     middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2 * lost
     if label == "mean":
         spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior

@@ -17,9 +17,6 @@ from ..vocabulary import schema
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, RANGE, UNKNOWN_RANGE
 from ..vocabulary.numbers import percent
 
-#: Part of a tip's effect, sharper than the tip can image, above which it is that of noise.
-_NOISE_SHARE = 0.5
-
 
 def _scale_coordinate(name: str) -> Callable:
     """Return a change of the pair that multiplies one coordinate by a factor, with the factor as its label."""
@@ -75,7 +72,8 @@ def _with_noise(ds: xr.Dataset, share: float) -> tuple[str, xr.Dataset]:
 def _without_tip(ds: xr.Dataset, radius: float) -> tuple[str, xr.Dataset]:
     """Return the scan with a tip's effect removed; raise for a scan that this tip cannot have made."""
     share = impossible_share(ds, tip_radius=radius)
-    if share > _NOISE_SHARE:
+    # part of a tip's effect, sharper than the tip can image, above which it is that of noise
+    if share > 0.5:
         raise ValueError(
             f"{percent(share)} of the heights that a tip of {radius:g} nm radius would have added are sharper than it "
             "can image: noise, or a sharper tip"

@@ -25,9 +25,6 @@ from ..vocabulary.error_sources import MESH, RANGE
 from ..vocabulary.text import without_warnings
 from .assumptions import CHANGES
 
-#: Largest size of the cells over the size that a law needs; larger cells are refined.
-_SLACK = 1.25
-
 
 class Change(NamedTuple):
     """The relative change of the mean over places."""
@@ -151,7 +148,8 @@ def _changed_and_reference(
     if factor == RANGE and not ADHESION_LAWS[base.law].has_range:
         raise ValueError(f"the law {base.law} has no range")
     setting, ds = CHANGES[factor](base.ds, value)
-    finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, _SLACK)
+    # largest size of the cells over the size that a law needs; larger cells are refined
+    finer = 1 if ADHESION_LAWS[base.law].has_edge else needed_cells(ds, base.preload, base.law, 1.25)
     reference = base._replace(cells=np.maximum(base.cells, finer))
     return setting, (reference._replace(ds=ds), reference)
 

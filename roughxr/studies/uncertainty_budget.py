@@ -39,15 +39,6 @@ from .budget_changes import Base, Change, FactorCase, changes, mean_change, need
 #: of convergence lies between one and two.
 _BIAS_PART = 0.5
 
-#: The same without range on soft rough bodies, whose order is a half.
-_SLOW_PART = 1.5
-
-#: Places at which the error of thin menisci is computed.
-_MENISCUS_PLACES = 4
-
-#: Least effect of a tip that the scan's pixels resolve: a sharper tip's flanks are steeper than all slopes.
-_LEAST_TIP_EFFECT = 1e-4
-
 
 class _Entry(NamedTuple):
     """One entry: the change of the mean, and how it was computed or why it was not."""
@@ -254,13 +245,15 @@ def _sampling(force: xr.DataArray) -> _Entry:
 
 def _entry(factor: str, cases: Sequence[FactorCase], count: int, law: str) -> _Entry:
     """Return the largest change among a factor's settings, solved at ``count`` places."""
-    part = _SLOW_PART if law == JKR else _BIAS_PART
+    # without range the order of convergence on soft rough bodies is a half
+    part = 1.5 if law == JKR else _BIAS_PART
     solved = [case for case in cases if case.change.places]
     if not solved:
         return _not_computed(cases[0].reason if cases else "left out of the settings")
     change = max((case.change for case in solved), key=lambda change: abs(change.value))
     how = ERROR_SOURCES[factor].words.format(" and ".join(case.words for case in solved))
-    if factor == "tip radius" and abs(change.value) < _LEAST_TIP_EFFECT:
+    # least effect of a tip that the scan's pixels resolve: a sharper tip's flanks are steeper than all slopes
+    if factor == "tip radius" and abs(change.value) < 1e-4:
         how += " (the pixels are too coarse to show it)"
     if factor == MESH:
         how += f"; this known bias is subtracted from the mean, and {part:g} times its size counts as error"
@@ -292,7 +285,8 @@ def _count(places: int, tried: int) -> str:
 
 def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
     """Return the excess by the law of thin menisci, between rigid bodies at a few places."""
-    sampled = regions.sample(regions.centres(ds, solved), _MENISCUS_PLACES)
+    # places at which the error of thin menisci is computed
+    sampled = regions.sample(regions.centres(ds, solved), 4)
     errors = without_warnings(rigid, ds, subregions=sampled, delta=[0.0])["meniscus_error"].values
     errors = errors[np.isfinite(errors)]
     if errors.size == 0:

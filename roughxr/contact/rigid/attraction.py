@@ -14,10 +14,6 @@ from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import HAMAKER
 from ..problem import Problem
 
-#: Rise of the indenter at the window's edge: this many nm or this many ranges of heights, whichever is more. The
-#: surface beyond is taken as its mean plane.
-_RISE, _HEIGHT_RANGES = 300.0, 10.0
-
 #: Largest share of the adhesion force from beyond the scan; otherwise a place is truncated.
 BEYOND_EDGE = 0.01
 
@@ -50,7 +46,9 @@ def read_options(specimen: Specimen, law: str) -> Options:
 
 def window_half_width(specimen: Specimen, problem: Problem) -> float:
     """Return the half-width of the windows, nm."""
-    return problem.indenter.half_width(max(_RISE, _HEIGHT_RANGES * float(np.ptp(specimen.heights))))
+    # rise of the indenter at the window's edge: this many nm or this many ranges of heights, whichever is more. The
+    # surface beyond is taken as its mean plane.
+    return problem.indenter.half_width(max(300.0, 10.0 * float(np.ptp(specimen.heights))))
 
 
 def interpolated_pull_off(deltas: np.ndarray, attractions: np.ndarray) -> tuple[float, float]:

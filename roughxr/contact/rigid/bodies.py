@@ -20,9 +20,6 @@ from .rigid_places import solve_places
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _START_HEIGHT = 60, 10.0
 
-#: The result depends on the cell size if one cell gives a larger share of the adhesion force than this.
-_ONE_CELL_SHARE = 0.2
-
 
 def rigid(
     ds: xr.Dataset | Specimen,
@@ -131,7 +128,8 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     law = options.law
     largest = law.closest if law.closest is not None else potentials.LARGEST_AT * law.length
     share = options.area * potentials.traction(max(largest, kernels.smallest_gap(law)), law) / float(pull.median())
-    if share > _ONE_CELL_SHARE:
+    # the result depends on the cell size if one cell gives a larger share of the adhesion force than this
+    if share > 0.2:
         warn(
             f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
             "therefore depends on the size of the cells; set mesh=, or use a scan with add_fine_roughness"

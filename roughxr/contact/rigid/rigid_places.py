@@ -16,9 +16,6 @@ from ..problem import Place, Problem, Surface, places, surface_at
 from ..solving import put_fields, window_axes
 from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, interpolated_pull_off, window_half_width
 
-#: Gap, in units of the law's length, up to which a cell counts as in contact.
-_TOUCHING = 2.0
-
 _EVENTS = {
     "pull_off_force": float,
     "pull_off_delta": float,
@@ -138,7 +135,8 @@ def _contact_attraction(setting: _Setting, delta: float) -> float:
     """Return the adhesion force (nN) from cells that count as in contact."""
     o = setting.options
     gap = np.maximum(setting.surface.separation.ravel() - delta, kernels.smallest_gap(o.law))
-    near = gap[gap < _TOUCHING * o.law.length]
+    # gap, in units of the law's length, up to which a cell counts as in contact
+    near = gap[gap < 2.0 * o.law.length]
     return o.area * float(potentials.tractions(near, o.law).sum())
 
 

@@ -3,12 +3,6 @@
 import numpy as np
 from scipy import ndimage
 
-#: Cells with more than this part of the largest attraction belong to the contact that they surround.
-_ATTRACTS = 0.02
-
-#: Contacts with less than this part of the whole tension do not count for the resolution.
-_SHARE = 0.1
-
 
 def contacts_and_resolution(state, closed, law):
     """Return the number of contacts, and the radius in cells of the smallest contact with a relevant tension.
@@ -18,7 +12,8 @@ def contacts_and_resolution(state, closed, law):
     that they surround, in proportion to the roots of the contacts' areas; those around no contact count as one. NaN
     where nothing attracts.
     """
-    members = state.touching | (state.pressure < -_ATTRACTS * law.strength)
+    # cells with more than this part of the largest attraction belong to the contact that they surround
+    members = state.touching | (state.pressure < -0.02 * law.strength)
     if not members.any():
         return 0, np.nan
     (contact, labels) = ndimage.label(state.touching)
@@ -37,5 +32,6 @@ def contacts_and_resolution(state, closed, law):
 
     tension = per_contact(np.maximum(-state.pressure, 0.0))
     size = per_contact(closed)
-    matters = tension >= min(_SHARE * tension.sum(), tension.max())
+    # contacts with less than this part of the whole tension do not count for the resolution
+    matters = tension >= min(0.1 * tension.sum(), tension.max())
     return labels, float(np.sqrt(size[matters].min() / np.pi))

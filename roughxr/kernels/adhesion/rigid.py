@@ -23,9 +23,6 @@ import numpy as np
 from ..jit import kernel
 from .potentials import partly_wetted_traction, tractions
 
-#: Smallest gap, as a part of the law's length, of laws that repel by themselves.
-_CRUSHED = 0.25
-
 
 class Cells(NamedTuple):
     """Heights and slopes of cells, from which their wetted parts follow; empty arrays for a dry law."""
@@ -124,7 +121,8 @@ def wetted_area(cells, level):
 
 def smallest_gap(law):
     """Return the smallest gap (nm) to evaluate: the closest approach, or a part of the law's length without one."""
-    return _CRUSHED * law.length if law.closest is None else max(law.closest, 1e-12)
+    # smallest gap, as a part of the law's length, of laws that repel by themselves
+    return 0.25 * law.length if law.closest is None else max(law.closest, 1e-12)
 
 
 def force_outside(gaps, law, radius, parabola, rectangle):

@@ -30,9 +30,6 @@ import numpy as np
 from roughxr.kernels.asperity.ellipse import axis_ratio
 from roughxr.kernels.asperity.jkr import self_similar_units
 
-#: Ends of the interval of s that is searched for a displacement.
-_SMALLEST_S, _LARGEST_S = 1e-12, 1 - 1e-9
-
 
 class EllipseState(NamedTuple):
     """P*, a*, b* and δ* of one or many contacts, in self-similar units (b in units of a_c)."""
@@ -150,7 +147,8 @@ def largest_tension(ratio):
 def states_at_displacement(ratio, delta, *, stable):
     """Return the contacts at displacements ``delta`` between the ends of one branch, by bisection of log s to 1e-13."""
     end = branch_end(ratio)
-    span = (_SMALLEST_S, end) if stable else (end, _LARGEST_S)
+    # ends of the interval of s that is searched for a displacement
+    span = (1e-12, end) if stable else (end, 1 - 1e-9)
     low, high = (np.full(np.shape(delta), np.log(s)) for s in span)
     for _ in range(48):
         middle = (low + high) / 2

@@ -29,16 +29,6 @@ import numpy as np
 from ..jit import kernel
 from .asperity_laws import asperity_contact, pick
 
-#: In a step an asperity moves by at most 1/_STEPS of its way to the end of its branch.
-_STEPS = 100
-
-#: An asperity still adheres at the end of its branch. It counts as detached beyond this rounding error, in units of its
-#: own scale, and has up to as far within the end the contact there: at the end itself rounding would decide.
-_ROUNDING = 1e-9
-
-#: Largest number of steps; some 500 detach contacts a hundred times farther from the edge than they are wide.
-_MOST_STEPS = 100_000
-
 #: Results in each direction: the largest moment, nN nm, and the edge's distance from the axis there, nm; the
 #: largest M/h, nN (inf if the edge is never ahead of the axis), and the edge's distance there, nm.
 MOMENT, HINGE, TIPPING_FORCE, TIPPING_HINGE = range(4)
@@ -68,7 +58,8 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
     out[HINGE] = np.nan
     out[TIPPING_FORCE] = -np.inf
     out[TIPPING_HINGE] = np.nan
-    for _ in range(_MOST_STEPS):
+    # largest number of steps; some 500 detach contacts a hundred times farther from the edge than they are wide
+    for _ in range(100_000):
         h = _edge(along, turned, delta, scales, spline, force, reach)
         if h == -np.inf:
             break
@@ -78,7 +69,8 @@ def _turn(along, turned, delta, scales, load, spline, out):  # noqa: C901
             if reach[i] >= 0.0:
                 moment -= force[i] * (h - along[i])
                 if h > along[i]:
-                    step = min(step, way[i] / (_STEPS * (h - along[i])))
+                    # in a step an asperity moves by at most a hundredth of its way to the end of its branch
+                    step = min(step, way[i] / (100 * (h - along[i])))
         if moment > out[MOMENT]:
             out[MOMENT] = moment
             out[HINGE] = h
@@ -102,7 +94,10 @@ def _edge(along, turned, delta, scales, spline, force, reach):
     for i in range(along.size):
         reach[i] = -1.0
         end = scales.end[i] * scales.delta[i]
-        rounding = _ROUNDING * scales.delta[i]
+        # an asperity still adheres at the end of its branch. It counts as detached beyond this rounding error, in units
+        # of its own scale, and has up to as far within the end the contact there: at the end itself rounding would
+        # decide.
+        rounding = 1e-9 * scales.delta[i]
         if delta[i] < end - rounding or np.isnan(delta[i]):
             continue
         contact = asperity_contact(max(delta[i], end + rounding), pick(scales, i), spline)

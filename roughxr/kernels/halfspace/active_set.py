@@ -32,12 +32,6 @@ CONVERGED, ITERATION_LIMIT = 0, 1
 #: Inverse of Love's coefficients at offsets (0,0), (0,1), (1,1), from 1/Â on a periodic grid of 128² cells.
 STENCIL = (1.1628, -0.1831, -0.0478)
 
-#: A round of conjugate gradients ends when the largest gap is below this part of the largest violation.
-_ROUND = 0.15
-
-#: Relative rounding error of the load.
-_ROUNDING = 1e-13
-
 #: Number of rounds without a new minimum of violations after which cells are exchanged one at a time.
 PATIENCE = 10
 
@@ -86,7 +80,8 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
             _displace(operator, gap, work)
         iterations += changed
         violating, inside, worst = _violations(pressure, gap, contact, cap, goal)
-        target = max(_ROUND * worst, 0.5 * goal) if left > 0 else 0.5 * goal
+        # a round of conjugate gradients ends when the largest gap is below this part of the largest violation
+        target = max(0.15 * worst, 0.5 * goal) if left > 0 else 0.5 * goal
         if inside > target:
             most = max_iterations - iterations
             products, slope, shift = _close(operator, pressure, gap, contact, work, slope, shift, target, load, most)
@@ -299,7 +294,8 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
     for k in range(depth.size):
         work.flat[k] = work.flat[k] if contact[k] else 0.0
         flat += work.flat[k]
-    if yields and abs(load - total) > _ROUNDING * load:
+    # relative rounding error of the load
+    if yields and abs(load - total) > 1e-13 * load:
         for k in range(depth.size):
             pressure[k] += (load - total) / flat * work.flat[k]
             work.change[k] += (load - total) / flat * work.flat[k]

@@ -23,9 +23,6 @@ from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
 from .working_set import Guess, box_below, slack_of, solve_contact
 
-#: In a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching.
-_JOINING_PART = 0.1
-
 #: Columns for each solve of a sweep: force nN, area nm², status, products A p, the largest |g| in contact or of the
 #: wrong sign outside over the deepest overlap; force nN and area nm² of cells at the hardness or above, and their
 #: plastically displaced volume, nm³.
@@ -132,7 +129,8 @@ def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, ol
                 doubt = 0.5 * step
             gap = u + growth - depth[i, j]
             guess[i, j] = min(max(p + ahead * (p - older_pressure[k, m]), 0.0), cap)
-            touching[i, j] = (p > 0.0 or gap + doubt < -_JOINING_PART * step) and guess[i, j] < cap
+            # in a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching
+            touching[i, j] = (p > 0.0 or gap + doubt < -0.1 * step) and guess[i, j] < cap
             possible[i, j] = touching[i, j] or not gap >= 0.0
     return guess, touching, possible
 

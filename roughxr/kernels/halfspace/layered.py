@@ -22,9 +22,6 @@ from .love import love_coefficients
 #: Number of images, their least depth, and the greatest at m ≤ 1; values of s at which they are fitted.
 _IMAGES, _SHALLOW, _DEEP, _FITTED_AT = 50, 1.2, 60.0, np.geomspace(1e-5, 30.0, 1500)
 
-#: Iterations of a contact's radius, each of which leaves at most two thirds of its error.
-_ITERATIONS = 30
-
 #: From so many cells on a square's mean is that of its second derivatives (5e-8 of Love's), between so many distances;
 #: displacements that are negative by more than the last part of Love's count as upward.
 _NEAR, _DISTANCES, _UPWARD = 24, 400, 1e-6
@@ -91,7 +88,8 @@ def contact_at_pull_off(radius, work, modulus, film):
     contact = contact_radius(modulus)
     if film is None:
         return contact, modulus + 0.0 * contact
-    for _ in range(_ITERATIONS):
+    # iterations of a contact's radius, each of which leaves at most two thirds of its error
+    for _ in range(30):
         contact = np.sqrt(contact * contact_radius(modulus / film.softening(contact)))
     return contact, modulus / film.softening(contact)
 

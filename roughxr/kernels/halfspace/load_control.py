@@ -29,18 +29,6 @@ from .working_set import (
     solve_in_box,
 )
 
-#: Cells that overlap at up to this many times the guessed depth are chosen.
-_DEPTH_FACTOR = 1.1
-
-#: d ln depth / d ln F of Hertz's sphere.
-_DEPTH_EXPONENT = 2 / 3
-
-#: Windows narrower than this are not halved to find a displacement.
-_SMALLEST_HALVED = 24
-
-#: Largest number of choices of cells.
-_MOST_CHOICES = 30
-
 
 def loaded_arrays(
     separation, loads, dx, contact_modulus, film=None, *, tolerance=1e-6, max_iterations=5000, hardness=ELASTIC, keep=0
@@ -63,7 +51,8 @@ def loaded_arrays(
         if contact is None:
             delta, start = _first_guess(separation, load, cap, film)
         else:
-            delta = touch + (deltas[k - 1] - touch) * (load / scaled[k - 1]) ** _DEPTH_EXPONENT
+            # d ln depth / d ln F of Hertz's sphere
+            delta = touch + (deltas[k - 1] - touch) * (load / scaled[k - 1]) ** (2 / 3)
             start = _start_from_state(deltas[k - 1], contact, cap)
         deltas[k], contact = _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
         describe(states[k], contact, deltas[k] - separation, cap, limit)
@@ -76,7 +65,8 @@ def loaded_arrays(
 
 def _first_guess(separation, load, cap, film):
     """Return a displacement and a start: by an estimate for few cells, else from a solution on cells twice as large."""
-    halves = min(separation.shape) >= _SMALLEST_HALVED
+    # windows narrower than this are not halved to find a displacement
+    halves = min(separation.shape) >= 24
     depth = _depth_estimate(separation, load, DENSE_LIMIT if halves else separation.size)
     touch = separation.min()
     if np.isfinite(depth):
@@ -104,8 +94,10 @@ def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
     products = 0
     beyond = slack_of(film)
     touch = lowest[0].min()
-    for _ in range(_MOST_CHOICES):
-        reach = touch + _DEPTH_FACTOR * (delta - touch)
+    # largest number of choices of cells
+    for _ in range(30):
+        # cells that overlap at up to this many times the guessed depth are chosen
+        reach = touch + 1.1 * (delta - touch)
         box = box_below(lowest, reach + beyond)
         depth = delta - separation[box]
         slack = reach - delta + beyond

@@ -23,9 +23,6 @@ from rocket_fft import lowlevel
 
 from ..jit import kernel
 
-#: Largest number of values of a spectrum transformed in one piece; number of columns of a strip of larger ones.
-_IN_ONE_PIECE, _STRIP = 2**17, 32
-
 _ALONG_ROWS, _ALONG_COLUMNS = np.array([1]), np.array([0])
 
 
@@ -73,7 +70,8 @@ def convolution(rows, transfer, kind=np.float32):
     high = 2 * (transfer.shape[0] - 1)
     wide = transfer.shape[1]
     whole = np.result_type(kind, np.complex64)
-    width = wide if high * wide <= _IN_ONE_PIECE else _STRIP
+    # largest number of values of a spectrum transformed in one piece; number of columns of a strip of larger ones
+    width = wide if high * wide <= 2**17 else 32
     box = np.empty((rows, 2 * (wide - 1)), kind)
     spectrum = np.empty((rows, wide), whole)
     return Convolution(transfer.astype(kind, copy=False), box, spectrum, np.empty((high, width), whole))

@@ -18,9 +18,6 @@ from ..jit import kernel
 from .active_set import CONVERGED, PATIENCE, Outcome, solve
 from .products import DENSE_LIMIT, displaced, operator
 
-#: Cells whose gap, predicted by a coarse solve, exceeds this part of the deepest overlap are left out at first.
-_MARGIN = 0.05
-
 #: Tolerance and iterations of the solve on cells twice as large, which only serves as a guess.
 COARSE_TOLERANCE, COARSE_ITERATIONS = 1e-3, 1000
 
@@ -89,7 +86,8 @@ def refined(coarse, depth, cap):
     pressure = np.minimum(0.5 * coarse.pressure[rows[:, None], columns], cap)  # E*/dx is twice as large
     displacement = _refine_rows(_refine_rows(coarse.displacement).T).T[: depth.shape[0], : depth.shape[1]]
     gap = displacement - depth
-    margin = _MARGIN * depth.max()
+    # cells whose gap, predicted by a coarse solve, exceeds this part of the deepest overlap are left out at first
+    margin = 0.05 * depth.max()
     with np.errstate(invalid="ignore"):
         touching = ((gap < 0.0) | ((pressure > 0.0) & (pressure > gap))) & (pressure < cap)
         return Guess(pressure, touching, touching | ~(gap >= margin))

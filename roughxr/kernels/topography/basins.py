@@ -26,18 +26,9 @@ from .dilation import RISE, SIDE, X, Y, put_patch, touch
 #: labelled. The second is also the last index of a list of labels.
 OFF, _NO_DESCENT, _UNLABELLED = 0, -1, -2
 
-#: Slopes that differ by less than this part count as equal.
-_EQUAL_SLOPES = 1e-9
-
 #: First and last half-width of a step, in pixels, and the largest number of steps. Steps of the first never end midway
 #: between pixels.
 _FIRST_STEP, _LAST_STEP, _MOST_STEPS = 0.47, 0.004, 4000
-
-#: Least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are.
-_LEAST_SEPARATION = 1.9
-
-#: Half the width of a pixel, in pixels, with a margin for rounding.
-_EDGE = 0.5 + 1e-9
 
 #: Largest number of tangent planes along an axis, in the search for the best step.
 _MOST_CUTS = 50
@@ -65,7 +56,8 @@ def _downhill_label(z, i, j, pixel, labels, lowest):
         q = j + dj
         if 0 <= p < z.shape[0] and 0 <= q < z.shape[1] and z[p, q] < z[i, j]:
             slope = (z[i, j] - z[p, q]) / np.sqrt((di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2)
-            equal = abs(slope - steepest) <= _EQUAL_SLOPES * steepest
+            # slopes that differ by less than this part count as equal
+            equal = abs(slope - steepest) <= 1e-9 * steepest
             if (slope > steepest and not equal) or (equal and lowest[labels[p, q]] < lowest[label]):
                 label = labels[p, q]
             steepest = max(steepest, slope)
@@ -157,7 +149,8 @@ def _is_off(surface, x, y):
     nx, ny = surface.height.shape
     along_x = (x - surface.first[0]) / surface.pixel[0]
     along_y = (y - surface.first[1]) / surface.pixel[1]
-    return min(along_x, along_y, nx - 1 - along_x, ny - 1 - along_y) <= _EDGE
+    # half the width of a pixel, in pixels, with a margin for rounding
+    return min(along_x, along_y, nx - 1 - along_x, ny - 1 - along_y) <= 0.5 + 1e-9
 
 
 @kernel
@@ -359,7 +352,8 @@ def settle_near(rows, places, ball, largest, farthest):
 @kernel
 def _are_on_different_summits(a, b, pixel):
     """Return whether two contacts lie on different summits."""
-    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= _LEAST_SEPARATION
+    # least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are
+    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= 1.9
 
 
 @kernel

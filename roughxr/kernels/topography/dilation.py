@@ -22,9 +22,6 @@ from ..jit import kernel
 #: Side of a box that is not divided further, and width of the margin in which its list also holds, both in pixels.
 SIDE, _MARGIN = 4, 1.0
 
-#: Distance (pixels) up to which pixels may hide another one; the same for all tilings, so that results are the same.
-FARTHEST = 8
-
 #: Columns of a patch: position, height, slopes, second derivatives (nm⁻¹), and its largest rise over its pixel (nm).
 X, Y, H, GX, GY, HXX, HYY, HXY, RISE = range(9)
 
@@ -49,7 +46,9 @@ def _is_summit(z, i, j, pixel, bend, rise):
     for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1)):
         step2 = (di * pixel[0]) ** 2 + (dj * pixel[1]) ** 2
         n = 1
-        while n <= FARTHEST and 0 <= i - n * di and i + n * di < nx and 0 <= j - n * abs(dj) and j + n * abs(dj) < ny:
+        # distance (pixels) up to which pixels may hide another one; the same for all tilings, so that results are the
+        # same
+        while n <= 8 and 0 <= i - n * di and i + n * di < nx and 0 <= j - n * abs(dj) and j + n * abs(dj) < ny:
             second = z[i + n * di, j + n * dj] + z[i - n * di, j - n * dj] - 2 * z[i, j]
             if second > n * n * step2 * bend + (4 * rise if n > 1 else 0.0):
                 return False

@@ -21,9 +21,6 @@ import numpy as np
 
 from ..jit import kernel
 
-#: Boxes of no more pixels than this are drawn without further division.
-_PIXELS_PER_BOX = 256
-
 
 def upper_envelope(x, y, rows):
     """Return the heights (nm) at ascending pixel centres of the :func:`asperity_rows`."""
@@ -32,7 +29,8 @@ def upper_envelope(x, y, rows):
     while boxes:
         i0, i1, j0, j1, candidates = boxes.pop()
         visible = candidates[_are_visible(candidates, x[i0], x[i1 - 1], y[j0], y[j1 - 1])]
-        if len(visible) <= 1 or (i1 - i0) * (j1 - j0) <= _PIXELS_PER_BOX:
+        # boxes of no more pixels than this are drawn without further division
+        if len(visible) <= 1 or (i1 - i0) * (j1 - j0) <= 256:
             _draw(visible, x, y, i0, i1, j0, j1, out)
         elif i1 - i0 >= j1 - j0:
             middle = (i0 + i1) // 2

@@ -13,9 +13,6 @@ ring less. The difference between both estimates the effect of heights that no p
 
 import numpy as np
 
-#: Pixels by which a window is extended on each side, at most.
-_MARGIN = 16
-
 
 def band_limited(height: np.ndarray, n: int) -> np.ndarray:
     """Return heights (nx, ny) on n × n cells for each pixel, without wavelengths shorter than two pixels."""
@@ -23,7 +20,8 @@ def band_limited(height: np.ndarray, n: int) -> np.ndarray:
 
     if n == 1:
         return np.array(height, dtype=float)
-    margins = [min(_MARGIN, size - 1) for size in height.shape]
+    # pixels by which a window is extended on each side, at most
+    margins = [min(16, size - 1) for size in height.shape]
     height = np.pad(height, [(k, k) for k in margins], "reflect", reflect_type="odd")
     (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in height.shape] for k in (1, n))
     along_x = _slope(height.mean(axis=1), x)

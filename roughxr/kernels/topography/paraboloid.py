@@ -21,12 +21,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-#: A term is undetermined if less than this part of it is independent of the other terms.
-_RANK_TOLERANCE = 1e-10
-
-#: Number of heights fitted in one block.
-_MOST_HEIGHTS = 2**21
-
 
 class Fit(NamedTuple):
     """The fits of all peaks; NaN where too few pixels are known."""
@@ -60,7 +54,8 @@ def fit_paraboloids(z, ix, iy, dx, dy, *, size=5, vertex="fitted"):
     fit is no summit or puts it farther than one pixel away, as on quantised or noisy tops.
     """
     patches = sliding_window_view(np.pad(z, size // 2, constant_values=np.nan), (size, size))
-    block = max(_MOST_HEIGHTS // size**2, 1)
+    # number of heights fitted in one block
+    block = max((2**21) // size**2, 1)
     starts = range(0, max(ix.size, 1), block)
     parts = []
     for start in starts:
@@ -103,7 +98,8 @@ def _coefficients(terms, heights, known, first):
     whole = known.all(axis=1)
     c[whole, first:] = heights[whole] @ np.linalg.pinv(terms[:, first:]).T
     for n in np.flatnonzero(~whole):
-        solved, _, rank, _ = np.linalg.lstsq(terms[known[n], first:], heights[n, known[n]], rcond=_RANK_TOLERANCE)
+        # a term is undetermined if less than this part of it is independent of the other terms
+        solved, _, rank, _ = np.linalg.lstsq(terms[known[n], first:], heights[n, known[n]], rcond=1e-10)
         c[n, first:] = solved if rank == terms.shape[1] - first else np.nan
     c[np.isnan(c).any(axis=1)] = np.nan
     return c

@@ -23,9 +23,6 @@ _NEIGHBOURHOOD = np.ones((3, 3))
 #: Longest step of an ascent, largest number of steps, and the step that ends it, pixels.
 _LONGEST_STEP, _MOST_STEPS, _LAST_STEP = 0.5, 200, 1e-4
 
-#: Least curvature that scales a step, over the larger one: along a level crest rounding would decide.
-_LEAST_CURVATURE = 1e-6
-
 
 class Peaks(NamedTuple):
     """Peaks in the order in which a walk along the rows z[0], z[1], … first meets them."""
@@ -75,7 +72,8 @@ def ascend(surface, points):
         bend = np.array([[surface(x, y, dx=2), mixed], [mixed, surface(x, y, dy=2)]])
         curvature, axes = np.linalg.eigh(np.moveaxis(bend, -1, 0))
         curvature = np.abs(curvature)
-        floor = _LEAST_CURVATURE * curvature.max(axis=1, keepdims=True) + 1e-300
+        # least curvature that scales a step, over the larger one: along a level crest rounding would decide
+        floor = 1e-6 * curvature.max(axis=1, keepdims=True) + 1e-300
         along = np.einsum("nij,ni->nj", axes, slope) / np.maximum(curvature, floor)
         step = np.einsum("nij,nj->ni", axes, along)
         length = np.hypot(*step.T)
