@@ -258,6 +258,14 @@ def test_interruption_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
     assert not list(tmp_path.rglob("*.nc")) and not list(tmp_path.rglob("*.part"))
 
 
+def test_an_interrupted_process_ends_without_the_tasks_that_still_compute():
+    program = (
+        "import time; from concurrent.futures import ThreadPoolExecutor; from roughxr import cli;"
+        "ThreadPoolExecutor(1).submit(time.sleep, 60); cli.main = lambda: 130; cli.main_of_process()"
+    )
+    assert subprocess.run([sys.executable, "-c", program], timeout=59).returncode == 130
+
+
 def test_an_interrupt_elsewhere_promises_nothing(tmp_path, monkeypatch, capsys):
     """Numba turns an interrupt within a kernel into a SystemError."""
 

@@ -350,9 +350,14 @@ def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspe
     ground = surface.contact.rolling(directions=6, subregions=(3, 3))
     table = pd.read_csv(io.StringIO(roughxr.particles.to_dem(ground, code="rock_n_roll")), comment="#")
     order = np.argsort(ground.pull_off_force.values)
-    expected = ground.lever.min("direction").values[order] / float(surface.sphere_radius)
+    expected = ground.lever.mean("direction").values[order] / float(surface.sphere_radius)
     np.testing.assert_allclose(table["lever_over_radius"], expected, rtol=1e-6)
     np.testing.assert_allclose(table["force_nN"], ground.pull_off_force.values[order], rtol=1e-6)
+    without = ground.assign(lever=ground.lever.where(ground.subregion != order[4]))
+    text = roughxr.particles.to_dem(without, code="rock_n_roll")
+    filled = pd.read_csv(io.StringIO(text), comment="#")["lever_over_radius"]
+    assert filled.notna().all() and filled[4] == pytest.approx(np.median(np.delete(expected, 4)))
+    assert "1 places without a known lever" in text
     bare = roughxr.particles.to_dem(surface.contact.pull_off_map(subregions=(3, 3)), code="rock_n_roll")
     assert "lever_over_radius" not in pd.read_csv(io.StringIO(bare), comment="#")
 

@@ -25,6 +25,9 @@ from ..jobs.progress import progress
 from .options import command_line
 from .words import Printable, error_text, in_shell, is_expected_error, print_error
 
+#: Exit status after Ctrl-C, as of a shell's commands.
+_INTERRUPTED = 130
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status: 0 for success, 1 for invalid input, 130 for an interrupt.
@@ -56,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         continues = words[:1] in (["paper"], ["run"])
         print_error("interrupted" + "; finished places are kept, and the same command continues from there" * continues)
-        return 130
+        return _INTERRUPTED
     except BrokenPipeError:
         pass
     except Exception as error:
@@ -67,6 +70,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         _flush()
     return 0
+
+
+def main_of_process() -> None:
+    """Run the command line and end the process; after an interrupt at once, without the places being solved."""
+    status = main()
+    if status == _INTERRUPTED:
+        sys.stderr.flush()
+        os._exit(status)  # else it would wait for dask's threads
+    sys.exit(status)
 
 
 def _flush() -> None:

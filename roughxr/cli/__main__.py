@@ -1,8 +1,6 @@
 """``python -m roughxr.cli``, where no script is installed."""
 
-import sys
-
-from . import main
+from . import main_of_process
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main_of_process()

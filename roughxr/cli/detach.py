@@ -30,6 +30,9 @@ _NO_REST_OF_PARTICLES = (
     "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
 )
 
+#: What an input of LAMMPS has to state before it includes a file of `to_dem`.
+_BEFORE_LAMMPS = "; before its include: units si, atoms of its types, and variable damping equal … (kg/s)"
+
 
 @archive.checked_names
 def detach(options: Namespace) -> None:
@@ -86,7 +89,7 @@ def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, 
         print(f"written to {exports.to_table(with_few_digits(particles.parameters(moments)), options.parameters)}")
     for code, file in options.dem:
         Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
-        print(f"written to {file}")
+        print(f"written to {file}" + _BEFORE_LAMMPS * (code == "lammps"))
     if options.picture:
         _draw(critical, moments, options.picture, title)
 

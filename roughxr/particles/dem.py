@@ -31,9 +31,9 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     code : {"lammps", "rock_n_roll"}
         "lammps": fix wall/gran granular jkr. "rock_n_roll": a table (CSV) of the distribution:
         ``force_nN`` (ascending), ``cdf``, ``force_over_smooth`` (over that of the same sphere on a smooth flat), and
-        from `rolling` ``lever_over_radius`` in the weakest direction, for use in place of the usual 1/100, and from
-        the simulation ``lever_error``, relative to the mean of all directions. Places
-        without adhesion are only counted.
+        from `rolling` ``lever_over_radius``, the mean over directions, for use in place of the usual 1/100, and from
+        the simulation ``lever_error``, relative to it. Places without adhesion are only counted; those without a lever
+        get the median of the others.
     classes : int
         For "lammps": particle types of equal share among which the places are divided, by their pull-off; at most one
         for each place. 1: all alike, with the mean pull-off. Any number keeps the mean; more keep the spread.
@@ -122,17 +122,18 @@ def _distribution(ds: xr.Dataset) -> str:
     steps = cdf(ds, "pull_off_force")
     force = steps["pull_off_force"].values
     table = pd.DataFrame({"force_nN": force, "cdf": steps.values, "force_over_smooth": force / smooth_pull_off(ds)})
+    unknown = 0
     if "lever" in ds:
-        pull, lever = ds["pull_off_force"].values, ds["lever"].min("direction").values  # in the weakest direction
-        adhering = np.isfinite(pull)
-        lever = pd.Series(lever[adhering]).groupby(pull[adhering]).mean().loc[force].to_numpy()
-        table["lever_over_radius"] = lever / float(ds["sphere_radius"])
-        if "lever_error" in ds:
-            error = pd.Series(ds["lever_error"].values[adhering])
-            table["lever_error"] = error.groupby(pull[adhering]).mean().loc[force].to_numpy()
+        columns = {"lever_over_radius": ds["lever"].mean("direction") / ds["sphere_radius"]}
+        columns |= {"lever_error": ds["lever_error"]} if "lever_error" in ds else {}
+        levers = pd.DataFrame({name: column.values for name, column in columns.items()})
+        unknown = int((levers["lever_over_radius"].isna() & ds["pull_off_force"].notnull().values).sum())
+        of_force = levers.fillna(levers.median()).groupby(ds["pull_off_force"].values).mean().loc[force]
+        table[list(columns)] = of_force.to_numpy()
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()),
         f"{places_in_words(ds)}; pull-off forces: {steps.attrs['samples']}; without adhesion: {steps.attrs['missing']}",
+        *([f"{unknown} places without a known lever have the median one"] if unknown else []),
     ]
     return "".join(f"# {line}\n" for line in head) + table.to_csv(index=False, float_format="%.8g", lineterminator="\n")
