@@ -19,14 +19,6 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, is_whole, positive
 
-#: Pixels along a side of the paper's patch.
-PAPER_PATCH = 5
-
-#: Longest over shortest wavelength of the curvature: up to which a surface is a regular pattern, and of many
-#: wavelengths. A single wavelength has up to 1.4 on small scans, self-affine surfaces and real scans 2 and more.
-_PATTERN = 1.5
-_MANY_WAVELENGTHS = 1.9
-
 #: Least number of pixels in the shortest wavelength that a scan resolves; with fewer, no spline can interpolate.
 RESOLVED = 2.0
 
@@ -35,9 +27,6 @@ _LEAST_PIXELS, _UNREFINED_PIXELS, _MOST_PIXELS = 3, 5, 31
 
 #: Largest refinement of the pixels, and least width of the patch over the requested width.
 _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
-
-#: Largest number of heights of a scan on finer pixels: some 4 GB.
-_MOST_VALUES = 5e8
 
 #: Variables of a catalogue that have the same names in the fit.
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
@@ -129,9 +118,11 @@ def _setup(
         resolved = measures.shortest >= RESOLVED * max(pixel)
         patch = _patch_width(measures, max(pixel)) if resolved else _LEAST_PIXELS
     count, refine = (patch, 1) if isinstance(patch, int) else _pixels(patch, shape, pixel)
-    if refine**2 * shape[0] * shape[1] > _MOST_VALUES:
+    # largest number of heights of a scan on finer pixels: some 4 GB
+    most_values = 5e8
+    if refine**2 * shape[0] * shape[1] > most_values:
         raise ValueError(
-            f"patch: expected at most {_MOST_VALUES:.2g} heights, found {refine**2 * shape[0] * shape[1]:.2g} on "
+            f"patch: expected at most {most_values:.2g} heights, found {refine**2 * shape[0] * shape[1]:.2g} on "
             f"pixels {refine} times finer; take a wider patch or a smaller scan"
         )
     return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, measures)
@@ -146,7 +137,9 @@ def _patch_width(measures: SpectralMeasures, pixel: float) -> float:
         return width
     # a regular pattern takes less, but at least a pixel: a fit over three quarters of its wave is 1.6 times too blunt
     narrow = max(0.15 * measures.shortest, min(width, pixel))
-    return float(np.interp(measures.longest / measures.shortest, (_PATTERN, _MANY_WAVELENGTHS), (narrow, width)))
+    # longest over shortest wavelength of the curvature: up to 1.4 of a single wavelength on small scans, 2 and more of
+    # self-affine surfaces and real scans
+    return float(np.interp(measures.longest / measures.shortest, (1.5, 1.9), (narrow, width)))
 
 
 def _pixels(width: float, shape: tuple[int, int], pixel: tuple[float, float]) -> tuple[int, int]:
@@ -231,8 +224,10 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
 
 def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> Any:
     """Return "auto", pixels as an int, or nm as a float."""
+    # pixels along a side of the paper's patch
+    paper_patch = 5
     if isinstance(patch, str) and patch in ("auto", "paper"):
-        return "auto" if patch == "auto" else _patch(shape, pixel, PAPER_PATCH)
+        return "auto" if patch == "auto" else _patch(shape, pixel, paper_patch)
     widest = min(shape)
     if isinstance(patch, str) or hasattr(patch, "units"):
         finest = _LEAST_PIXELS * max(pixel) / _MOST_REFINED

@@ -15,9 +15,6 @@ from ..vocabulary.units import Places
 from .asperity_sum import DEFAULT, PULL_OFF, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .expectation import expectation, warn_above_smooth
 
-#: Number of centres in a task, which then takes some hundredths of a second.
-_TILE = 512
-
 EVERY_PIXEL = "every pixel"
 
 
@@ -74,8 +71,10 @@ def pull_off_map(
     else:
         places = regions.centres(ds, subregions)
         x, y = (places[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
-    tiles = [(x[k : k + _TILE], y[k : k + _TILE]) for k in range(0, x.size, _TILE)]
-    each = min(_TILE, x.size)
+    # number of centres in a task, which then takes some hundredths of a second
+    tile = 512
+    tiles = [(x[k : k + tile], y[k : k + tile]) for k in range(0, x.size, tile)]
+    each = min(tile, x.size)
     solve = partial(spread.task_results, name="pull_off_map", each=each, lazy=summands.lazy)
     records = solve(_tile, tiles, np.dtype((PULL_OFF, (each,))), summands.prepared.grid, options, each)
     records = records.reshape(-1)[: x.size]

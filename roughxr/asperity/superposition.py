@@ -40,9 +40,6 @@ _EVENTS: dict[str, type] = {"excluded_asperities": int}
 #: Variables of laws with adhesion, independent of the displacements.
 _PULL_OFF: dict[str, type] = {"pull_off_force": float, "pull_off_delta": float}
 
-#: Number of displacements of a default sweep.
-_STEPS = 301
-
 
 def superpose(
     ds: xr.Dataset,
@@ -153,13 +150,15 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
     """Return displacements from before the first adhesion to well beyond the last first touch."""
     field = summands.prepared.field
     options = summands.options
+    # number of displacements of a default sweep
+    steps = 301
     if field.x.size == 0:
-        return np.linspace(-1, 1, _STEPS)
+        return np.linspace(-1, 1, steps)
     touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
     reach = float(np.abs(field.scales.end * field.scales.delta).max())
     first = touches.min() - 1.2 * reach
     last = touches.max() + np.median(touches)
-    return np.round(np.linspace(first, max(last, first + 4 * reach), _STEPS), 4)
+    return np.round(np.linspace(first, max(last, first + 4 * reach), steps), 4)
 
 
 def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:

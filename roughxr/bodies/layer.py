@@ -16,9 +16,6 @@ from .substances import MATERIALS
 _COORDINATES = ("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio")
 MODULI = ("contact_modulus", "layer_modulus", "base_modulus")
 
-#: Largest contact radius, in thicknesses, for which the layer counts as a half space.
-_SMALL_CONTACT = 0.1
-
 
 @dataclass(frozen=True)
 class Layer:
@@ -101,8 +98,10 @@ def need_small_contacts(ds: xr.Dataset, contact_area: xr.DataArray) -> None:
         return
     radius = float(np.sqrt(contact_area.max() / np.pi))
     thickness = float(ds["layer_thickness"])
-    if not radius <= _SMALL_CONTACT * thickness:
+    # largest contact radius, in thicknesses, for which the layer counts as a half space
+    small_contact = 0.1
+    if not radius <= small_contact * thickness:
         raise ValueError(
             "layer: sums over asperities take the surface as a half space, for contacts up to "
-            f"{_SMALL_CONTACT * thickness:.3g} nm, found {radius:.3g} nm; take direct or adhesive"
+            f"{small_contact * thickness:.3g} nm, found {radius:.3g} nm; take direct or adhesive"
         )

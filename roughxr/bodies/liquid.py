@@ -39,9 +39,6 @@ from .substances import CUT_OFF, MEDIA, combined
 #: Avogadro's number, 1/mol (CODATA 2018).
 _AVOGADRO = 6.02214076e23
 
-#: Relative vapour pressure above which this law would fill every gap.
-_SATURATION = 0.99
-
 #: Names of the contact angles on the scan's body and on the other.
 ANGLES = ("contact_angle_1", "contact_angle_2")
 
@@ -262,9 +259,11 @@ def _pressure(humidity: Any) -> float:
         raise ValueError(
             f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {humidity!r}{meant}"
         )
-    if number >= _SATURATION:
+    # relative vapour pressure above which this law would fill every gap
+    saturation = 0.99
+    if number >= saturation:
         raise ValueError(
-            f"humidity: expected less than {_SATURATION}, found {humidity!r}: near saturation the amount of water "
+            f"humidity: expected less than {saturation}, found {humidity!r}: near saturation the amount of water "
             "is not determined by the humidity; give a lower one"
         )
     return number

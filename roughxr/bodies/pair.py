@@ -53,9 +53,6 @@ _RANGES = {
     "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
-#: A layer may be at most so many times as stiff as its base.
-_STIFFEST_LAYER = 1000.0
-
 #: Pixels in a sphere's radius below which it is an error, and below which a warning is given.
 _FEWEST_PIXELS, _FEW_PIXELS = 1.0, 5.0
 
@@ -360,9 +357,11 @@ def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modul
         "base_modulus": np.inf if isinstance(base, float) and base == np.inf else _plausibly(base, "young_modulus"),
         "base_poisson_ratio": _ratio(ratios[1]),
     }
-    if values["layer_modulus"] > _STIFFEST_LAYER * values["base_modulus"]:
+    # A layer may be at most so many times as stiff as its base
+    stiffest_layer = 1000.0
+    if values["layer_modulus"] > stiffest_layer * values["base_modulus"]:
         raise ValueError(
-            f"layer: expected at most {_STIFFEST_LAYER:g} times the modulus of its base, {values['base_modulus']:g} "
+            f"layer: expected at most {stiffest_layer:g} times the modulus of its base, {values['base_modulus']:g} "
             f"GPa, found {values['layer_modulus']:g} GPa"
         )
     return ((indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio)), values

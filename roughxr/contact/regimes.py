@@ -23,9 +23,6 @@ from .estimates import automatic_law, median_tabor
 from .rigid.attraction import read_options
 from .rigid.bodies import rigid
 
-#: Wavelength, in mean distances between summits, that divides Rabinovich's two scales.
-_LONG_WAVELENGTH = 4.0
-
 
 def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int = 8) -> xr.Dataset:
     """Recommend a model for a scan and its pair: rigid bodies, the adhesive simulation, or a sum over asperities.
@@ -263,9 +260,11 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     distance = _mean_distance(flat.derived(asperities))
     inputs = {"rms": float(flat.heights.std()), "wavelength": distance}
     inputs["asperity_radius"] = _asperity_radius(flat.derived(asperities))
-    if _LONG_WAVELENGTH * distance > 2 * flat.pixel * max(flat.heights.shape):  # the scan has no wavelengths that long
+    # wavelength, in mean distances between summits, that divides Rabinovich's two scales
+    long_wavelength = 4.0
+    if long_wavelength * distance > 2 * flat.pixel * max(flat.heights.shape):  # the scan has no wavelengths that long
         return inputs | {"short_rms": inputs["rms"], "long_rms": np.nan, "long_wavelength": np.nan}
-    smoothed = Specimen(smooth(flat.scan, shortest=_LONG_WAVELENGTH * distance))
+    smoothed = Specimen(smooth(flat.scan, shortest=long_wavelength * distance))
     return inputs | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),

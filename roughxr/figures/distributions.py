@@ -35,9 +35,6 @@ from .style import (
 #: Smallest number of samples for a density: fewer are drawn one by one.
 FEWEST_SAMPLES = 10
 
-#: Largest number of bins: rules for their width fail where most samples are similar and a few are far off.
-_MOST_BINS = 48
-
 
 @styled
 def distribution(
@@ -97,9 +94,11 @@ def distribution(
         ax.set(ylim=(0, 1.03), ylabel="share of samples below")
         label_axis(ax.xaxis, name)
         return legend(ax)
+    # largest number of bins: rules for their width fail where most samples are similar and a few are far off
+    most_bins = 48
     if isinstance(bins, str):
         bins = np.histogram_bin_edges(values, bins=bins)
-        bins = bins if bins.size <= _MOST_BINS + 1 else np.linspace(bins[0], bins[-1], _MOST_BINS + 1)
+        bins = bins if bins.size <= most_bins + 1 else np.linspace(bins[0], bins[-1], most_bins + 1)
     density = statistics.pdf(ds, name, bins=bins)
     edges = density.attrs["bin_edges"]
     bars = {"stat": "density", "element": "step", "alpha": 0.18, "linewidth": 0.8}

@@ -37,9 +37,6 @@ _RESAMPLES = 399
 #: Cumulative probabilities between which fitted laws are drawn.
 _LAW_RANGE = 0.001, 0.999
 
-#: Least violation, over its limit, on the axis.
-_LEAST_VIOLATION = 1e-6
-
 #: Markers of a summary, and their meaning.
 _MARKS = {"|": "median", "o": "mean", "x": "extremes"}
 
@@ -196,7 +193,9 @@ def answer_rows(ds: xr.Dataset, *, ax: Axes | None = None):
 def violations(ds: xr.Dataset, *, ax: Axes | None = None):
     """Draw the violations of a certificate over their limits; those of zero at the left edge."""
     limit = ds["limit"].where(ds["limit"] > 0, 1.0)
-    ratio = (ds["violation"] / limit).fillna(np.inf).clip(_LEAST_VIOLATION, 1 / _LEAST_VIOLATION).values
+    # least violation, over its limit, on the axis
+    least_violation = 1e-6
+    ratio = (ds["violation"] / limit).fillna(np.inf).clip(least_violation, 1 / least_violation).values
     ax, order = _row_axes(ds["check"].values, ax)
     met = ds["met"].values.astype(bool)
     for chosen, colour, words in ((met, BLUE, "met"), (~met, VERMILION, "not met, or unknown")):
@@ -204,7 +203,7 @@ def violations(ds: xr.Dataset, *, ax: Axes | None = None):
             ax.plot(ratio[chosen], order[chosen], "o", color=colour, label=words, clip_on=False)
     ax.axvline(1.0, color=BLACK, linewidth=0.8, linestyle=DASHED, label="limit")
     ax.set_xscale("log")
-    ax.set_xlim(_LEAST_VIOLATION, max(10.0, 2 * ratio.max()))
+    ax.set_xlim(least_violation, max(10.0, 2 * ratio.max()))
     ax.set_xlabel("largest violation / limit")
     return legend(ax)
 

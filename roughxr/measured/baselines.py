@@ -17,9 +17,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 #: Number of bins of a stretch, and smallest number of them in a baseline.
 _BINS, _LEAST_BINS = 100, 8
 
-#: Largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations.
-_THRESHOLD = 4.5
-
 #: Other parts of the longest stretch, whose lines give the error by its choice.
 _PARTS = (0.3, 0.5, 0.8, 1.0)
 
@@ -131,14 +128,16 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
     moments = sums[counts[:, None, None] - 1, np.add.outer(np.arange(3), np.arange(3))]
     right = products[counts - 1][..., None]
     bend = np.linalg.solve(moments, right)[:, 2, 0]
-    off = np.abs(bend) > _THRESHOLD * np.sqrt(variance * np.linalg.inv(moments)[:, 2, 2])
+    # largest deviation of the last bins of a stretch from its line, and of its curvature from 0, in standard deviations
+    threshold = 4.5
+    off = np.abs(bend) > threshold * np.sqrt(variance * np.linalg.inv(moments)[:, 2, 2])
     line = np.linalg.solve(moments[:, :2, :2], right[:, :2])[..., 0]
     for last in (np.ones_like(counts), np.full_like(counts, 2), counts // 8 + 1, counts // 4):
         since = counts - last - 1
         mean_x, mean_force = (
             (each[counts - 1] - np.where(since < 0, 0.0, each[since])) / last for each in (sums[:, 1], products[:, 0])
         )
-        off |= np.abs(mean_force - line[:, 0] - line[:, 1] * mean_x) > _THRESHOLD * np.sqrt(variance / last)
+        off |= np.abs(mean_force - line[:, 0] - line[:, 1] * mean_x) > threshold * np.sqrt(variance / last)
     return int(counts[np.argmax(off)] - 1) if off.any() else z.size
 
 

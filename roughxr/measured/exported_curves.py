@@ -41,9 +41,7 @@ _HEADER_END = re.compile(rb"\\\*(?:Force )?[Ff]ile list end")
 _SCALED = re.compile(r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+)")
 _SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
 
-#: Numbers of fractional bits of integers of four bytes: of a curve, of a volume, and of any file with a trigger.
-_CURVE_BITS = 0
-_VOLUME_BITS = 8
+#: Possible numbers of fractional bits of integers of four bytes.
 _POSSIBLE_BITS = (0, 8, 16)
 
 
@@ -306,7 +304,7 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Sto
 
 def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, str]) -> int:
     """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
-    default = _CURVE_BITS if len(stored.counts) == 1 else _VOLUME_BITS
+    default = 0 if len(stored.counts) == 1 else 8  # of a curve, of a volume
     threshold = _SCALED.match(header.get("trig threshold deflection", ""))
     if (
         _is_peak_force(header)

@@ -9,9 +9,6 @@ import numpy as np
 #: A segment is a hold if it travels less than this share of the longest one.
 _HOLD_TRAVEL = 0.02
 
-#: A stretch at either end of a ramp is a hold if it lasts longer than this share of the ramp: a sine turns in 0.12.
-_HOLD_TIME = 0.15
-
 #: The part of a ramp, as shares of its travel, whose straight line is extended to the hold.
 _LINE = (0.1, 0.3)
 
@@ -89,11 +86,13 @@ def _hold_end(z: np.ndarray) -> int:
     rise = z[-1] - z[0]
     low, high, top = (int(np.argmax(z >= z[0] + share * rise)) for share in (*_LINE, 1 - _LINE[0]))
     ramp_samples = (top - low) / (1 - 2 * _LINE[0])
-    if high == low or low <= _HOLD_TIME * ramp_samples:
+    # A stretch at either end of a ramp is a hold if it lasts longer than this share of the ramp: a sine turns in 0.12
+    hold_time = 0.15
+    if high == low or low <= hold_time * ramp_samples:
         return 0
     speed = (z[high] - z[low]) / (high - low)
     begin = low - round(float((z[low] - np.median(z[:low])) / speed))
-    if not _HOLD_TIME * ramp_samples < begin <= low:
+    if not hold_time * ramp_samples < begin <= low:
         return 0
     creep = np.median(z[3 * begin // 4 : begin]) - np.median(z[: begin // 4 + 1])
     return begin if abs(creep) <= _HOLD_TRAVEL * rise else 0

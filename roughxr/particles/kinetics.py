@@ -22,9 +22,6 @@ from .loads import FLOWS, Flow, lift, read_flow
 #: rms of the removal force over its mean, and frequency of the wall flow in units of u*²/ν.
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
 
-#: Largest radius, µm, for which the mean of Biasi's fit is positive.
-_LARGEST_RADIUS = (0.016 / 0.0023) ** (1 / 0.545)
-
 
 def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, by the fit of Biasi et al. to experiments.
@@ -54,8 +51,10 @@ def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, 
     (0.0104707, 1.0)
     """
     r = positive(radius, "nm", "radius") * factor("nm", "um")
-    if r >= _LARGEST_RADIUS:
-        raise ValueError(f"radius: expected less than {_LARGEST_RADIUS:.0f} µm for Biasi's fit, found {r:g} µm")
+    # largest radius, µm, for which the mean of Biasi's fit is positive
+    largest_radius = (0.016 / 0.0023) ** (1 / 0.545)
+    if r >= largest_radius:
+        raise ValueError(f"radius: expected less than {largest_radius:.0f} µm for Biasi's fit, found {r:g} µm")
     z = np.linspace(-8.0, 8.0, count)
     weights = np.exp(-0.5 * z * z)
     return (0.016 - 0.0023 * r**0.545) * (1.8 + 0.136 * r**1.4) ** z, weights / weights.sum()

@@ -17,9 +17,6 @@ from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places
 
-#: Cells along a side of a pixel; heights are interpolated as in the simulations.
-_REFINE = 2
-
 
 def resting(
     ds: xr.Dataset,
@@ -112,8 +109,10 @@ def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
 def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.DilatedSurface]:
     """Return the height (nm) of a sphere's lowest point over a scan on finer cells, and the surface it may touch."""
     height = schema.finite(scan["height"].values)
-    cells = (np.arange(_REFINE) + 0.5) / _REFINE - 0.5
-    height = band_limited(height, _REFINE)
+    # cells along a side of a pixel; heights are interpolated as in the simulations
+    refine = 2
+    cells = (np.arange(refine) + 0.5) / refine - 0.5
+    height = band_limited(height, refine)
     x, y = (
         (scan[axis].values.astype(float)[:, None] + pixel * cells).ravel()
         for axis, pixel in zip("xy", schema.pixel(scan))

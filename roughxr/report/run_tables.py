@@ -33,7 +33,6 @@ METHOD_WORDS = {
     HERTZ: "superposed, without adhesion",
 }
 
-_MICRO = 1e-3  # µm per nm
 
 #: The main numbers of pull-off: words and statistic.
 _MAIN = {"mean": "mean", "q5": "5 % of places below", "q50": "median", "q95": "95 % of places below"}
@@ -112,8 +111,8 @@ def scan_table(run: Run) -> pd.DataFrame:
     ratio = run["asperities"]["axis_ratio"]
     x_min, x_max, y_min, y_max = extent(run["scan"])
     rows = {
-        "size along x [µm]": (x_max - x_min) * _MICRO,
-        "size along y [µm]": (y_max - y_min) * _MICRO,
+        "size along x [µm]": 1e-3 * (x_max - x_min),
+        "size along y [µm]": 1e-3 * (y_max - y_min),
         "height, least [nm]": float(height.min()),
         "height, greatest [nm]": float(height.max()),
         "height, mean [nm]": round(float(height.mean()), 6),

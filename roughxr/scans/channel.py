@@ -153,9 +153,6 @@ def is_igor(head: bytes) -> bool:
     return int(np.frombuffer(head[:384], order).sum(dtype=np.int64)) & 0xFFFF == 0
 
 
-#: Most images in a list.
-_MOST_LISTED = 32
-
 #: Advice for a file without units.
 _STATE_UNITS = "if these are heights, state their units, height_units="
 
@@ -230,5 +227,7 @@ def listing(channels: list[Channel]) -> str:
 
 def _first_of(names: list[str]) -> list[str]:
     """Return words, the first ones and the number of the others where they are very many, as of a movie's frames."""
-    more = len(names) - _MOST_LISTED
-    return names if more <= 0 else [*names[:_MOST_LISTED], f"… and {more} more"]
+    # most images in a list
+    most_listed = 32
+    more = len(names) - most_listed
+    return names if more <= 0 else [*names[:most_listed], f"… and {more} more"]

@@ -13,9 +13,6 @@ import numpy as np
 #: Names of the parameters.
 NAMES = ("s_al", "s_tr", "s_td", "s_k", "s_pk", "s_vk")
 
-#: Autocorrelation at which heights count as independent.
-_INDEPENDENT = 0.2
-
 #: Points of the material ratio curve, and width of the part that its line fits.
 _RATIOS = 10_001
 _LINE_WIDTH = 0.4
@@ -23,10 +20,6 @@ _LINE_WIDTH = 0.4
 #: Width of the classes of directions, and points of a ray of the autocorrelation.
 _DIRECTION_STEP = np.pi / 360
 _RAY_POINTS = 300
-
-#: Largest side, pixels, of the parts whose autocorrelations are averaged, and largest number of parts along a side.
-_LARGEST_PART = 1024
-_MOST_PARTS = 2
 
 
 def texture_parameters(height: np.ndarray, pixel: tuple[float, float]) -> np.ndarray:
@@ -64,7 +57,8 @@ def _autocorrelation(height: np.ndarray) -> np.ndarray:
     """Return the autocorrelation of heights at all lags of their parts, 1 at none, which is in the middle."""
     from scipy.signal import fftconvolve
 
-    shape = [min(size, _LARGEST_PART) for size in height.shape]
+    # larger scans are averaged over parts
+    shape = [min(size, 1024) for size in height.shape]
     starts = [_part_starts(size, part) for size, part in zip(height.shape, shape)]
     total = np.zeros([2 * part - 1 for part in shape])
     centred = height - height.mean()
@@ -78,8 +72,8 @@ def _autocorrelation(height: np.ndarray) -> np.ndarray:
 
 
 def _part_starts(size: int, part: int) -> np.ndarray:
-    """Return the first pixels of evenly spread parts along a side."""
-    count = min(size // part, _MOST_PARTS)
+    """Return the first pixels of evenly spread parts along a side, two at most."""
+    count = min(size // part, 2)
     return np.linspace(0, size - part, count).astype(int)
 
 
@@ -88,7 +82,9 @@ def _decay_lengths(correlation: np.ndarray, pixel: tuple[float, float]) -> tuple
     from scipy.ndimage import binary_dilation, label, map_coordinates
 
     centre = np.array(correlation.shape) // 2
-    regions = label(correlation > _INDEPENDENT)[0]
+    # autocorrelation at which heights count as independent
+    independent = 0.2
+    regions = label(correlation > independent)[0]
     region = regions == regions[tuple(centre)]
     ends = np.argwhere(binary_dilation(region) & ~region)
     if not len(ends):
@@ -96,7 +92,7 @@ def _decay_lengths(correlation: np.ndarray, pixel: tuple[float, float]) -> tuple
     along = np.linspace(0, 1, _RAY_POINTS)
     rays = centre[:, None, None] + (ends - centre).T[:, :, None] * along
     values = map_coordinates(correlation, rays.reshape(2, -1), order=3).reshape(len(ends), _RAY_POINTS)
-    crossing = along[np.argmin(np.abs(values - _INDEPENDENT), axis=1)]
+    crossing = along[np.argmin(np.abs(values - independent), axis=1)]
     lengths = crossing * np.hypot(*((ends - centre) * pixel).T)
     touches = region[0].any() or region[-1].any() or region[:, 0].any() or region[:, -1].any()
     return float(lengths.min()), np.nan if touches else float(lengths.min() / lengths.max())

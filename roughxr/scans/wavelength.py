@@ -14,14 +14,8 @@ import numpy as np
 
 from .cache import cached
 
-#: Share of the mean square curvature below the shortest wavelength, and above the longest.
-_NEGLECTED_SHARE = 0.05
-
 #: Pixels along a side of the parts that are used, and the largest number of parts along each axis.
 _SIDE, _PARTS = 256, 4
-
-#: Largest rounding error of heights less their plane, over the largest height.
-_ROUNDING = 1e-11
 
 
 class SpectralMeasures(NamedTuple):
@@ -74,7 +68,9 @@ def _squares(height: np.ndarray) -> np.ndarray:
     tilt_x = (x @ height).sum() / (x @ x * y.size)
     tilt_y = (height @ y).sum() / (y @ y * x.size)
     height -= tilt_x * x[:, None] + tilt_y * y[None, :]
-    if np.abs(height).max() <= _ROUNDING * largest:
+    # largest rounding error of heights less their plane, over the largest height
+    rounding = 1e-11
+    if np.abs(height).max() <= rounding * largest:
         height[:] = 0.0
     windows = (0.5 - 0.5 * np.cos(2 * np.pi * (np.arange(n) + 0.5) / n) for n in height.shape)
     window = np.multiply.outer(*windows)
@@ -89,6 +85,8 @@ def spectrum_measures(squares: np.ndarray, steps: tuple[float, float]) -> Spectr
     summed = np.cumsum((wavenumber**4 * squares).ravel()[order])
     if not summed[-1] > 0:
         return SpectralMeasures(np.inf, np.inf, slope)
-    ends = np.searchsorted(summed, np.array([1 - _NEGLECTED_SHARE, _NEGLECTED_SHARE]) * summed[-1])
+    # share of the mean square curvature below the shortest wavelength, and above the longest
+    neglected_share = 0.05
+    ends = np.searchsorted(summed, np.array([1 - neglected_share, neglected_share]) * summed[-1])
     shortest, longest = 1 / wavenumber.ravel()[order][ends]
     return SpectralMeasures(float(shortest), float(longest), slope)

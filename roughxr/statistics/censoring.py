@@ -21,10 +21,6 @@ from .laws import LAWS, Law, fitted_parameters, log_likelihood
 _POINTS = 41
 _GRID_ERRORS = 7.0
 
-#: Stands for an infinite end in sums and squares; what is larger than its share is infinite.
-_UNBOUNDED = 1e100
-_INFINITE = 1e60
-
 
 class CensoredEstimates(NamedTuple):
     """Statistics by the law of highest likelihood, and the ends of their intervals; NaN without a law."""
@@ -34,13 +30,13 @@ class CensoredEstimates(NamedTuple):
 
 
 def finite_ends(bounds: np.ndarray) -> np.ndarray:
-    """Return bounds with a finite number for infinity, see `with_infinity`."""
-    return np.where(np.isinf(bounds), _UNBOUNDED, bounds)
+    """Return bounds with 1e100 for infinity, whose share in sums and roots exceeds 1e60, see `with_infinity`."""
+    return np.where(np.isinf(bounds), 1e100, bounds)
 
 
 def with_infinity(ends: np.ndarray) -> np.ndarray:
     """Return results of `finite_ends` with infinity where they depend on it."""
-    return np.where(np.abs(ends) > _INFINITE, np.inf, ends)
+    return np.where(np.abs(ends) > 1e60, np.inf, ends)
 
 
 def least_spread_values(bounds: np.ndarray) -> np.ndarray:

@@ -35,10 +35,6 @@ LAWS = {
     "gumbel": Law("Gumbel, of largest values", "gumbel_r", positive=False),
 }
 
-#: Largest number of samples for the simulated goodness of fit. All 262,144 pixels of a map would take ten minutes, and
-#: such close neighbours are not independent.
-_MOST_SIMULATED = 2000
-
 _RESULTS = ("shape", "location", "scale", "log_likelihood", "aic", "ks_distance", "ks_p_value")
 
 
@@ -103,12 +99,15 @@ def fit(
         raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
     tested = values  # for the simulated goodness of fit
     simulations = 0 if sample.bounds is not None else simulations
-    if simulations and values.size > _MOST_SIMULATED:
+    # largest number of samples for the simulated goodness of fit. All 262,144 pixels of a map would take ten minutes,
+    # and such close neighbours are not independent.
+    most_simulated = 2000
+    if simulations and values.size > most_simulated:
         warn(
-            f"{name}: {values.size} samples; ks_p_value is computed from {_MOST_SIMULATED} of them drawn at random, "
+            f"{name}: {values.size} samples; ks_p_value is computed from {most_simulated} of them drawn at random, "
             "all other results from all"
         )
-        tested = np.random.default_rng(0).choice(values, _MOST_SIMULATED, replace=False)
+        tested = np.random.default_rng(0).choice(values, most_simulated, replace=False)
     bounds = np.array([values, values]) if sample.censored is None else sample.censored
     rows = np.array([_fit_law(LAWS[law], bounds, tested, simulations) for law in laws])
     out = xr.Dataset({result: ("law", rows[:, k]) for k, result in enumerate(_RESULTS)}, coords={"law": list(laws)})

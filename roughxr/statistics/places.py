@@ -6,12 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-#: Part of the variance without correlation between neighbours; it keeps matrices well conditioned.
-_NUGGET = 0.05
-
-#: Largest distance of the correlation, in mean spacings.
-_LONGEST_LAG = 6
-
 
 class Correlogram(NamedTuple):
     """Correlation of samples at a distance."""
@@ -27,15 +21,17 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
     values = normal_scores(values)
     spacing = mean_spacing(places)
-    edges = spacing * (np.arange(_LONGEST_LAG + 1) + 0.5)
+    # largest distance of the correlation, in mean spacings
+    longest_lag = 6
+    edges = spacing * (np.arange(longest_lag + 1) + 0.5)
     # largest number of samples for the correlation: more samples take longer without better accuracy
     chosen = np.random.default_rng(0).permutation(values.size)[:2000]
     deviation = values[chosen] - values[chosen].mean()
     i, j = cKDTree(places[chosen]).query_pairs(edges[-1], output_type="ndarray").T
     bins = np.digitize(np.hypot(*(places[chosen[i]] - places[chosen[j]]).T), edges[1:])
-    bins, product = bins[bins < _LONGEST_LAG], (deviation[i] * deviation[j])[bins < _LONGEST_LAG]
-    pairs = np.bincount(bins, minlength=_LONGEST_LAG)
-    total = np.bincount(bins, product, minlength=_LONGEST_LAG)
+    bins, product = bins[bins < longest_lag], (deviation[i] * deviation[j])[bins < longest_lag]
+    pairs = np.bincount(bins, minlength=longest_lag)
+    total = np.bincount(bins, product, minlength=longest_lag)
     variance = (deviation**2).mean()
     correlation = total / np.maximum(pairs, 1) / (variance if variance > 0 else 1.0)
     return Correlogram(edges[1:], correlation, pairs * (values.size / chosen.size) ** 2)
@@ -87,9 +83,11 @@ def _averaged_independent_places(values: np.ndarray, places: np.ndarray) -> floa
     lengths = 2.0 ** np.arange(-2.5, np.log2(0.5 * np.sqrt(n)) + 0.01, 0.5)
     likelihood = []
     share = []
+    # part of the variance without correlation between neighbours; it keeps matrices well conditioned
+    nugget = 0.05
     for length in lengths:
         for shape in (np.exp(-distance / length), np.exp(-((distance / length) ** 2) / 2)):
-            correlation = (1 - _NUGGET) * shape + _NUGGET * np.eye(n)
+            correlation = (1 - nugget) * shape + nugget * np.eye(n)
             inverse = np.linalg.inv(correlation)
             off = scores - inverse.sum(axis=0) @ scores / inverse.sum()
             determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum())

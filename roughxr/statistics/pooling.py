@@ -17,9 +17,6 @@ from ..vocabulary import schema
 from .sampling import SAMPLES, map_samples
 from .uncertainty import bootstrap
 
-#: Confidence level of the intervals.
-_CONFIDENCE = 0.95
-
 
 class Pool(NamedTuple):
     """A mean of several estimates."""
@@ -94,14 +91,16 @@ def pooled(
         )
     if ds.sizes[over] < 2:
         raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
+    # confidence level of the intervals
+    confidence = 0.95
     if ds[name].ndim == 1:
         estimate = ds[name].values[:, None].astype(float)
         error = np.zeros((ds.sizes[over], 1))
         labels = ["mean"]
     else:
-        options = {"statistics": statistics, "confidence": _CONFIDENCE, "resamples": resamples}
+        options = {"statistics": statistics, "confidence": confidence, "resamples": resamples}
         estimate, error, labels = _scan_statistics(ds, name, over, options)
-    solve = partial(random_effects, confidence=_CONFIDENCE, positive=bool(ds[name].min() >= 0))
+    solve = partial(random_effects, confidence=confidence, positive=bool(ds[name].min() >= 0))
     pools = [solve(*both) for both in zip(estimate.T, error.T)]
     out = xr.Dataset(
         {key: ("statistic", list(values)) for key, values in zip(_NAMES, zip(*pools))}
@@ -111,7 +110,7 @@ def pooled(
     out = schema.label(out)
     for variable in (*_NAMES[:4], "estimate", "standard_error"):
         out[variable].attrs["units"] = ds[name].attrs.get("units", "1")
-    out.attrs = {"variable": name, "confidence": _CONFIDENCE, "pooled_over": over}
+    out.attrs = {"variable": name, "confidence": confidence, "pooled_over": over}
     return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels)
 
 

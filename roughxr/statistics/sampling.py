@@ -28,9 +28,8 @@ AT_LEAST = "pull_off_at_least"
 #: would count forces that are known twice.
 DETECTION = "detection_limit"
 
-#: Coordinate of measured forces: a condition that was varied; and largest number of its values in a message.
+#: Coordinate of measured forces: a condition that was varied.
 CONDITION = "condition"
-_MOST_CONDITIONS = 8
 
 
 class Samples(NamedTuple):
@@ -205,7 +204,7 @@ def refuse_conditions(ds: xr.Dataset, what: str) -> None:
     values = np.unique(ds[CONDITION].values)
     if values.size > 1:
         name = ds.attrs.get(CONDITION, CONDITION)
-        listed = ", ".join(f"{value:g}" for value in values[:_MOST_CONDITIONS])
+        listed = ", ".join(f"{value:g}" for value in values[:8])
         raise ValueError(
             f"{what}: expected one condition, found {values.size} values of {name!r}: {listed}; select one, "
             f"measured.where(measured.condition == {values[0]:g}, drop=True)"

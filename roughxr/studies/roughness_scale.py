@@ -17,9 +17,6 @@ from ..specimen import specimen_of
 from ..vocabulary import schema
 from ..vocabulary.units import Places, Quantities, Quantity, whole_number
 
-#: Least number of cells along the shortest wavelength.
-_CELLS_PER_WAVELENGTH = 8
-
 
 def scale_dependence(
     ds: xr.Dataset,
@@ -100,8 +97,10 @@ def _simulated(
     """Return the simulated pull-off (place, wavelength, seed), nN."""
     specimen = specimen_of(ds)
     problem, adhesion = preload_problem(specimen, preload=preload, law="auto", mesh=Mesh(MOST_REFINED, None))
-    if _CELLS_PER_WAVELENGTH * problem.pixel > MOST_REFINED * wavelengths[0]:
-        least = _CELLS_PER_WAVELENGTH / MOST_REFINED * problem.pixel
+    # least number of cells along the shortest wavelength
+    cells_per_wavelength = 8
+    if cells_per_wavelength * problem.pixel > MOST_REFINED * wavelengths[0]:
+        least = cells_per_wavelength / MOST_REFINED * problem.pixel
         raise ValueError(f"shortest: expected wavelengths of {least:g} nm or more, found {wavelengths[0]:g} nm")
     half_width = window_half_width(specimen, problem, adhesion)
     windows, _ = regions.windows(ds, centres, half_width)
@@ -110,7 +109,7 @@ def _simulated(
     order = []
     for at, shortest in enumerate(wavelengths):
         surface = smooth(ds, shortest=max(shortest, model.shown))
-        cell = min(largest_cell, shortest / _CELLS_PER_WAVELENGTH)
+        cell = min(largest_cell, shortest / cells_per_wavelength)
         n = min(int(np.ceil(problem.pixel / cell)), MOST_REFINED)
         for place, window in enumerate(windows):
             part = surface.isel(x=window.rows, y=window.columns)

@@ -28,9 +28,6 @@ CUT, TAIL = 12.0, 11.0
 _STRENGTH = 16.0 / (9.0 * 3.0**0.5)
 WALL = 16.0
 
-#: Gap at which loading begins and retraction ends, in lengths of the exponential or of the second term.
-_ONSET = 8.0
-
 
 class Term(NamedTuple):
     """One term: the exponential's w and ρ, the second one's w and z₀, or the step's σ, a and b."""
@@ -65,7 +62,9 @@ def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
     is_given = [term.size > 0.0 for term in (e, v, s)]
     lengths = (e.near, v.near, s.far - s.near)
-    onsets = (_ONSET * e.near, _ONSET * v.near, s.far)
+    # gap at which loading begins and retraction ends, in lengths of the exponential or of the second term
+    onset = 8.0
+    onsets = (onset * e.near, onset * v.near, s.far)
     ranges = CUT * e.near, TAIL * v.near, s.far
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(

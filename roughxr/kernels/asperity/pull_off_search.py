@@ -51,11 +51,6 @@ _ONE_STEP, _MOST_STEPS = np.int64(1), np.int64(100)  # Numba compiles a function
 _SMALL_Q = 1e-5
 _FOLD = 0.01
 
-#: Number of asperities in the disc that is considered first, growth of the next discs, and their largest number.
-_FIRST_DISC = 200
-_GROWTH = 1.5
-_MOST_DISCS = 60
-
 
 class AsperityCells(NamedTuple):
     """Square cells over a scan, by which its asperities are sorted: those of a row are contiguous."""
@@ -115,7 +110,8 @@ def build_grid(field, law, radius, profile):
         return AsperityGrid(field, adhesion, 0.0, cells, 1.0)
     highest = (field.depth + field.scales.end * field.scales.delta).min()
     area = cells.first.shape[0] * (cells.first.shape[1] - 1) * cells.side**2
-    r2 = min(area * _FIRST_DISC / (np.pi * field.x.size), 0.25 * radius * radius)
+    # the disc that is considered first has 200 asperities
+    r2 = min(area * 200 / (np.pi * field.x.size), 0.25 * radius * radius)
     reach = max(profile_height(r2, radius, profile), np.median(field.scales.delta))
     return AsperityGrid(field, adhesion[order], float(highest), cells, float(highest + reach))
 
@@ -162,14 +158,14 @@ def pull_offs(x, y, grid, table, radius, profile):
         least = Least(0.0, np.nan)
         row = out[c]
         near = nearby(x[c], y[c], reach, grid, table, radius, profile)
-        for _ in range(_MOST_DISCS):
+        for _ in range(60):
             least, rough = least_up_to(near, reach, least, _ONE_STEP, grid)  # a good guess saves most searches
             least, count = least_up_to(near, reach, least, _MOST_STEPS, grid)
             total = total_force(reach, near.onset.size, near, grid)
             row[EVALUATIONS] += rough + count + near.onset.size
             if _is_bounded_beyond(x[c], y[c], reach, total, near, least, grid, radius, profile):
                 break
-            reach = grid.highest + _GROWTH * (reach - grid.highest)
+            reach = grid.highest + 1.5 * (reach - grid.highest)
             near = nearby(x[c], y[c], reach, grid, table, radius, profile)
         row[FORCE] = least.F
         row[DELTA] = least.delta

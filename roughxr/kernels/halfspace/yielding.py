@@ -15,11 +15,10 @@ The work done by H on the lost volume, H Σ −g dx², is dissipated in one cycl
 
 import numpy as np
 
-#: Largest relative rounding error of a pressure at the hardness.
-_ROUNDING = 1e-9
-
 
 def residual_heights(pressures, displacements, separation, deltas, hardness):
     """Return the residual heights (nm, ≤ 0) after loading: zero except where the pressure reached the hardness."""
     gaps = displacements + separation - np.asarray(deltas)[:, None, None]
-    return np.where(pressures >= hardness * (1.0 - _ROUNDING), np.minimum(gaps, 0.0), 0.0)
+    # largest relative rounding error of a pressure at the hardness
+    rounding = 1e-9
+    return np.where(pressures >= hardness * (1.0 - rounding), np.minimum(gaps, 0.0), 0.0)

@@ -20,14 +20,8 @@ import numpy as np
 #: The largest and smallest Hurst exponent of a self-affine surface.
 HURST = 0.0, 1.0
 
-#: Model error of ln C over a factor e of wavelengths, added to the sampling error: no surface is exactly self-affine.
-_MODEL_ERROR = 0.05
-
 #: Period of a band of nested roughness, in its longest wavelengths; ratio of its longest to its shortest wavelength.
 _PERIODS, _BAND = 32, 2.0**0.5
-
-#: Stream of random numbers of the band of the longest wavelengths; shorter bands use the next streams.
-_FIRST_STREAM = 100
 
 
 def uniform(count, seed, stream):
@@ -71,7 +65,9 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     pixel = pixel / unit
     modes = modes[known]
     measured = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
-    error = np.sqrt(1.0 / modes + _MODEL_ERROR**2 * q / np.gradient(q))
+    # model error of ln C over a factor e of wavelengths, added to the sampling error: no surface is exactly self-affine
+    model_error = 0.05
+    error = np.sqrt(1.0 / modes + model_error**2 * q / np.gradient(q))
     longest = 2.0 * np.pi / q[0]
     shortest = 2.0 * np.pi / q[-1]
     # of u, ln ℓ₀, H
@@ -145,7 +141,9 @@ def _band_modes(spectrum, longest, shortest, seed, band):
     periods = np.hypot(kx[:, None], ky)
     inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
     inside &= (kx[:, None] > 0) | (ky > 0)
-    parts = normal((2, periods.size), seed, _FIRST_STREAM + band).reshape(2, *periods.shape)
+    # stream of random numbers of the band of the longest wavelengths; shorter bands use the next streams
+    first_stream = 100
+    parts = normal((2, periods.size), seed, first_stream + band).reshape(2, *periods.shape)
     amplitude = np.zeros(periods.shape, complex)
     wavevectors = [unit * part[inside] for part in np.broadcast_arrays(kx[:, None], ky)]
     root = np.sqrt(2.0 * spectrum(*wavevectors)) * unit / (2.0 * np.pi)
