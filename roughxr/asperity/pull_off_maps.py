@@ -74,9 +74,9 @@ def pull_off_map(
     # number of centres in a task, which then takes some hundredths of a second
     tile = 512
     tiles = [(x[k : k + tile], y[k : k + tile]) for k in range(0, x.size, tile)]
-    each = min(tile, x.size)
-    solve = partial(spread.task_results, name="pull_off_map", each=each, lazy=summands.lazy)
-    records = solve(_tile, tiles, np.dtype((PULL_OFF, (each,))), summands.prepared.grid, options, each)
+    tile_size = min(tile, x.size)
+    solve = partial(spread.task_results, name="pull_off_map", each=tile_size, lazy=summands.lazy)
+    records = solve(_tile, tiles, np.dtype((PULL_OFF, (tile_size,))), summands.prepared.grid, options, tile_size)
     records = records.reshape(-1)[: x.size]
     shape = tuple(places.sizes.values())
     out = xr.Dataset({name: (list(places.sizes), records[name].reshape(shape)) for name in PULL_OFF.fields or ()})

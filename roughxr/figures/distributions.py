@@ -83,8 +83,8 @@ def distribution(
     values = bounds[np.isfinite(bounds)]
     units = ds[name].attrs.get("units", "1")
     limits = limits_in_words(bounds, lambda end: quantity(end, units, 2))
-    words = "; ".join(filter(None, [label, limits])) or None
-    look = {"label": words, **stroke(order)}
+    legend_text = "; ".join(filter(None, [label, limits])) or None
+    look = {"label": legend_text, **stroke(order)}
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, look["color"], order, interval)
     if bounds.shape[1] < fewest:
@@ -124,8 +124,8 @@ def _mean_interval(ax, ds: xr.Dataset, name: str, color: str, order: int, confid
     ax.plot([low, mean, high], [row] * 3, linestyle="none", marker="|", markersize=4, **style)
     count = int(ds[name].notnull().sum())
     accuracy = f"{100 * confidence:g} % interval" if np.isfinite(low) else "too few independent"
-    words = None if order else f"mean of {count}, {accuracy}"
-    ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=words, **style)
+    label = None if order else f"mean of {count}, {accuracy}"
+    ax.plot([mean], [row], marker="o", markersize=3, linewidth=1.6, label=label, **style)
 
 
 def _laws(ax, ds: xr.Dataset, name: str, values, edges, laws: Sequence[str] | xr.Dataset, interval: float | None):
@@ -147,11 +147,11 @@ def law_curves(ax, fits: xr.Dataset, points: np.ndarray, highest: float = np.inf
     ranked = fits.dropna("law", subset=["aic"]).sortby("aic")
     for order, law in enumerate(map(str, ranked["law"].values)):
         worse = float(ranked["aic_difference"].sel(law=law))
-        words = LAWS[law].words.partition(",")[0] + (f" (ΔAIC {worse:.1f})" if order else "")
+        label = LAWS[law].words.partition(",")[0] + (f" (ΔAIC {worse:.1f})" if order else "")
         inside = points[points > 0] if LAWS[law].positive else points
         curve = fitted_law(ranked, law).pdf(inside)
         shown = np.where(curve > highest, np.nan, curve)  # a Weibull law of shape < 1 diverges at zero
-        ax.plot(inside, shown, label=words, **stroke(order))
+        ax.plot(inside, shown, label=label, **stroke(order))
 
 
 @styled
@@ -179,9 +179,9 @@ def asperity_statistics(catalogue: xr.Dataset, *, ax: Panels | None = None) -> n
     label_density(heights, "height")
     peaks = catalogue.isel(asperity=(catalogue["curvature_min"] > 0).values)
     peaks = peaks.assign(ln_ratio=np.log(peaks["curvature_max"] / peaks["curvature_min"]))
-    most = float(peaks["ln_ratio"].quantile(0.99)) or 1.0
-    distribution(peaks, "ln_ratio", ax=anisotropy, interval=None, bins=np.linspace(0, most, 41))
-    anisotropy.set(xlim=(0, most), xlabel="ln(B/A) of the curvatures")
+    largest_ratio = float(peaks["ln_ratio"].quantile(0.99)) or 1.0
+    distribution(peaks, "ln_ratio", ax=anisotropy, interval=None, bins=np.linspace(0, largest_ratio, 41))
+    anisotropy.set(xlim=(0, largest_ratio), xlabel="ln(B/A) of the curvatures")
     distribution(peaks, "axis_ratio", ax=ratio, interval=None)
     mean = float(peaks["axis_ratio"].mean())
     ratio.axvline(mean, color=BLACK, linewidth=0.8, linestyle=":")

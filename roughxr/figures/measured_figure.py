@@ -30,13 +30,13 @@ def predicted_and_measured(
     >>> roughxr.figures.predicted_and_measured(predicted, measured)[1].get_ylabel()
     'measured pull-off force [nN]'
     """
-    left, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
+    distributions, right = made = panels(ax, 1, 2, aspect=0.4, width=PAGE)
     forces = {"predicted": predicted, "measured": measured}
     alike = {"fewest": FEWEST_SAMPLES}
     if any(np.isfinite(sample_bounds(ds, "pull_off_force")[0]).sum() < FEWEST_SAMPLES for ds in forces.values()):
         alike["fewest"] = 1 + max(ds["pull_off_force"].size for ds in forces.values())
-    for order, (words, ds) in enumerate(forces.items()):
-        distribution(ds, "pull_off_force", ax=left, label=words, order=order, **alike)
+    for order, (label, ds) in enumerate(forces.items()):
+        distribution(ds, "pull_off_force", ax=distributions, label=label, order=order, **alike)
     quantiles(compare(predicted, measured) if comparison is None else comparison, ax=right)
     return made
 

@@ -63,19 +63,19 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
         distribution(ds, label=_METHODS[name], order=order, ax=ax)
     if not samples:
         alone = any(bool(ds["pull_off_force"].notnull().any()) for ds in groups.values())
-        words = "one place with adhesion" if alone else "no place with adhesion"
-        ax.text(0.5, 0.5, words, ha="center", va="center", transform=ax.transAxes)
+        text = "one place with adhesion" if alone else "no place with adhesion"
+        ax.text(0.5, 0.5, text, ha="center", va="center", transform=ax.transAxes)
         ax.set_axis_off()
         return
     unit, size = label_axis(ax.xaxis, "pull_off_force")
     means = {_METHODS[name]: by_share(at_first_preload(ds["pull_off_force"])).mean() for name, ds in samples.items()}
-    if (known := best_estimate(run)) is not None:
-        mean, low, high = known
-        words = with_interval(mean / size, low / size, high / size, unit, why_wide="", name="")
-        words = f"best estimate of the mean, with finer\nroughness, {words}"
+    if (estimate := best_estimate(run)) is not None:
+        mean, low, high = estimate
+        text = with_interval(mean / size, low / size, high / size, unit, why_wide="", name="")
+        text = f"best estimate of the mean, with finer\nroughness, {text}"
         style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
         ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
-        ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=words, **style)
+        ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=text, **style)
     if np.isfinite(ax.dataLim.y1):
         ax.set_ylim(top=1.05 * ax.dataLim.y1)
     handles, labels = ax.get_legend_handles_labels()

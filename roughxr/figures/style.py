@@ -142,10 +142,10 @@ def axes(ax=None, *, aspect: float = 0.72):
 def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = COLUMN):
     """Return the given sequence of Axes, or those of a new pyplot figure of a width (inches), as a flat array."""
     if ax is not None:
-        given = np.asarray(ax, dtype=object).ravel()
-        if given.size != rows * columns:
-            raise ValueError(f"ax: expected {rows * columns} Axes, found {given.size}")
-        return given
+        flat_axes = np.asarray(ax, dtype=object).ravel()
+        if flat_axes.size != rows * columns:
+            raise ValueError(f"ax: expected {rows * columns} Axes, found {flat_axes.size}")
+        return flat_axes
     from matplotlib import pyplot
 
     _, made = pyplot.subplots(rows, columns, figsize=(width, aspect * width), layout="constrained", squeeze=False)

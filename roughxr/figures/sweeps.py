@@ -46,9 +46,9 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     ax = axes(ax)
     delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
     if ds.sizes["subregion"] == 1:
-        words = f"place {ds['subregion'].item()}"
+        label = f"place {ds['subregion'].item()}"
     else:
-        words = "median"
+        label = "median"
         ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
         ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
         for low, alpha in ((0.05, 0.22), (0.25, 0.4)):
@@ -56,7 +56,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
             share = f"{100 * (1 - 2 * low):.0f} % of them"
             ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
         _interval_bars(ax, ds, "q50", BLACK, "95 % interval of the median")
-    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=words)
+    ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=label)
     tension = float(-force.min("delta").median())  # of the median place
     if {"pull_off_force", "pull_off_delta"} <= set(ds) and bool(ds["pull_off_force"].notnull().any()):
         style: dict[str, Any] = {"color": VERMILION, "marker": "v", "markersize": 2.6, "linewidth": 0, "zorder": 3}
@@ -109,8 +109,8 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
         if ds.sizes["subregion"] > 1:
             band = by_share(ds["force"]).quantile([0.16, 0.84], dim="subregion").values
             forces += [float(np.nanmin(band)), float(np.nanmax(band))]
-            words = None if explained else "68 % of places"
-            ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=words)
+            label = None if explained else "68 % of places"
+            ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=label)
             _interval_bars(ax, ds, "mean", look["color"], None if explained else "95 % interval of the mean")
             explained = True
         elif float(mean.min()) < 0:

@@ -63,8 +63,8 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
             ax.plot([max(value - error, 0.0), end], [row, row], color=GREY, linewidth=1.2)
         if remaining < value:
             ax.plot([remaining], [row], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, zorder=3)
-        words = _words(value, error, change, subtracted)
-        ax.annotate(words, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
+        label_text = _words(value, error, change, subtracted)
+        ax.annotate(label_text, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
     if (columns[3] < columns[0]).any():
         ax.plot([], [], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, label="after its remedy")
         legend(ax, loc="lower right", bbox_to_anchor=(1, 1), borderpad=0)
@@ -83,9 +83,9 @@ def _words(value: float, error: float, change: float, is_bias: bool) -> str:
     sign = "" if is_bias or not round(value, 2) > 0 or not abs(change) > 0 else "−" if change < 0 else "+"
     value = round(value, 2)
     error = round(error, 2)
-    words = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
+    text = " ± ".join(with_error(value, error)) if error > 0 else number(value, digits=2)
     bias = f", {change:+.2g} subtracted".replace("-", "−") if is_bias else ""
-    return f"{sign}{words}{bias}"
+    return f"{sign}{text}{bias}"
 
 
 @styled

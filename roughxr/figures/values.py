@@ -77,9 +77,9 @@ def _row_axes(names: Any, ax: Axes | None) -> tuple[Axes, np.ndarray]:
 
 def _is_wide(values: np.ndarray) -> bool:
     """Return whether positive values span so much that a logarithmic axis shows them better."""
-    known = values[np.isfinite(values)]
+    finite = values[np.isfinite(values)]
     # ratio of largest to smallest value from which an axis is logarithmic
-    return known.size > 0 and known.min() > 0 and known.max() > 20.0 * known.min()
+    return finite.size > 0 and finite.min() > 0 and finite.max() > 20.0 * finite.min()
 
 
 @styled
@@ -184,9 +184,9 @@ def answer_rows(ds: xr.Dataset, *, ax: Axes | None = None):
         "real surface": ("best_estimate", "best_low", "best_high"),
         "real surface,\nafter the next step": ("best_estimate", "narrowed_low", "narrowed_high"),
     }
-    known = {words: names for words, names in parts.items() if set(names) <= set(ds) and np.isfinite(ds[names[0]])}
-    values, low, high = ([float(ds[names[column]]) for names in known.values()] for column in range(3))
-    return _rows(list(known), (values, low, high), "pull_off_force", ax)
+    available = {row: names for row, names in parts.items() if set(names) <= set(ds) and np.isfinite(ds[names[0]])}
+    values, low, high = ([float(ds[names[column]]) for names in available.values()] for column in range(3))
+    return _rows(list(available), (values, low, high), "pull_off_force", ax)
 
 
 @styled
@@ -198,9 +198,9 @@ def violations(ds: xr.Dataset, *, ax: Axes | None = None):
     ratio = (ds["violation"] / limit).fillna(np.inf).clip(least_violation, 1 / least_violation).values
     ax, order = _row_axes(ds["check"].values, ax)
     met = ds["met"].values.astype(bool)
-    for chosen, colour, words in ((met, BLUE, "met"), (~met, VERMILION, "not met, or unknown")):
+    for chosen, colour, label in ((met, BLUE, "met"), (~met, VERMILION, "not met, or unknown")):
         if chosen.any():
-            ax.plot(ratio[chosen], order[chosen], "o", color=colour, label=words, clip_on=False)
+            ax.plot(ratio[chosen], order[chosen], "o", color=colour, label=label, clip_on=False)
     ax.axvline(1.0, color=BLACK, linewidth=0.8, linestyle=DASHED, label="limit")
     ax.set_xscale("log")
     ax.set_xlim(least_violation, max(10.0, 2 * ratio.max()))

@@ -98,14 +98,14 @@ def with_choice_error(line: Baseline, others: list[Baseline], at: float, lowest:
     They contain a bend that the noise hides in the longest straight stretch, too, unless the force ``lowest`` there is
     so far below that it would show.
     """
-    own = line.error(at) ** 2
-    excess = [(line.force(at) - other.force(at)) ** 2 - max(other.error(at) ** 2 - own, 0.0) for other in others]
+    variance = line.error(at) ** 2
+    excess = [(line.force(at) - other.force(at)) ** 2 - max(other.error(at) ** 2 - variance, 0.0) for other in others]
     half_length = line.longest - line.centre if line.longest > line.centre else np.inf
     bend = _UNSEEN * line.level_error * _BEND * max(3 * ((at - line.centre) / half_length) ** 2 - 1, 0.0)
     # depth of interference over such a bend at which the stretch would not be straight
     bend = 0.0 if line.force(at) - lowest > 10.0 * bend else bend
     # twice the largest of the changes by other stretches, since there are few
-    wider = np.sqrt(1 + (4.0 * max(0.0, *excess) + bend**2) / own)
+    wider = np.sqrt(1 + (4.0 * max(0.0, *excess) + bend**2) / variance)
     return line._replace(level_error=line.level_error * wider, tilt_error=line.tilt_error * wider)
 
 
@@ -124,7 +124,7 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
     counts = np.arange(_LEAST_BINS, z.size + 1)
     x = (z - z[0]) / np.ptp(z)
     powers = x[:, None] ** np.arange(5)
-    sums, products = (np.cumsum(each, axis=0) for each in (powers, powers[:, :3] * force[:, None]))
+    sums, products = (np.cumsum(column, axis=0) for column in (powers, powers[:, :3] * force[:, None]))
     moments = sums[counts[:, None, None] - 1, np.add.outer(np.arange(3), np.arange(3))]
     right = products[counts - 1][..., None]
     bend = np.linalg.solve(moments, right)[:, 2, 0]
@@ -135,7 +135,8 @@ def _straight(z: np.ndarray, force: np.ndarray, variance: float) -> int:
     for last in (np.ones_like(counts), np.full_like(counts, 2), counts // 8 + 1, counts // 4):
         since = counts - last - 1
         mean_x, mean_force = (
-            (each[counts - 1] - np.where(since < 0, 0.0, each[since])) / last for each in (sums[:, 1], products[:, 0])
+            (column[counts - 1] - np.where(since < 0, 0.0, column[since])) / last
+            for column in (sums[:, 1], products[:, 0])
         )
         off |= np.abs(mean_force - line[:, 0] - line[:, 1] * mean_x) > threshold * np.sqrt(variance / last)
     return int(counts[np.argmax(off)] - 1) if off.any() else z.size

@@ -185,7 +185,7 @@ def _warn_of_misfit(ratios: np.ndarray) -> None:
         )
 
 
-class _Part(NamedTuple):
+class _CurvePart(NamedTuple):
     """The means of a branch's samples in contact, without baseline."""
 
     z: np.ndarray  # piezo from the detachment, nm
@@ -204,7 +204,7 @@ class _Part(NamedTuple):
 class _Curve(NamedTuple):
     """A curve as it is fitted."""
 
-    parts: list[_Part]  # retraction, and approach if it is there
+    parts: list[_CurvePart]  # retraction, and approach if it is there
     gap: float  # standard error of the position of the detachment, nm
     pull: float  # measured pull-off force, nN
     radius: float
@@ -266,8 +266,8 @@ _REDUCED = {
 
 def _fitted(x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
     """Return the fit of parameters from a start."""
-    most = 40 * (x.size + 1)
-    return optimize.least_squares(residuals, x, method="lm", ftol=1e-6, xtol=1e-8, max_nfev=most)
+    most_evaluations = 40 * (x.size + 1)
+    return optimize.least_squares(residuals, x, method="lm", ftol=1e-6, xtol=1e-8, max_nfev=most_evaluations)
 
 
 def _fit(
@@ -281,8 +281,8 @@ def _fit(
     level: float,
 ) -> np.ndarray:
     """Return the results of one curve, whose branches are the retraction and, if there is one, the approach."""
-    finite = [np.isfinite(own) & np.isfinite(recorded) for own, recorded in zip(z, force)]
-    branches = [(own[valid], recorded[valid]) for own, recorded, valid in zip(z, force, finite)]
+    finite = [np.isfinite(travel) & np.isfinite(recorded) for travel, recorded in zip(z, force)]
+    branches = [(travel[valid], recorded[valid]) for travel, recorded, valid in zip(z, force, finite)]
     pull = evaluated_retraction(*branches[0], stiffness, 1.0)
     end, gap, retraction = (0.0, 0.0, None) if pull.reason else _in_contact(*branches[0])
     hertz = next((_hertz(*both, radius, stiffness, errors, level) for both in branches[1:]), None)
@@ -406,7 +406,7 @@ def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relativ
     """Return Hertz's modulus of the approach with the work of the pull-off force, and how the branches disagree."""
     modulus = np.exp(hertz.log_modulus + hertz.half_width * np.array([0, -1, 1]))
     used = DUGDALE if law == AUTO else law
-    works = np.exp([curve.start(used, np.log(each))[1] for each in modulus])
+    works = np.exp([curve.start(used, np.log(stiffness))[1] for stiffness in modulus])
     tabor = float(maugis.tabor(0.5 / curve.radius, 0.5 / curve.radius, modulus[0], works[0], curve.reach))
     name = law_by_tabor(tabor) if law == AUTO else law
     note = (
@@ -421,7 +421,7 @@ def _separate(joint: np.ndarray, hertz: _Hertz, curve: _Curve, law: str, relativ
     return out
 
 
-def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _Part | None]:
+def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _CurvePart | None]:
     """Return position and standard error of the detachment, and the part of a retraction in contact."""
     pull = retraction_pull(z, force, 1.0)
     at, line = pull.lowest, pull.line
@@ -433,7 +433,7 @@ def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _Part |
     return position, gap, _part(z, force, line, slice(0, end - 1), position)
 
 
-def _approach(z: np.ndarray, force: np.ndarray, position: float) -> _Part | None:
+def _approach(z: np.ndarray, force: np.ndarray, position: float) -> _CurvePart | None:
     """Return the repulsive part of an approach."""
     if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
         return None
@@ -460,7 +460,7 @@ def _first_pressed(z: np.ndarray, force: np.ndarray, line: Baseline) -> int:
     return int(weak[-1]) + 1 if weak.size else 0
 
 
-def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, position: float) -> _Part | None:
+def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, position: float) -> _CurvePart | None:
     """Return means of the used samples, travel from a position; the errors contain the correlation of the noise."""
     count = z[used].size
     if count < _LEAST_CONTACT:
@@ -474,12 +474,12 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
         correlated = max(correlated, length * float((means**2).mean()) / max(line.noise, 1e-300) ** 2)
         length *= 2
     width = -(-count // _BINS)
-    own = slice(used.start, used.start + count // width * width)
-    mean_z, mean_force = (values[own].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
+    whole_bins = slice(used.start, used.start + count // width * width)
+    mean_z, mean_force = (values[whole_bins].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
     changes = np.c_[np.full(mean_z.size, line.level_error), line.tilt_error * (mean_z - line.centre)]
     noise = max(line.noise, 1e-9 * float(np.ptp(force)))
     error = np.full(mean_z.size, noise * np.sqrt(correlated / width))
-    return _Part(mean_z - position, mean_force, error, changes, width, noise, baseline_rms)
+    return _CurvePart(mean_z - position, mean_force, error, changes, width, noise, baseline_rms)
 
 
 def _intervals(
@@ -507,8 +507,8 @@ def _intervals(
 
 def _half_width(jacobian: np.ndarray, index: int, level: float) -> float:
     """Return half the interval of a parameter by the curvature at the best fit."""
-    own, rest = jacobian[:, index], np.delete(jacobian, index, axis=1)
-    unexplained = float(((own - rest @ np.linalg.lstsq(rest, own, rcond=None)[0]) ** 2).sum())
+    column, rest = jacobian[:, index], np.delete(jacobian, index, axis=1)
+    unexplained = float(((column - rest @ np.linalg.lstsq(rest, column, rcond=None)[0]) ** 2).sum())
     return float(np.sqrt(level / max(unexplained, 1e-4)))
 
 

@@ -65,21 +65,21 @@ def open_curves(
     """
     path = files.regular_file(path)
     family, _ = files.reader_of(path)
-    given = Calibration(units, sensitivity, spring_constant)
-    kind = files.guarded(path, curve_kind, path, family, given)
+    calibration = Calibration(units, sensitivity, spring_constant)
+    kind = files.guarded(path, curve_kind, path, family, calibration)
     if kind is None:
-        ds = _read_curve_table(path, piezo_units, given)
+        ds = _read_curve_table(path, piezo_units, calibration)
     elif piezo_units is not None:
         raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
     else:
-        ds = read_curves(open_curve_file(path, kind, given))
+        ds = read_curves(open_curve_file(path, kind, calibration))
     ds.attrs.update(source_file=path.name, source_sha256=files.file_hash(path))
     options: dict[str, Any] = {"units": units, "piezo_units": piezo_units}
     options |= {"sensitivity": sensitivity, "spring_constant": spring_constant}
     return schema.record(schema.label(ds), "open_curves", file=path.name, **options)
 
 
-def _read_curve_table(path: Path, piezo_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_curve_table(path: Path, piezo_units: str | None, calibration: Calibration) -> xr.Dataset:
     """Return the curve in a table."""
     columns = {column.name.lower(): column for column in files.guarded(path, read_table, path)}
     signal = [name for name in ("force", "deflection") if name in columns]
@@ -87,11 +87,11 @@ def _read_curve_table(path: Path, piezo_units: str | None, given: Calibration) -
         names = ", ".join(map(repr, columns)) or "none"
         raise UnreadableScan(path, f"expected columns 'piezo' and either 'force' or 'deflection', found {names}")
     column = columns[signal[0]]
-    stated = column.units or given.units
+    stated = column.units or calibration.units
     if signal[0] == "deflection" and converts(stated, "nN"):
         raise UnreadableScan(path, f"expected units of a length or V for 'deflection', found {stated!r}")
     try:
-        force, how = forces(column.values, column.units, given)
+        force, how = forces(column.values, column.units, calibration)
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
     piezo = lengths(path, columns["piezo"], piezo_units)

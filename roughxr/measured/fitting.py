@@ -142,8 +142,8 @@ def fit_pair(
     best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
-    given = {"confidence": confidence, "force_std": force_std}
-    return schema.record(schema.label(out), "fit_pair", ds, method=method, **given, **options)
+    errors = {"confidence": confidence, "force_std": force_std}
+    return schema.record(schema.label(out), "fit_pair", ds, method=method, **errors, **options)
 
 
 def _method_error(pull: xr.Dataset, method: str) -> float:

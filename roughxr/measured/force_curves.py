@@ -61,7 +61,7 @@ class ImplausibleCurves(UserWarning):
     """
 
 
-class _Retraction(NamedTuple):
+class _CurveResults(NamedTuple):
     """The results of one retraction, by their names in a Dataset."""
 
     pull_off_force: float = np.nan
@@ -153,7 +153,7 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
         evaluated_retraction(z, f, stiffness, baseline)
         for z, f in zip(retraction["piezo"].values, retraction["force"].values)
     ]
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_Retraction._fields, zip(*pulls))})
+    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_CurveResults._fields, zip(*pulls))})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
     _warn_of_slope(out["contact_slope"].values, stiffness)
@@ -194,30 +194,30 @@ def recorded_curves(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, f
     return out.astype(float), stiffness
 
 
-def _stiffness(ds: xr.Dataset, given: Any) -> float:
+def _stiffness(ds: xr.Dataset, spring_constant: Any) -> float:
     """Return the spring constant (nN/nm) that is stated or given, inf without any."""
     stated = ds.attrs.get("spring_constant", np.inf)
-    if given is None:
+    if spring_constant is None:
         return float(stated)
-    stiffness = positive(given, "nN/nm", "spring_constant")
+    stiffness = positive(spring_constant, "nN/nm", "spring_constant")
     if np.isfinite(stated) and not np.isclose(stiffness, stated, rtol=1e-6, atol=0):
         raise ValueError(f"spring_constant: the curves state {stated:.6g} N/m, found {stiffness:.6g}; leave it out")
     return stiffness
 
 
-def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _Retraction:
+def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _CurveResults:
     """Return the results of one retraction."""
     finite = np.isfinite(z) & np.isfinite(force)
     z, force = z[finite], force[finite]
     reason = _unusable(z, share)
     if reason:
-        return _Retraction(reason=reason)
+        return _CurveResults(reason=reason)
     ruptures = _ruptures(force)
     pull = retraction_pull(z, force, share, ruptures)
     lowest, line = pull.lowest, pull.line
     flat = force - line.force(z)
     heights = [rupture.height for rupture in ruptures]
-    result = _Retraction(
+    result = _CurveResults(
         largest_rupture=max(heights, default=np.nan),
         ruptures=len(heights),
         detection_limit=pull.threshold,
@@ -288,7 +288,9 @@ def retraction_pull(z: np.ndarray, force: np.ndarray, share: float, ruptures: li
     contact = int(np.argmax(flat < 0))
     if pull.line.longest - z[-1] > _PLAIN * (z[contact] - z[-1]):
         pulls.append(_pull_at(z, force, contact + int(np.argmin(flat[contact:])), far))
-    return next((each for each in pulls if each.is_measured), max(pulls, key=lambda each: each.limit))
+    return next(
+        (candidate for candidate in pulls if candidate.is_measured), max(pulls, key=lambda candidate: candidate.limit)
+    )
 
 
 class _FarPart(NamedTuple):
@@ -414,9 +416,9 @@ def _line_after_jump(
     count, height = last_step(flat[first:], noise)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
-    left = max(height, sum(rupture.height for rupture in later))
+    tension_after = max(height, sum(rupture.height for rupture in later))
     level, error = extrapolated_level(flat[first:], first - lowest, noise)
-    levels = [(float(np.hypot(error, left / 2)), level + left)]
+    levels = [(float(np.hypot(error, tension_after / 2)), level + tension_after)]
     if beyond > first:
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
@@ -560,13 +562,13 @@ def _parabola(
     scale = float(np.abs(z[used] - z[used].mean()).max())
     x = (z[slice(*ends)] - z[used].mean()) / scale
     design = x[:, None] ** np.arange(3)
-    own = slice(used.start - ends[0], used.stop - ends[0])
-    covariance = np.linalg.inv(design[own].T @ design[own])
-    coefficients = covariance @ (force[used] @ design[own])
+    window = slice(used.start - ends[0], used.stop - ends[0])
+    covariance = np.linalg.inv(design[window].T @ design[window])
+    coefficients = covariance @ (force[used] @ design[window])
     height = design @ coefficients
-    lowest = own.start + int(np.argmin(height[own]))
+    lowest = window.start + int(np.argmin(height[window]))
     where = (
-        np.clip(-coefficients[1] / (2 * coefficients[2]), x[own].min(), x[own].max())
+        np.clip(-coefficients[1] / (2 * coefficients[2]), x[window].min(), x[window].max())
         if coefficients[2] > 0
         else x[lowest]
     )
@@ -579,7 +581,7 @@ def _parabola(
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ covariance @ row)
-    rise = float((height[own.start] + height[own.stop - 1]) / 2 - _parabola_terms(where) @ coefficients)
+    rise = float((height[window.start] + height[window.stop - 1]) / 2 - _parabola_terms(where) @ coefficients)
     # a sharp minimum between two lines is lower than the parabola by 0.2 of the rise to its ends; a round minimum is
     # not. Subtract half of this, with an error of the whole, since one side may be steeper.
     sharp = 0.0 if detached else 0.1 * max(rise, 0.0)

@@ -178,11 +178,11 @@ def _same_width(path: Path, cells: list[tuple[int, list[str]]], width: int) -> N
 def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) -> Column | None:
     """Return a column of numbers, None for one of text; raise for text among numbers."""
     numbers = [_number(cell, comma) for _, cell in cells]
-    words = [(line, cell) for (line, cell), number in zip(cells, numbers) if number is None]
-    if len(words) > sum(cell.lower() not in _EMPTY for _, cell in cells) / 2:
+    texts = [(line, cell) for (line, cell), number in zip(cells, numbers) if number is None]
+    if len(texts) > sum(cell.lower() not in _EMPTY for _, cell in cells) / 2:
         return None
-    if words:
-        line, cell = words[0]
+    if texts:
+        line, cell = texts[0]
         raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
@@ -244,8 +244,8 @@ def _likely_forces(columns: list[Column]) -> list[Column]:
     others = [column for column in columns if not (_axis(column) or column.name.lower() in ("index", "subregion"))]
     forces = [column for column in others if converts(column.units, "nN")]
     if forces:
-        own = [column for column in forces if column.name == "pull_off_force"]
-        return own or [column for column in forces if _ADHESION.search(column.name)] or forces
+        named_alike = [column for column in forces if column.name == "pull_off_force"]
+        return named_alike or [column for column in forces if _ADHESION.search(column.name)] or forces
     return [column for column in others if _FORCE.search(column.name)] or others
 
 

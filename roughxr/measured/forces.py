@@ -45,30 +45,32 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
     return values
 
 
-def forces(values: np.ndarray, units: str | None, given: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
+def forces(values: np.ndarray, units: str | None, calibration: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that describe the conversion."""
-    if units and given.units and given.units != units:
-        raise ValueError(f"units: the file states {units!r}, found {given.units!r}; leave units= out")
-    units = units or given.units
+    if units and calibration.units and calibration.units != units:
+        raise ValueError(f"units: the file states {units!r}, found {calibration.units!r}; leave units= out")
+    units = units or calibration.units
     if units is None:
         raise ValueError("units: the file states none; give them, such as units='nN'")
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
-        refuse_unused(f"values in {units}", sensitivity=given.sensitivity, spring_constant=given.spring_constant)
+        refuse_unused(
+            f"values in {units}", sensitivity=calibration.sensitivity, spring_constant=calibration.spring_constant
+        )
         return measurable(values * factor(units, "nN"), "nN", units), how
     if converts(units, "nm"):
-        refuse_unused(f"values in {units}", sensitivity=given.sensitivity)
-        stiffness = _stiffness(given, units)
+        refuse_unused(f"values in {units}", sensitivity=calibration.sensitivity)
+        stiffness = _stiffness(calibration, units)
         return values * (factor(units, "nm") * stiffness), {**how, "spring_constant": stiffness}
     if not converts(units, "V"):
         raise ValueError(f"units: expected those of a force, of a deflection, or V, found {units!r}")
-    per_volt, per_what = _per_volt(given.sensitivity, units)
+    per_volt, per_what = _per_volt(calibration.sensitivity, units)
     how |= {"sensitivity": per_volt, "sensitivity_units": per_what}
     values = values * (factor(units, "V") * per_volt)
     if per_what == "nN/V":
-        refuse_unused("values in V with a sensitivity in nN/V", spring_constant=given.spring_constant)
+        refuse_unused("values in V with a sensitivity in nN/V", spring_constant=calibration.spring_constant)
         return values, how
-    stiffness = _stiffness(given, units)
+    stiffness = _stiffness(calibration, units)
     return values * stiffness, {**how, "spring_constant": stiffness}
 
 
@@ -90,10 +92,10 @@ def has_units(sensitivity: Any) -> None:
         raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
 
 
-def _stiffness(given: Calibration, units: str) -> float:
-    if given.spring_constant is None:
+def _stiffness(calibration: Calibration, units: str) -> float:
+    if calibration.spring_constant is None:
         raise ValueError(f"expected forces, found a deflection ({units}); state spring_constant= in N/m")
-    return positive(given.spring_constant, "nN/nm", "spring_constant")
+    return positive(calibration.spring_constant, "nN/nm", "spring_constant")
 
 
 def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:

@@ -101,11 +101,11 @@ def open_pull_off(
     >>> pull.pull_off_force.values, pull.subregion_x.values
     (array([12.5,  nan,  9.5]), array([   0., 1000.,    0.]))
     """
-    given = Calibration(units, sensitivity, spring_constant, pulls)
+    calibration = Calibration(units, sensitivity, spring_constant, pulls)
     image = _Selection(channel, scan_direction, size)
     paths = [path] if isinstance(path, (str, os.PathLike)) else list(path)
-    ds = _concatenated(paths, [_read_file(files.regular_file(file), image, place_units, given) for file in paths])
-    options = {**image._asdict(), **given._asdict(), "place_units": place_units}
+    ds = _concatenated(paths, [_read_file(files.regular_file(file), image, place_units, calibration) for file in paths])
+    options = {**image._asdict(), **calibration._asdict(), "place_units": place_units}
     return schema.record(schema.label(ds), "open_pull_off", file=ds.attrs["source_file"], **options)
 
 
@@ -141,19 +141,19 @@ class _Selection(NamedTuple):
     size: Any
 
 
-def _read_file(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_file(path: Path, image: _Selection, place_units: str | None, calibration: Calibration) -> xr.Dataset:
     """Return the pull-off forces of one file."""
     if is_spreadsheet(path):
-        return _with_source(path, _read_force_table(path, image, place_units, given))
+        return _with_source(path, _read_force_table(path, image, place_units, calibration))
     family, read = files.reader_of(path)
-    kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, given)
+    kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
         raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
     if kind is not None:
         schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
-        ds = _read_curve_file(path, kind, given)
+        ds = _read_curve_file(path, kind, calibration)
     elif family == "text" and image.size is None and not _is_matrix(path):
-        ds = _read_force_table(path, image, place_units, given)
+        ds = _read_force_table(path, image, place_units, calibration)
     else:
         schema.refuse_unused("an adhesion image", place_units=place_units)
         code, channels = files.images(path, family, read)
@@ -161,7 +161,7 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, given: Ca
             chosen = with_vendor_scale(
                 path, channels, _adhesion(channels, image.channel, image.scan_direction, path), family
             )
-            ds = _read_image(path, chosen, image.size, given).assign_attrs(channels=listing(channels))
+            ds = _read_image(path, chosen, image.size, calibration).assign_attrs(channels=listing(channels))
     return _with_source(path, ds)
 
 
@@ -203,11 +203,11 @@ def _is_matrix(path: Path) -> bool:
     return stated or bool(gwyddion_header(comments))
 
 
-def _read_force_table(path: Path, image: _Selection, place_units: str | None, given: Calibration) -> xr.Dataset:
+def _read_force_table(path: Path, image: _Selection, place_units: str | None, calibration: Calibration) -> xr.Dataset:
     schema.refuse_unused("a table", scan_direction=image.scan_direction, size=image.size)
     columns = files.guarded(path, read_table, path, pull_offs=True)
     column = force_column(path, columns, image.channel)
-    values, how = _pull_off_magnitudes(path, column.values, column.units, given)
+    values, how = _pull_off_magnitudes(path, column.values, column.units, calibration)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})
     for limit in (
         other for other in columns if other.name in (AT_MOST, AT_LEAST, DETECTION) and converts(other.units, "nN")
@@ -229,12 +229,12 @@ def _read_force_table(path: Path, image: _Selection, place_units: str | None, gi
     return ds.assign_attrs(measured="table", channel=column.name, **how)
 
 
-def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, given: Calibration):
+def _pull_off_magnitudes(path: Path, values: np.ndarray, units: str | None, calibration: Calibration):
     if np.isinf(values).any():
         raise UnreadableScan(path, "expected finite values, found infinite ones: damaged")
     try:
-        recorded, how = forces(values, units, given)
-        turned, pulls = magnitudes(recorded, given.pulls)
+        recorded, how = forces(values, units, calibration)
+        turned, pulls = magnitudes(recorded, calibration.pulls)
     except ValueError as error:
         raise UnreadableScan(path, str(error)) from error
     return turned, {**how, "pulls": pulls}
@@ -261,14 +261,14 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
     return fitting[0]
 
 
-def _read_image(path: Path, channel: Channel, size: Any, given: Calibration) -> xr.Dataset:
+def _read_image(path: Path, channel: Channel, size: Any, calibration: Calibration) -> xr.Dataset:
     """Return an image's pixels as places: the picture's top row at the largest y, as in a scan."""
     channel = files.with_size(channel, size, path)
     assert channel.size is not None
     rows = np.asarray(files.guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
-    values, how = _pull_off_magnitudes(path, rows[::-1].T, channel.units, given)
+    values, how = _pull_off_magnitudes(path, rows[::-1].T, channel.units, calibration)
     axes = {axis: (np.arange(n) + 0.5) * (length / n) for axis, n, length in zip("xy", values.shape, channel.size)}
     ds = map_samples(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
     ds = ds.assign_coords(subregion=np.arange(values.size))

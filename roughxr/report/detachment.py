@@ -57,18 +57,18 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
         "lever arm, median over places and directions [nm]": lever,
         "error of the lever arm by mesh and states, median place [%]": _median_percent(moments, "lever_error"),
     }
-    for part, words in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
-        rows[f"critical friction velocity, {words} [m/s]"] = float(by_share(speed).quantile(part))
+    for part, label in ((0.05, "5 %"), (0.5, "median"), (0.95, "95 %")):
+        rows[f"critical friction velocity, {label} [m/s]"] = float(by_share(speed).quantile(part))
     error = _median_percent(critical, "critical_load_error")
     rows["error of the critical friction velocity by levers and pull-offs, median place [%]"] = error
     for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
         rows[f"{end} end of the median's 95 % interval [m/s]"] = value
     shown = {
-        **{f"places where the sphere {words} [%]": critical["mode"] == mode for mode, words in _MODES.items()},
+        **{f"places where the sphere {label} [%]": critical["mode"] == mode for mode, label in _MODES.items()},
         "places in the range of the drag formulas (r⁺ ≤ 1) [%]": critical["in_range"],
         f"places on fewer than {_STABLE_CONTACTS} contacts [%]": _unstable(moments),
     }
-    return rows | {words: round(100 * float(by_share(flags.astype(float)).mean())) for words, flags in shown.items()}
+    return rows | {label: round(100 * float(by_share(flags.astype(float)).mean())) for label, flags in shown.items()}
 
 
 def _median_percent(ds: xr.Dataset, name: str) -> float:
@@ -108,10 +108,11 @@ def detachment_notes(run: Run) -> list[str]:
         notes.append(
             f"Particles rolled from the grid to resting positions; {stable} of them rest on three or more contacts."
         )
-    elif few := int(_unstable(moments).sum()):
+    elif unstable_places := int(_unstable(moments).sum()):
         notes.append(
-            f"At {few} of {moments.sizes['subregion']} places the sphere rests on fewer than three contacts: a free "
-            "particle would roll on until three support it. A run of particles analyses their resting positions."
+            f"At {unstable_places} of {moments.sizes['subregion']} places the sphere rests on fewer than three "
+            "contacts: a free particle would roll on until three support it. A run of particles analyses their resting "
+            "positions."
         )
     return notes
 

@@ -190,11 +190,11 @@ def scan_table(run: Run) -> pd.DataFrame:
     residual = run["reconstruction"].attrs["residual_rms"]
     rows = {"original - reconstructed, rms [nm]": residual}
     for name, power in (("R_q", 2), ("R_a", 1)):
-        own, envelope = (
+        scan_row, envelope = (
             float((abs(h) ** power).mean() ** (1 / power)) for h in (height, run["reconstruction"]["height"])
         )
-        rows |= {f"{name} about zero, original [nm]": own, f"{name} about zero, reconstructed [nm]": envelope}
-        rows[f"{name}, reconstructed above original [%]"] = 100 * (envelope / own - 1)
+        rows |= {f"{name} about zero, original [nm]": scan_row, f"{name} about zero, reconstructed [nm]": envelope}
+        rows[f"{name}, reconstructed above original [%]"] = 100 * (envelope / scan_row - 1)
     angles = run["asperities"]["orientation"].values
     counts = np.histogram(angles[np.isfinite(angles)], bins=12, range=(-np.pi / 2, np.pi / 2))[0]
     rows["isotropy of directions (1: isotropic)"] = float(counts.min() / max(counts.max(), 1))

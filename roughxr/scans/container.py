@@ -156,8 +156,8 @@ def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> 
     """Return one map or line."""
     name = _member_name(entry)
     with tempfile.TemporaryDirectory() as folder:
-        own = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
-        file = Path(folder) / own.lstrip(".")
+        file_stem = re.sub(r"[^\w.-]", "_", f"{path.name}, {name}")[-80:]  # never a path of its own
+        file = Path(folder) / file_stem.lstrip(".")
         with archive.open(name) as packed, file.open("wb") as member:
             shutil.copyfileobj(packed, member)
         try:

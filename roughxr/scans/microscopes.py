@@ -60,12 +60,12 @@ def _has_tag(path: Path, tag: int) -> bool:
         return False
 
 
-def _pages(path: Path, most: int | None = None) -> list[dict[int, Any]]:
+def _pages(path: Path, most_pages: int | None = None) -> list[dict[int, Any]]:
     """Return the tags of a TIFF file's pages."""
     from PIL import Image, ImageSequence
 
     with warnings.catch_warnings(action="ignore"), Image.open(path) as image:
-        return [dict(page.tag_v2) for page in islice(ImageSequence.Iterator(image), most)]  # type: ignore[attr-defined]
+        return [dict(page.tag_v2) for page in islice(ImageSequence.Iterator(image), most_pages)]  # type: ignore[attr-defined]
 
 
 def jpk_channels(path: Path) -> list[Channel]:

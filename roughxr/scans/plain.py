@@ -104,20 +104,20 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     header = gwyddion_header(lines)
     heading = ""
     for line in lines:
-        words = line.lstrip("# \t")
-        if len(words) > _LONGEST_LINE:
+        content = line.lstrip("# \t")
+        if len(content) > _LONGEST_LINE:
             raise UnreadableScan(
-                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(words)} in one"
+                path, f"expected header lines of at most {_LONGEST_LINE} characters, found {len(content)} in one"
             )
-        entry = _ENTRY.match(words)
-        entries = [entry.groups()] if entry else _ENTRIES.findall(words)
+        entry = _ENTRY.match(content)
+        entries = [entry.groups()] if entry else _ENTRIES.findall(content)
         header = {name.strip().lower(): value for name, value in entries} | header
-        if _HEADING.match(words):
-            heading = words
+        if _HEADING.match(content):
+            heading = content
         elif not entries and not line.lstrip().startswith("#"):
             raise UnreadableScan(
                 path,
-                f"expected a matrix of numbers, found {words[:60]!r}; a table of pull-offs is read by "
+                f"expected a matrix of numbers, found {content[:60]!r}; a table of pull-offs is read by "
                 "`roughxr measured`",
             )
     return header, heading
@@ -142,10 +142,10 @@ def _sides(header: dict[str, str]) -> list[str]:
 
 def _size(header: dict[str, str]) -> tuple[tuple[float, float] | None, str | None]:
     """Return the size of width and height, and their common units, where a header states them."""
-    known = [match.groups() for match in map(_LENGTH.match, _sides(header)) if match]
-    if len(known) < 2:
+    lengths = [match.groups() for match in map(_LENGTH.match, _sides(header)) if match]
+    if len(lengths) < 2:
         return None, None
-    (width, x_units), (height, y_units) = known
+    (width, x_units), (height, y_units) = lengths
     if x_units != y_units:
         return (float(width), float(height) * factor(y_units, x_units)), x_units
     return (float(width), float(height)), x_units

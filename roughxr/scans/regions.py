@@ -113,8 +113,8 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
                 f"asperities: expected the scan's edges as coordinates, found no {', '.join(missing)}; make it "
                 "by ds.contact.asperities(), or assign them in nm, ds.assign_coords(scan_x_min=0.0, …)"
             )
-        left, right, low, high = (float(ds[name]) for name in EDGES)
-        return left, right, low, high
+        x_low, x_high, y_low, y_high = (float(ds[name]) for name in EDGES)
+        return x_low, x_high, y_low, y_high
     (dx, dy), x, y = schema.pixel(ds), ds["x"].values, ds["y"].values
     return float(x[0] - dx / 2), float(x[-1] + dx / 2), float(y[0] - dy / 2), float(y[-1] + dy / 2)
 

@@ -56,8 +56,8 @@ def roughness(ds: xr.Dataset) -> xr.Dataset:
     """
     scan = validate(ds, "scan")
     flat = scan.assign(height=level(scan)["height"])
-    own = scan["height"]  # the paper's numbers are about height 0
-    datum = {"r_a_datum": abs(own).mean(), "r_q_datum": np.sqrt((own**2).mean())}
+    heights = scan["height"]  # the paper's numbers are about height 0
+    datum = {"r_a_datum": abs(heights).mean(), "r_q_datum": np.sqrt((heights**2).mean())}
     texture = xr.apply_ufunc(
         texture_parameters,
         flat["height"].drop_vars(list(flat["height"].coords)),

@@ -66,7 +66,7 @@ def _as_standard_x3p(path: str) -> Any:
     listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
     if listed:
         data = re.findall(r"<(?:\w+:)?Datum\s*(?:/>|>([^<]*)</(?:\w+:)?Datum>)", listed[0])
-        heights = [float(words.split(";")[-1]) if words.strip() else np.nan for words in data]
+        heights = [float(cell.split(";")[-1]) if cell.strip() else np.nan for cell in data]
         members["bindata/listed.bin"] = np.array(heights, "<f8").tobytes()
         link = "<DataLink><PointDataLink>bindata/listed.bin</PointDataLink></DataLink>"
         mended = mended[: listed.start()] + link + mended[listed.end() :]

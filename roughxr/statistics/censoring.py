@@ -42,13 +42,13 @@ def with_infinity(ends: np.ndarray) -> np.ndarray:
 def least_spread_values(bounds: np.ndarray) -> np.ndarray:
     """Return the values within bounds that have the least standard deviation."""
     low, high = bounds
-    least = float(low.min())
-    most = float(high.max())
+    smallest = float(low.min())
+    largest = float(high.max())
     for _ in range(60):
-        middle = (least + most) / 2
+        middle = (smallest + largest) / 2
         is_low = np.clip(middle, low, high).mean() < middle
-        least, most = (least, middle) if is_low else (middle, most)
-    return np.clip((least + most) / 2, low, high)
+        smallest, largest = (smallest, middle) if is_low else (middle, largest)
+    return np.clip((smallest + largest) / 2, low, high)
 
 
 def most_spread_values(bounds: np.ndarray) -> np.ndarray:
@@ -77,8 +77,8 @@ def likelihood_estimates(
     shape, _, scale = fits[best]
     estimates = [scale * _unit_statistic(LAWS[best], shape, label) for label in labels]
     ends = np.array([_profile_ends(LAWS[name], fits[name], bounds, labels, independent, drop) for name in possible])
-    words = LAWS[best].words + "".join(f" (or {LAWS[name].words})" for name in possible if name != best)
-    return CensoredEstimates(words, np.array([estimates, ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)]))
+    law_names = LAWS[best].words + "".join(f" (or {LAWS[name].words})" for name in possible if name != best)
+    return CensoredEstimates(law_names, np.array([estimates, ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)]))
 
 
 def limited_quantile(name: str, bounds: np.ndarray, level: float, independent: float) -> tuple[float, float]:
@@ -100,9 +100,9 @@ def _known_values(bounds: np.ndarray) -> np.ndarray:
 
 def _determine_a_law(bounds: np.ndarray) -> bool:
     """Return whether enough samples are known, and positive, for a positive law."""
-    known = _known_values(bounds)
+    exact_values = _known_values(bounds)
     # smallest number of different known values that determine a law
-    return np.unique(known).size >= 3 and bool(known.min() > 0)
+    return np.unique(exact_values).size >= 3 and bool(exact_values.min() > 0)
 
 
 def _largest_drop(bounds: np.ndarray, independent: float, confidence: float) -> float:
@@ -129,14 +129,14 @@ def _profile_ends(
     determine well for any shape.
     """
     shape, _, scale = fit
-    known = _known_values(bounds)
-    below = (bounds[1] < np.median(known)).mean()
+    exact_values = _known_values(bounds)
+    below = (bounds[1] < np.median(exact_values)).mean()
     level = float(np.clip(below, 0.05, 0.95))
-    reach = _GRID_ERRORS / np.sqrt(known.size * independent / bounds.shape[1])
+    reach = _GRID_ERRORS / np.sqrt(exact_values.size * independent / bounds.shape[1])
     shapes = shape * np.exp(np.linspace(-reach, reach, _POINTS))
     quantile = scale * law.scipy.ppf(level, shape)
     # smallest spread of a logarithm for the width of the grid
-    width = reach * max(float(np.log(known).std()), 0.2)
+    width = reach * max(float(np.log(exact_values).std()), 0.2)
     quantiles = quantile * np.exp(np.linspace(-width, width, _POINTS))
     ends = []
     with np.errstate(over="ignore"):

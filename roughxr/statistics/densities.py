@@ -62,11 +62,11 @@ def pdf(
     others = other_dimensions(ds, name)
     if others:
         return _pdf_along(ds, name, others[0], bins)
-    some = samples(ds, name)
+    sample = samples(ds, name)
     units = ds[name].attrs.get("units", "1")
-    ends = some.values if some.bounds is None else some.bounds[np.isfinite(some.bounds)]
+    ends = sample.values if sample.bounds is None else sample.bounds[np.isfinite(sample.bounds)]
     edges = _bin_edges(ends, bins, units)
-    shares = _bin_shares(some, edges)
+    shares = _bin_shares(sample, edges)
     values = shares / (shares.sum() * np.diff(edges))
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
     axis = (name, points, dict(ds[name].attrs))
@@ -74,25 +74,25 @@ def pdf(
     out["cdf"].attrs.update(schema.attributes("cdf"))
     out.attrs = {"units": density_units(units), "long_name": "probability density", "method": "histogram"}
     out.attrs |= {"bin_rule": bins if isinstance(bins, str) else "given", "bin_edges": edges}
-    out.attrs |= {"samples": some.values.size, "missing": some.missing}
-    return out.assign_attrs(_limits(some, units))
+    out.attrs |= {"samples": sample.values.size, "missing": sample.missing}
+    return out.assign_attrs(_limits(sample, units))
 
 
-def _limits(some: Samples, units: str) -> dict[str, str]:
+def _limits(sample: Samples, units: str) -> dict[str, str]:
     """Return an attribute that counts the samples that are limits, none if there are none."""
-    words = limits_in_words(some.bounds, lambda value: quantity(value, units))
-    return {"limits": words} if words else {}
+    limits = limits_in_words(sample.bounds, lambda value: quantity(value, units))
+    return {"limits": limits} if limits else {}
 
 
-def _bin_shares(some: Samples, edges: np.ndarray) -> np.ndarray:
+def _bin_shares(sample: Samples, edges: np.ndarray) -> np.ndarray:
     """Return the weight of the samples in each bin; limits are spread evenly over their bounds."""
-    weights = np.ones(some.values.size) if some.weights is None else some.weights
-    if some.bounds is None:
-        return np.histogram(some.values, bins=edges, weights=weights)[0]
-    low, high = some.bounds
+    weights = np.ones(sample.values.size) if sample.weights is None else sample.weights
+    if sample.bounds is None:
+        return np.histogram(sample.values, bins=edges, weights=weights)[0]
+    low, high = sample.bounds
     is_spread = (low < high) & np.isfinite(high)
-    shares = np.histogram(some.values[~is_spread], bins=edges, weights=weights[~is_spread])[0]
-    low, high = some.bounds[:, is_spread]
+    shares = np.histogram(sample.values[~is_spread], bins=edges, weights=weights[~is_spread])[0]
+    low, high = sample.bounds[:, is_spread]
     below = np.clip((edges[:, None] - low) / (high - low), 0, 1) @ weights[is_spread]
     return shares + np.diff(below)
 
@@ -142,16 +142,16 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """
     ds = schema.entered(ds)
-    some = samples(ds, name)
-    low, high = (some.values, some.values) if some.bounds is None else some.bounds
+    sample = samples(ds, name)
+    low, high = (sample.values, sample.values) if sample.bounds is None else sample.bounds
     points = np.unique(np.concatenate([low, high]))
     axis = (name, points[np.isfinite(points)], dict(ds[name].attrs))
-    out = xr.DataArray(shares_up_to(high, axis[1], some.weights), dims=name, coords={name: axis}, name="cdf")
-    if some.bounds is not None:
-        out.coords["cdf_high"] = (name, shares_up_to(low, axis[1], some.weights), schema.attributes("cdf_high"))
+    out = xr.DataArray(shares_up_to(high, axis[1], sample.weights), dims=name, coords={name: axis}, name="cdf")
+    if sample.bounds is not None:
+        out.coords["cdf_high"] = (name, shares_up_to(low, axis[1], sample.weights), schema.attributes("cdf_high"))
     out.attrs = {**schema.attributes("cdf"), "method": "empirical"}
-    out.attrs |= _limits(some, ds[name].attrs.get("units", "1"))
-    return out.assign_attrs(samples=some.values.size, missing=some.missing)
+    out.attrs |= _limits(sample, ds[name].attrs.get("units", "1"))
+    return out.assign_attrs(samples=sample.values.size, missing=sample.missing)
 
 
 def shares_up_to(values: np.ndarray, points: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:

@@ -268,11 +268,11 @@ def _limit_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return a sentence on the forces that are limits, and on the mean by a likelihood; empty without limits."""
     if "limits" not in summary.attrs:
         return ""
-    words = f"Known by limits: {summary.attrs['limits']}; the interval holds wherever they lie."
+    sentence = f"Known by limits: {summary.attrs['limits']}; the interval holds wherever they lie."
     if np.isnan(value["pull_off_force"]):
-        return words
+        return sentence
     mean = with_interval(value["pull_off_force"], value["likelihood_low"], value["likelihood_high"])
-    return f"{words} By a likelihood with censoring, of a {summary.attrs['law']} law: {mean}."
+    return f"{sentence} By a likelihood with censoring, of a {summary.attrs['law']} law: {mean}."
 
 
 def _air(summary: xr.Dataset) -> str:

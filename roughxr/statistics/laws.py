@@ -164,8 +164,8 @@ def _fit_law(law: Law, bounds: np.ndarray, tested: np.ndarray, simulations: int)
 
     low, high = bounds
     is_exact = (low == high).all()
-    known = low[low == high]
-    if np.unique(known).size < 2 or (law.positive and known.min() <= 0):
+    exact_values = low[low == high]
+    if np.unique(exact_values).size < 2 or (law.positive and exact_values.min() <= 0):
         return [np.nan] * len(_RESULTS)
     parameters = fitted_parameters(law, bounds)
     likelihood = float(log_likelihood(law, parameters, bounds))

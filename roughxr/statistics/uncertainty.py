@@ -147,28 +147,28 @@ def bootstrap(
     ds, within = schema.entered(ds), schema.entered(within)
     others = other_dimensions(ds, name)
     if others:
-        given = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
-        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **given)
-    every = samples(ds, name)
+        options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}
+        return _bootstrap_along(ds, name, along=others[0], seed=seed, within=within, **options_along)
+    sample = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
         raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
     labels = list(statistics)
-    count = _independent(every, None if within is None else samples(within, name))
+    count = _independent(sample, None if within is None else samples(within, name))
     likelihood: CensoredEstimates | None = None
-    if every.censored is None:
-        estimate = [_estimate(label, every.values, every.weights) for label in labels]
-        ends = _intervals(every, count, labels, confidence, resamples, seed)
+    if sample.censored is None:
+        estimate = [_estimate(label, sample.values, sample.weights) for label in labels]
+        ends = _intervals(sample, count, labels, confidence, resamples, seed)
     else:
-        likelihood = likelihood_estimates(every.censored, labels, max(count, 2.0), confidence)
+        likelihood = likelihood_estimates(sample.censored, labels, max(count, 2.0), confidence)
         estimate = likelihood.values[0]
-        ends = _bounded_ends(every, count, labels, confidence, resamples, seed)
+        ends = _bounded_ends(sample, count, labels, confidence, resamples, seed)
     largest = _largest(ds, name)
-    if "mean" in labels and _shows_two_populations(every, largest):
+    if "mean" in labels and _shows_two_populations(sample, largest):
         share = float(ds["debris_share"])
-        ends[:, labels.index("mean")] = _two_population_ends(every, share, largest, confidence, resamples, seed)
-    few = every.places is not None and count < fewest
-    low, high = np.full_like(ends, np.nan) if few else ends
+        ends[:, labels.index("mean")] = _two_population_ends(sample, share, largest, confidence, resamples, seed)
+    is_too_few = sample.places is not None and count < fewest
+    low, high = np.full_like(ends, np.nan) if is_too_few else ends
     out = xr.Dataset(
         {
             "estimate": ("statistic", estimate),
@@ -184,21 +184,21 @@ def bootstrap(
         _, likelihood_low, likelihood_high = likelihood.values
         out["likelihood_low"] = ("statistic", likelihood_low)
         out["likelihood_high"] = ("statistic", likelihood_high)
-        limits["limits"] = limits_in_words(every.bounds, lambda value: quantity(value, units))
+        limits["limits"] = limits_in_words(sample.bounds, lambda value: quantity(value, units))
         limits["law"] = likelihood.law or "none: fewer than three forces are measured"
-    words = ds[name].attrs.get("long_name", name)
+    long_name = ds[name].attrs.get("long_name", name)
     for variable, prefix in _ENDS_IN_WORDS.items():
         if variable in out:
-            out[variable].attrs = {"units": units, "long_name": prefix + words}
-    out.attrs = {"variable": name, "confidence": confidence, "samples": every.values.size, **limits}
-    out.attrs["missing"] = every.missing
-    if few:
-        of = f"{number(count, digits=2)} of {every.values.size}"
+            out[variable].attrs = {"units": units, "long_name": prefix + long_name}
+    out.attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, **limits}
+    out.attrs["missing"] = sample.missing
+    if is_too_few:
+        of = f"{number(count, digits=2)} of {sample.values.size}"
         out.attrs["no_interval"] = (
             f"too few independent places for an interval: {of}; take a larger grid or a larger scan"
         )
     if sample_dimension(map_samples(ds, name), name) == "subregion" and "debris_share" not in ds.coords:
-        out.attrs["not_shown"] = not_shown(every.values.size, count, 1 - confidence)
+        out.attrs["not_shown"] = not_shown(sample.values.size, count, 1 - confidence)
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
@@ -262,15 +262,18 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     edges, shares = np.asarray(bins, dtype=float), []
     for values, weights in _resampled(sample, _independent(sample), resamples, seed=0):
         weights = np.ones_like(values) if weights is None else weights
-        shares += [np.histogram(row, edges, weights=each)[0] / each.sum() for row, each in zip(values, weights)]
+        shares += [
+            np.histogram(row, edges, weights=row_weights)[0] / row_weights.sum()
+            for row, row_weights in zip(values, weights)
+        ]
     return np.quantile(np.array(shares) / np.diff(edges), [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
 
 
 def _independent(sample: Samples, within: Samples | None = None) -> float:
     """Return the effective sample size, at most that of all places of the surface."""
-    every = [independent_places(some.values, some.places) for some in (sample, within) if some is not None]
+    counts = [independent_places(part.values, part.places) for part in (sample, within) if part is not None]
     weights = sample.weights if sample.on_debris is None else None
-    return min(every) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
+    return min(counts) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
 
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
@@ -378,9 +381,9 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     n, low, high = values.size, values.min(), values.max()
     if label.startswith("q"):  # by Clopper and Pearson's interval of a share among independent draws
         below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
-        least = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
-        most = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
-        ends = _quantile(values, [float(least), float(most)], sample.weights)
+        smallest_share = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
+        largest_share = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
+        ends = _quantile(values, [float(smallest_share), float(largest_share)], sample.weights)
         if min(below, above) < -np.log(tail):  # the quantile may lie beyond all samples
             law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
             ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
@@ -414,12 +417,12 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
         if positive:
             more = count - 1 + _PRIOR_FREEDOM
             spreads += [((variance * (count - 1) + _PRIOR_SPREAD**2 * _PRIOR_FREEDOM) / more, more)]
-        every = []
+        candidates = []
         for spread, freedom in spreads:
-            own = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
-            half = np.sqrt(spread / count + own**2 / (2 * freedom))
-            every += [middle + own / 2 + t.ppf(tails, freedom) * half]
-        ends = min(every, key=np.ptp)
+            log_variance = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
+            half = np.sqrt(spread / count + log_variance**2 / (2 * freedom))
+            candidates += [middle + log_variance / 2 + t.ppf(tails, freedom) * half]
+        ends = min(candidates, key=np.ptp)
     else:
         away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)

@@ -79,7 +79,7 @@ def changes(
                 cases.append(FactorCase(factor, value, str(value), reason=str(refused)))
     print_line(f"error budget: {len(pairs)} changes at {places.sizes['subregion']} places")
     weight = shares(places).values
-    solved = _solved([each for pair in pairs.values() for each in pair], places, base.ds)
+    solved = _solved([case_base for pair in pairs.values() for case_base in pair], places, base.ds)
     for k, (changed, reference) in pairs.items():
         change = mean_change(solved[changed.key], solved[reference.key], weight)
         reason = "" if change.places else "no place was solved in both cases"
@@ -90,7 +90,7 @@ def changes(
 def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) -> dict[tuple, np.ndarray]:
     """Return the pull-offs (place,), nN, of each base by its key; NaN if they cannot be solved."""
     tasks: dict[tuple, Any] = {}
-    different = {each.key: each for each in bases}
+    different = {case_base.key: case_base for case_base in bases}
     for key, (ds, preload, law, cells, step, splined) in different.items():
         mesh = Mesh(int(cells[cells <= MOST_REFINED].max()), None, step)
         rests = _own_rests(ds, places, unchanged)
@@ -102,7 +102,8 @@ def _solved(bases: Sequence[Base], places: xr.Dataset, unchanged: xr.Dataset) ->
         tasks |= {(key, k): case.refined(cells[k]) for k, case in zip(on_scan, at_places) if cells[k] <= MOST_REFINED}
     pulls = dict(zip(tasks, pull_offs(list(tasks.values())).tolist())) if tasks else {}
     return {
-        key: np.array([pulls.get((key, k), np.nan) for k in range(each.cells.size)]) for key, each in different.items()
+        key: np.array([pulls.get((key, k), np.nan) for k in range(case_base.cells.size)])
+        for key, case_base in different.items()
     }
 
 

@@ -312,8 +312,8 @@ def _second_scan_factor(
     beyond = _RESTING_SCATTER if is_at_rest else second_scan_error(lowering)
     x_low, x_high, y_low, y_high = regions.extent(finer)
     width = number(min(x_high - x_low, y_high - y_low), "nm")
-    words = "resting positions on " if is_at_rest else ""
-    source = f"by {words}a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
+    places_name = "resting positions on " if is_at_rest else ""
+    source = f"by {places_name}a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
     return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
 
 
@@ -393,10 +393,10 @@ def mean_at_rest(scan: xr.Dataset, law: str) -> tuple[float, float]:
     return mean, float(np.sqrt(variance / (1 - float((share**2).sum())))) / mean
 
 
-def _need_two(count: int, words: str) -> None:
+def _need_two(count: int, places_name: str) -> None:
     """Raise where a second scan has fewer than two places that adhere."""
     if count < 2:
-        raise ValueError(f"finer: expected two {words} that adhere, found {count}; take a wider second scan")
+        raise ValueError(f"finer: expected two {places_name} that adhere, found {count}; take a wider second scan")
 
 
 def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.Dataset]]:
@@ -440,13 +440,13 @@ def _refuse_other_surface(ds: xr.Dataset, shown: xr.Dataset) -> None:
         for j in range(0, ds.sizes["y"] - sides[1] + 1, sides[1])
     ]
     parts = np.array([_heights_and_slopes(tile) for tile in tiles])
-    for name, units, value, known in zip(("heights", "slopes"), ("nm", ""), _heights_and_slopes(shown), parts.T):
-        low = known.min() / _LARGEST_RATIO
-        high = known.max() * _LARGEST_RATIO
+    for name, units, value, rms_of_parts in zip(("heights", "slopes"), ("nm", ""), _heights_and_slopes(shown), parts.T):
+        low = rms_of_parts.min() / _LARGEST_RATIO
+        high = rms_of_parts.max() * _LARGEST_RATIO
         if not low <= value <= high:
             raise ValueError(
                 f"finer: expected a scan of the same surface, whose parts as large as this have {name} of rms "
-                f"{number(known.min(), units)} to {number(known.max(), units)} at equal pixels, found "
+                f"{number(rms_of_parts.min(), units)} to {number(rms_of_parts.max(), units)} at equal pixels, found "
                 f"{number(value, units)}"
             )
 

@@ -97,10 +97,10 @@ def with_interval(
     name: str = "95 % interval",
 ) -> str:
     """Return a value with its interval, both in one unit, the interval's name, and why it is too wide for numbers."""
-    known, ends = value_and_interval(value, low, high, units)
-    few = why_wide * is_too_wide(low, high)
+    value_text, ends = value_and_interval(value, low, high, units)
+    reason = why_wide * is_too_wide(low, high)
     lead = name if math.isfinite(high - low) else "no interval:"
-    return f"{known} ({f'{lead} {ends}'.lstrip()}{few})"
+    return f"{value_text} ({f'{lead} {ends}'.lstrip()}{reason})"
 
 
 def value_and_interval(value: float, low: float, high: float, units: str = "nN") -> tuple[str, str]:
@@ -111,8 +111,8 @@ def value_and_interval(value: float, low: float, high: float, units: str = "nN")
         return number(value / size, unit), "–" if math.isnan(value) else "too few independent places"
     if is_too_wide(low, high):
         return number(value / size, unit, 2), _TOO_WIDE
-    known, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
-    return known, f"{lower.removesuffix(unit).rstrip()} … {upper}"
+    value_text, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
+    return value_text, f"{lower.removesuffix(unit).rstrip()} … {upper}"
 
 
 def bounds_in_words(low: float, high: float, units: str = "nN") -> str:

@@ -46,7 +46,7 @@ def cells(height, law):
 def _planes(height, mean, x, y):
     """Fill in means and changes across each cell from its neighbours (at the rim, itself); return ``Cells.most``."""
     n, m = height.shape
-    most = 0.0
+    steepest = 0.0
     for i in range(n):
         before = height[max(i - 1, 0)]
         after = height[min(i + 1, n - 1)]
@@ -61,8 +61,8 @@ def _planes(height, mean, x, y):
             y[i, j] = b if np.isfinite(b) else 0.0
             bend = bend if np.isfinite(bend) else 0.0
             mean[i, j] = centre + bend
-            most = max(most, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
-    return most
+            steepest = max(steepest, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
+    return steepest
 
 
 @kernel

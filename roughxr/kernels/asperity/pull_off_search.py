@@ -183,12 +183,12 @@ def nearby(x, y, reach, grid, table, radius, profile):
     field = grid.field
     cells = grid.cells
     i0, i1, j0, j1 = _square(x, y, _profile_radius(reach - grid.highest, radius, profile), cells)
-    most = 0
+    count_in_square = 0
     for i in range(i0, i1):
-        most += cells.first[i, j1] - cells.first[i, j0]
-    onset = np.empty(most)
-    offset = np.empty(most)
-    index = np.empty(most, np.int64)
+        count_in_square += cells.first[i, j1] - cells.first[i, j0]
+    onset = np.empty(count_in_square)
+    offset = np.empty(count_in_square)
+    index = np.empty(count_in_square, np.int64)
     n = 0
     for i in range(i0, i1):
         for k in range(cells.first[i, j0], cells.first[i, j1]):
@@ -376,7 +376,7 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
     if near.touch > reach:
         return grid.adhesion.size == 0  # the first touch is not known yet
     cells = grid.cells
-    known = near.adhesion[-1]
+    known_adhesion = near.adhesion[-1]
     nx = cells.first.shape[0]
     ny = cells.first.shape[1] - 1
     delta = reach
@@ -385,7 +385,7 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
         r = _profile_radius(delta + step - grid.highest, radius, profile)
         i0, i1, j0, j1 = _square(x, y, r, cells)
         a = cells.adhesion
-        unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known
+        unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known_adhesion
         if total.A + total.S * (delta - reach) - max(unknown, 0.0) < least.F:
             return False
         if (i0 == 0 and j0 == 0 and i1 == nx and j1 == ny) or (profile != PARABOLA and r >= radius):

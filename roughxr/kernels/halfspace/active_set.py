@@ -45,7 +45,7 @@ class Outcome(NamedTuple):
     shift: float  #: added to all depths so that the load is met; 0 if no load is prescribed
 
 
-class Workspace(NamedTuple):
+class GradientVectors(NamedTuple):
     """Vectors of the conjugate gradients."""
 
     direction: np.ndarray
@@ -66,12 +66,12 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
     needed: the search directions are projected onto zero total load, without a further product.
     """
     z = np.zeros((5, pressure.size))
-    work = Workspace(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
+    work = GradientVectors(z[0], z[1], z[2], z[3], z[4], _neighbours(operator.rows, operator.columns))
     iterations = 0
     slope = 0.0
     shift = 0.0
     fewest = np.inf
-    left = patience
+    rounds_left = patience
     changed = _count_as_change(depth, pressure, gap, work.change)
     while True:
         if load > 0.0 and slope == 0.0:
@@ -81,10 +81,12 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
         iterations += changed
         violating, inside, worst = _violations(pressure, gap, contact, cap, goal)
         # a round of conjugate gradients ends when the largest gap is below this part of the largest violation
-        target = max(0.15 * worst, 0.5 * goal) if left > 0 else 0.5 * goal
+        target = max(0.15 * worst, 0.5 * goal) if rounds_left > 0 else 0.5 * goal
         if inside > target:
-            most = max_iterations - iterations
-            products, slope, shift = _close(operator, pressure, gap, contact, work, slope, shift, target, load, most)
+            products_left = max_iterations - iterations
+            products, slope, shift = _close(
+                operator, pressure, gap, contact, work, slope, shift, target, load, products_left
+            )
             iterations += products
             violating, inside, worst = _violations(pressure, gap, contact, cap, goal)
         if violating == 0 and worst <= goal:
@@ -92,8 +94,8 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
         changed = False
         if violating > 0:
             slope = 0.0  # another contact: the old directions are no longer conjugate
-            fewest, left = (violating, patience) if violating < fewest else (fewest, left - 1)
-            changed = _exchange(pressure, gap, contact, cap, work.change, goal, left <= 0)
+            fewest, rounds_left = (violating, patience) if violating < fewest else (fewest, rounds_left - 1)
+            changed = _exchange(pressure, gap, contact, cap, work.change, goal, rounds_left <= 0)
         if iterations >= max_iterations:
             for k in range(depth.size):
                 pressure[k] = min(max(pressure[k], 0.0), cap)
@@ -142,11 +144,11 @@ def _neighbours(rows, columns):
 
 
 @kernel
-def _close(operator, pressure, gap, contact, work, slope, shift, target, load, most):
+def _close(operator, pressure, gap, contact, work, slope, shift, target, load, most_products):
     """Close the gaps in contact to a target by conjugate gradients; return products, slope and the depths' shift."""
     products = 0
     closed = False
-    while not closed and products < most:
+    while not closed and products < most_products:
         for k in range(gap.size):  # without branches, as below: half of the time
             work.image[k] = -gap[k] if contact[k] else 0.0
         _precondition(operator, work.neighbours, work.image, work.preconditioned)

@@ -102,8 +102,8 @@ def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
         depth = delta - separation[box]
         slack = reach - delta + beyond
         guess = start(delta, box, depth)
-        most = max_iterations - products
-        solved = solve_in_box(depth, guess, 0.5 * tolerance, most, cap, film, load=load, slack=slack)
+        products_left = max_iterations - products
+        solved = solve_in_box(depth, guess, 0.5 * tolerance, products_left, cap, film, load=load, slack=slack)
         products += solved.outcome.iterations
         reached = delta + solved.outcome.shift
         shallow = reached - touch < 0.5 * (delta - touch)  # then the tolerance, a part of the guessed depth, was loose
@@ -119,13 +119,16 @@ def _solve(separation, load, delta, start, tolerance, max_iterations, cap, film)
     return delta, contact._replace(outcome=contact.outcome._replace(status=ITERATION_LIMIT))
 
 
-def _depth_estimate(separation, load, most):
+def _depth_estimate(separation, load, most_cells):
     """Return the depth at which F = (4/3) E* depth √(overlap area/2π), as for a paraboloid, reaches the load.
 
     NaN where more than ``most`` cells overlap there.
     """
     values = separation[np.isfinite(separation)]
-    depths = np.sort(np.partition(values, most)[: most + 1] if most < values.size else values) - separation.min()
+    depths = (
+        np.sort(np.partition(values, most_cells)[: most_cells + 1] if most_cells < values.size else values)
+        - separation.min()
+    )
     estimates = 0.75 * load / np.sqrt(np.arange(1, depths.size + 1) / (2.0 * np.pi))
     reached = np.flatnonzero(estimates[:-1] <= depths[1:])  # before the next cell overlaps
     return estimates[reached[0]] if reached.size else estimates[-1] if depths.size == values.size else np.nan

@@ -109,18 +109,18 @@ def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0
     With a ``load`` the depths shift, and cells that lack up to ``slack`` (nm) to overlap are included. No pressure
     exceeds the ``cap``.
     """
-    pressure, touching, chosen, deepest, few, many = _begin(depth, slack, *guess, cap, load)
+    pressure, touching, chosen, deepest, are_few, many = _begin(depth, slack, *guess, cap, load)
     displacement = displaced(pressure, film) if many else np.full(depth.shape, np.nan)
     products = int(many)
     shift = 0.0
     goal = part * deepest
     while True:
-        left = max_iterations - products
-        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, left, load, cap, film)
+        products_left = max_iterations - products
+        outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, products_left, load, cap, film)
         products = products + outcome.iterations
         shift = shift + outcome.shift
         depth = depth + outcome.shift
-        if few:
+        if are_few:
             return SolvedContact(pressure, displacement, Outcome(outcome.status, products, outcome.violation, shift))
         displacement = displaced(pressure, film)
         products += 1
@@ -147,14 +147,14 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
         for j in range(depth.shape[1]):
             inside = inside + (depth[i, j] > -slack)
             deepest = max(deepest, depth[i, j])
-    few = inside <= DENSE_LIMIT
+    are_few = inside <= DENSE_LIMIT
     for i in range(depth.shape[0]):
         for j in range(depth.shape[1]):
             if depth[i, j] > -slack:
                 contact[i, j] = touching[i, j]
                 yielding = pressure[i, j] >= cap and cap < np.inf
                 start[i, j] = pressure[i, j] if contact[i, j] or yielding else 0.0
-                chosen[i, j] = few or possible[i, j] or contact[i, j] or yielding
+                chosen[i, j] = are_few or possible[i, j] or contact[i, j] or yielding
                 carrying = carrying + contact[i, j]
                 count = count + chosen[i, j]
                 loaded = loaded or start[i, j] != 0.0
@@ -165,7 +165,7 @@ def _begin(depth, slack, pressure, touching, possible, cap, load):
                     contact[i, j] = load > 0.0
                     chosen[i, j] = True
                     start[i, j] = load / max(carrying, 1)
-    return start, contact, chosen, deepest, few, count > DENSE_LIMIT
+    return start, contact, chosen, deepest, are_few, count > DENSE_LIMIT
 
 
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, film):

@@ -392,9 +392,9 @@ def _summits(planes, pixel):
 @kernel
 def supports(places, surface, slack):
     """Return for each place the number of summits that support a sphere, within ``slack`` pixels, and their x, y."""
-    most = 8
+    most_supports = 8
     number = np.zeros(len(places), np.int64)
-    at = np.full((len(places), most, 2), np.nan)
+    at = np.full((len(places), most_supports, 2), np.nan)
     reach = slack * max(surface.pixel[0], surface.pixel[1])
     for n in range(len(places)):
         x = places[n, 0]
@@ -403,7 +403,7 @@ def supports(places, surface, slack):
         planes = _contact_planes(_planes(_patches_near(surface, i, j), x, y, surface.ball, reach), reach)
         order, top = _summits(planes, surface.pixel)
         for k in range(len(planes)):
-            if top[k] == k and number[n] < most:
+            if top[k] == k and number[n] < most_supports:
                 at[n, number[n], 0] = planes[order[k], 3]
                 at[n, number[n], 1] = planes[order[k], 4]
                 number[n] += 1

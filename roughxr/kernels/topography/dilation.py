@@ -121,7 +121,7 @@ def touch(row, x, y, ball):
     if c2 <= 0.0:
         return -np.inf, row[X], row[Y]
     c = np.sqrt(c2)
-    most = row[H] + row[RISE] - r2 / (ball.radius + c)
+    largest_height = row[H] + row[RISE] - r2 / (ball.radius + c)
     bend = 1 / c
     sx = row[GX] + rx * bend
     sy = row[GY] + ry * bend
@@ -145,7 +145,7 @@ def touch(row, x, y, ball):
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
     rx = rx - u
     ry = ry - v
-    return min(height - _sphere_rise(rx * rx + ry * ry, ball.radius), most), row[X] + u, row[Y] + v
+    return min(height - _sphere_rise(rx * rx + ry * ry, ball.radius), largest_height), row[X] + u, row[Y] + v
 
 
 @kernel

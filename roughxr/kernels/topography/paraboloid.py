@@ -71,11 +71,11 @@ def _fit_block(heights, level, dx, dy, fixed):
     size = round(heights.shape[1] ** 0.5)
     u, v = (offset.ravel() for offset in np.mgrid[:size, :size] - size // 2.0)
     terms = np.stack([np.ones(u.size), u, v, u * u, v * v, u * v], axis=1)
-    known = np.isfinite(heights)
-    c = _coefficients(terms, heights, known, 3)
+    is_known = np.isfinite(heights)
+    c = _coefficients(terms, heights, is_known, 3)
     rejected = np.ones(level.size, np.bool_)
     if not fixed:
-        free = _coefficients(terms, heights, known, 0)
+        free = _coefficients(terms, heights, is_known, 0)
         x, y, _ = _vertex(free, dx, dy)
         low, _, _ = principal(*_second_order(free, dx, dy))
         A, B, C = _second_order(free, dx, dy)
@@ -83,23 +83,23 @@ def _fit_block(heights, level, dx, dy, fixed):
         c = np.where(rejected[:, None], c, free)
     x, y, height = _vertex(c, dx, dy)
     low, high, orientation = principal(*_second_order(c, dx, dy))
-    residual = np.where(known, heights - c @ terms.T, 0.0)
-    rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(known.sum(axis=1), 1))
-    rms[~known.any(axis=1)] = np.nan
+    residual = np.where(is_known, heights - c @ terms.T, 0.0)
+    rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(is_known.sum(axis=1), 1))
+    rms[~is_known.any(axis=1)] = np.nan
     x = np.where(rejected, 0.0, x)
     y = np.where(rejected, 0.0, y)
     height = level + np.where(rejected, c[:, 0], height)
-    return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~known.all(axis=1), rejected)
+    return Fit(x, y, height, low, high, orientation, rms, low <= 0, ~is_known.all(axis=1), rejected)
 
 
-def _coefficients(terms, heights, known, first):
+def _coefficients(terms, heights, is_known, first):
     """Return c (peaks, 6) by least squares, 0 before ``first``; NaN where the known pixels are too few."""
     c = np.zeros((len(heights), terms.shape[1]))
-    whole = known.all(axis=1)
+    whole = is_known.all(axis=1)
     c[whole, first:] = heights[whole] @ np.linalg.pinv(terms[:, first:]).T
     for n in np.flatnonzero(~whole):
         # a term is undetermined if less than this part of it is independent of the other terms
-        solved, _, rank, _ = np.linalg.lstsq(terms[known[n], first:], heights[n, known[n]], rcond=1e-10)
+        solved, _, rank, _ = np.linalg.lstsq(terms[is_known[n], first:], heights[n, is_known[n]], rcond=1e-10)
         c[n, first:] = solved if rank == terms.shape[1] - first else np.nan
     c[np.isnan(c).any(axis=1)] = np.nan
     return c

@@ -55,16 +55,16 @@ def fit_k_correlation(q, psd, modes, pixel=0.0, hurst=None, bounds=HURST):
     """
     from scipy.optimize import least_squares
 
-    known = (q > 0) & (psd > 0)
-    if known.sum() < 4:
+    has_power = (q > 0) & (psd > 0)
+    if has_power.sum() < 4:
         return np.full(3, np.nan), np.full((2, 2), np.nan), np.nan
     # so that the result does not depend on the unit of length
-    unit = 1.0 / q[known][-1]
-    level = np.log(psd[known][0])
-    q = q[known] * unit
+    unit = 1.0 / q[has_power][-1]
+    level = np.log(psd[has_power][0])
+    q = q[has_power] * unit
     pixel = pixel / unit
-    modes = modes[known]
-    measured = np.log(psd[known]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
+    modes = modes[has_power]
+    measured = np.log(psd[has_power]) - level + 0.5 / modes  # the mean logarithm of a mean over m modes is 1/2m too low
     # model error of ln C over a factor e of wavelengths, added to the sampling error: no surface is exactly self-affine
     model_error = 0.05
     error = np.sqrt(1.0 / modes + model_error**2 * q / np.gradient(q))
@@ -134,10 +134,10 @@ def nested_roughness(x, y, spectrum, longest, shortest, seed):
 
 def _band_modes(spectrum, longest, shortest, seed, band):
     """Return the amplitudes 2c (kx, ky), nm, of one band, and its wavevectors, nm⁻¹."""
-    most = int(np.ceil(_PERIODS * _BAND))
+    highest_mode = int(np.ceil(_PERIODS * _BAND))
     unit = 2.0 * np.pi / (_PERIODS * longest)
-    kx = np.arange(most + 1)
-    ky = np.arange(-most, most + 1)
+    kx = np.arange(highest_mode + 1)
+    ky = np.arange(-highest_mode, highest_mode + 1)
     periods = np.hypot(kx[:, None], ky)
     inside = (periods > _PERIODS) & (periods * shortest <= _PERIODS * longest * (1.0 + 1e-12))
     inside &= (kx[:, None] > 0) | (ky > 0)
