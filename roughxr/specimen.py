@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -53,7 +52,6 @@ class Specimen:
 
     scan: xr.Dataset
     lazy: bool = False  # whether the given scan was lazy; then results are computed later
-    _derived: dict[Callable, xr.Dataset] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def bodies(self) -> xr.Dataset:
@@ -86,12 +84,6 @@ class Specimen:
     def shortest_wavelength(self) -> float:
         """Shortest wavelength (nm) that the scan resolves."""
         return wavelength.spectral_measures(self.scan["height"].values, schema.pixel(self.bodies)).shortest
-
-    def derived(self, make: Callable[[xr.Dataset], xr.Dataset]) -> xr.Dataset:
-        """Return ``make(scan)``, for example the asperities; computed at the first request."""
-        if make not in self._derived:
-            self._derived[make] = make(self.scan)
-        return self._derived[make]
 
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""

@@ -19,7 +19,7 @@ from .vocabulary.text import printable
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 #: Formats of a tidy table, by the file's suffix.
-FORMATS = (".csv", ".xlsx", ".parquet")
+FORMATS = (".csv", ".xlsx")
 
 
 def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
@@ -31,9 +31,8 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
         For example asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
         for each pixel. Computed if lazy. Scalars, such as a roughness, are one row each: value, units and meaning.
     path : path, optional
-        Ending in ``.csv``, ``.xlsx`` (needs openpyxl) or ``.parquet`` (needs pyarrow). Parquet keeps types, and units
-        and history of each column in its metadata. In the others the units are in brackets after the names, and text
-        that a spreadsheet would take for a formula begins with an apostrophe.
+        Ending in ``.csv`` or ``.xlsx`` (needs openpyxl). Units are in brackets after the names, and text that a
+        spreadsheet would take for a formula begins with an apostrophe.
 
     Returns
     -------
@@ -69,7 +68,7 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     if path is None or write is None:
         return frame
     with atomic_write(path) as temporary:
-        write(frame.reset_index(), ds, temporary)
+        write(_headed(frame.reset_index(), ds), temporary)
     return Path(path)
 
 
@@ -84,16 +83,13 @@ def _scalars(ds: xr.Dataset) -> pd.DataFrame:
     )
 
 
-def _writer(suffix: str) -> Callable[[pd.DataFrame, xr.Dataset, Path], None]:
+def _writer(suffix: str) -> Callable[[pd.DataFrame, Path], None]:
     schema.one_of(suffix, FORMATS, "path's ending")
     if suffix == ".csv":
-        return lambda frame, ds, path: _headed(frame, ds).to_csv(path, index=False, lineterminator="\n")
-    package = {".xlsx": "openpyxl", ".parquet": "pyarrow"}[suffix]
-    if find_spec(package) is None:
-        raise ImportError(f"a table in {suffix} needs {package}, which is not installed: pip install {package}")
-    if suffix == ".parquet":
-        return _parquet
-    return lambda frame, ds, path: _headed(frame, ds).to_excel(path, index=False, engine="openpyxl")
+        return lambda frame, path: frame.to_csv(path, index=False, lineterminator="\n")
+    if find_spec("openpyxl") is None:
+        raise ImportError("a table in .xlsx needs openpyxl, which is not installed: pip install openpyxl")
+    return lambda frame, path: frame.to_excel(path, index=False, engine="openpyxl")
 
 
 def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:
@@ -109,11 +105,3 @@ def _safe_cell(value: object) -> object:
     if not isinstance(value, str):
         return value
     return "'" * value.startswith(_FORMULA) + printable(value, keep="\n\t")
-
-
-def _parquet(frame: pd.DataFrame, ds: xr.Dataset, path: Path):
-    frame.attrs = {
-        "units": {str(name): str(ds[name].attrs.get("units", "1")) for name in ds.variables},
-        "history": schema.history(ds),
-    }
-    frame.to_parquet(path, engine="pyarrow", index=False)

@@ -77,13 +77,6 @@ def test_a_map_is_a_table_and_a_picture_for_gwyddion(tmp_path):
         roughxr.scans.to_file(pull, tmp_path / "pull.gsf", name="gap")
 
 
-def test_parquet_keeps_units(pull, tmp_path):
-    pytest.importorskip("pyarrow", reason="Parquet needs pyarrow")
-    table = pd.read_parquet(to_table(pull, tmp_path / "pull.parquet"))
-    np.testing.assert_array_equal(table.pull_off_force, pull.pull_off_force)
-    assert table.attrs["units"]["pull_off_force"] == "nN"
-
-
 def test_text_in_a_csv_is_no_formula(tmp_path):
     names = ["=1+1", "+cmd", "-2", "@SUM(A1)", "quartz", "µ = 3"]
     ds = xr.Dataset({"name": ("k", names), "force": ("k", [-1.0, 2, 3, 4, 5, 6], {"units": "nN"})})

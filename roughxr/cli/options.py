@@ -210,7 +210,7 @@ def _measurements(commands: Any) -> None:
     _add_measurement(command)
     help = "of curves on a flat, nm: fit modulus and work of adhesion, which are then printed and written"
     _add(command, ("--sphere-radius", "R", help))
-    _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.parquet"))
+    _add(command, ("-o --output", "TABLE", "write the forces as a table, OUT.csv or OUT.xlsx"))
     _flag(command, "-q --quiet", _QUIET)
     does = "compare the pull-off forces of a run with measured ones"
     command = _command(commands, "compare", "measurements:compare_with_run", does)
@@ -264,8 +264,8 @@ def _detach(commands: Any) -> None:
         "extrapolated if the run contains it"
     )
     _add(command, ("--method", None, help), choices=("extrapolated", "adhesive"))
-    _add(command, ("-o --output", "TABLE", "write one row for each place, OUT.csv or OUT.parquet"))
-    help = "write input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.parquet"
+    _add(command, ("-o --output", "TABLE", "write one row for each place, OUT.csv or OUT.xlsx"))
+    help = "write input parameters for Rock'n'Roll and LAMMPS, OUT.csv or OUT.xlsx"
     _add(command, ("--parameters", "TABLE", help))
     help = (
         f"write input for a particle code: {', '.join(PARTICLE_CODES)} (a table of the distribution); may be repeated"

@@ -59,7 +59,7 @@ def median_tabor(specimen: Specimen) -> float:
     """Return the median Tabor parameter of the asperities at the pair's range; NaN without a sphere."""
     if specimen.indenter.map:
         return np.nan
-    parameter = _tabor_parameters(specimen.derived(asperities), specimen.pair)
+    parameter = _tabor_parameters(asperities(specimen.scan), specimen.pair)
     parameter = parameter[np.isfinite(parameter)]
     return float(np.median(parameter)) if parameter.size else np.nan
 

@@ -79,7 +79,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     modulus = pair.contact_modulus
     w = pair.work
     humid = pair.menisci is not None
-    tip = 1 / (1 / radius + 1 / _asperity_radius(specimen.derived(asperities)))
+    tip = 1 / (1 / radius + 1 / _asperity_radius(asperities(specimen.scan)))
     contact, _ = pair.contact_at_pull_off(tip, w)
     close = rigid(specimen, subregions=subregions, mesh=mesh, delta=[0.0])
     result = {
@@ -257,9 +257,10 @@ def _humid_formulas(
 def _inputs(specimen: Specimen) -> dict[str, float]:
     """Return the formulas' inputs from a scan, nm."""
     flat = _flat(specimen)
-    distance = _mean_distance(flat.derived(asperities))
+    catalogue = asperities(flat.scan)
+    distance = _mean_distance(catalogue)
     inputs = {"rms": float(flat.heights.std()), "wavelength": distance}
-    inputs["asperity_radius"] = _asperity_radius(flat.derived(asperities))
+    inputs["asperity_radius"] = _asperity_radius(catalogue)
     # wavelength, in mean distances between summits, that divides Rabinovich's two scales
     long_wavelength = 4.0
     if long_wavelength * distance > 2 * flat.pixel * max(flat.heights.shape):  # the scan has no wavelengths that long
@@ -268,7 +269,7 @@ def _inputs(specimen: Specimen) -> dict[str, float]:
     return inputs | {
         "short_rms": float((flat.heights - smoothed.heights).std()),
         "long_rms": float(smoothed.heights.std()),
-        "long_wavelength": _mean_distance(smoothed.derived(asperities)),
+        "long_wavelength": _mean_distance(asperities(smoothed.scan)),
     }
 
 

@@ -132,7 +132,7 @@ def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]] | None) -> list
 
 def corrections(task: Task) -> dict[str, xr.Dataset]:
     """Return the pull-off with formulas and patch changed one at a time, and the corrected sum without adhesion."""
-    corrected = elastic(task.specimen.derived(asperities))
+    corrected = elastic(asperities(task.specimen.scan))
     catalogues = {"paper": elastic(task.groups["asperities"]), "auto": corrected}
     options = {"delta": [0.0], **task.options}  # the exact pull-off does not depend on the displacements
     forces = [

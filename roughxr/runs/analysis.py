@@ -341,8 +341,7 @@ def _surface(task: Task) -> dict[str, xr.Dataset]:
 
 def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
     """Return the asperities that a formulation sums: the paper's own for its formulas."""
-    fit = fit_options(formulation)
-    return without_warnings(asperities, specimen.scan, **fit) if fit else specimen.derived(asperities)
+    return without_warnings(asperities, specimen.scan, **fit_options(formulation))
 
 
 def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
