@@ -22,6 +22,9 @@ from verification import table
 
 matplotlib.use("Agg")
 
+# Modules under the names by which users know them.
+sys.modules |= {f"roughxr.{name}": getattr(roughxr, name) for name in ("reference", "schema")}
+
 # The example pages use coarse meshes, of which roughxr warns; Sphinx's own warnings are no Python warnings.
 warnings.simplefilter("ignore", UserWarning)
 
@@ -43,8 +46,9 @@ extensions = [
 ]
 # Pages of other packages that are linked, listed here so that building needs no network.
 _LINKED = {
-    "xarray": ("https://docs.xarray.dev/en/stable/", "generated", ("xarray.Dataset", "xarray.DataArray")),
-    "numpy": ("https://numpy.org/doc/stable/", "reference/generated", ("numpy.ndarray",)),
+    "xarray": ("https://docs.xarray.dev/en/stable/", "generated", ("Dataset", "DataArray", "open_dataset")),
+    "numpy": ("https://numpy.org/doc/stable/", "reference/generated", ("histogram_bin_edges",)),
+    "scipy": ("https://docs.scipy.org/doc/scipy/", "reference/generated", ("signal.get_window",)),
 }
 intersphinx_mapping = {name: (site, str(GENERATED / f"{name}.inv")) for name, (site, _, _) in _LINKED.items()}
 
@@ -63,9 +67,9 @@ napoleon_use_rtype = False
 napoleon_preprocess_types = True
 napoleon_type_aliases = {name: f":class:`~xarray.{name}`" for name in ("Dataset", "DataArray")}
 
-# Names of packages are resolved; other words of a type, such as "number or quantity", are prose.
+# Names of packages are resolved; other words of a type, such as "number or quantity", are prose; fields have no page.
 nitpicky = True
-nitpick_ignore_regex = [("py:class", r"(?!roughxr|xarray|numpy).*")]
+nitpick_ignore_regex = [("py:class", r"(?!roughxr|xarray|numpy).*"), ("py:obj", r"roughxr\.(\w+\.)*[A-Z]\w+\.\w+")]
 
 html_theme = "pydata_sphinx_theme"
 html_static_path = ["site/static"]
@@ -92,6 +96,15 @@ def _block(writer, node):
     raise SkipNode
 
 
+def _documented_elsewhere(app, env, node, contnode):
+    """Return the link of a name that is documented in another module of the package."""
+    domain = env.get_domain("py")
+    names = [name for name in domain.objects if name.endswith(f".{node.get('reftarget')}")]
+    if node.get("refdomain") != "py" or len(names) != 1:
+        return None
+    return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", names[0], node, contnode)
+
+
 def _example_run(app, error):
     """Write the report and the interactive page that the first page links to: the README's scan at fewer places."""
     if error or app.builder.name != "html":
@@ -108,7 +121,10 @@ def _computed_pages():
     GENERATED.mkdir()
     for package, (_, folder, names) in _LINKED.items():
         head = f"# Sphinx inventory version 2\n# Project: {package}\n# Version: \n# compressed by zlib\n"
-        lines = "".join(f"{name} py:class 1 {folder}/{name}.html#$ -\n" for name in names)
+        kinds = {name: "class" if name[0].isupper() else "function" for name in names}
+        lines = "".join(
+            f"{package}.{name} py:{kind} 1 {folder}/{package}.{name}.html#$ -\n" for name, kind in kinds.items()
+        )
         (GENERATED / f"{package}.inv").write_bytes(head.encode() + zlib.compress(lines.encode()))
     (GENERATED / "gallery.txt").write_text(write_gallery(GENERATED), encoding="utf-8")
     (GENERATED / "verification.txt").write_text(table(), encoding="utf-8")
@@ -117,5 +133,6 @@ def _computed_pages():
 def setup(app):
     """Let browsers draw formulas by themselves, so that the pages need no network; build the example pages."""
     _computed_pages()
+    app.connect("missing-reference", _documented_elsewhere)
     app.connect("build-finished", _example_run)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

@@ -27,7 +27,7 @@ def pull_off_map(
     """Return the exact pull-off of the superposed asperities at each contact centre.
 
     The sum over asperities of `superpose`, on retraction, is minimised over all displacements, to rounding (with
-    law="dugdale" to 1e-6 of an asperity's pull-off), see `kernels.asperity.pull_off_search`.
+    law="dugdale" to 1e-6 of an asperity's pull-off).
 
     Parameters
     ----------

@@ -164,7 +164,7 @@ def assign_pair(
     Returns
     -------
     Dataset
-        With what is given, or follows from named materials, as scalar coordinates (`schema.TRAVELLING`), and the
+        With what is given, or follows from named materials, as scalar coordinates, and the
         indenter's map. Of a humid pair ``share_under_liquid`` is the share of the work of adhesion left to the solids
         under the liquid: by Hamaker constants across it, of the named materials or of two equal bodies with this work.
 

@@ -78,7 +78,7 @@ def headline(run: Run) -> str:
 
 
 def run_summary(run: Run) -> xr.Dataset:
-    """Return the answer of a run as scalars with units, see `SCALARS`; empty without a simulation with adhesion."""
+    """Return the answer of a run as scalars with units, see ``SCALARS``; empty without a simulation with adhesion."""
     if SUMMARY in run:
         return run[SUMMARY]
     if "statistics/adhesive" not in run:

@@ -42,7 +42,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Returns
     -------
     Dataset
-        The scalars of `SCALARS`: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
+        Scalars: ``pull_off_force`` (nN), the mean over the places that adhere, ``low`` and ``high``,
         the ends of its interval, ``places``, ``solved_places``, ``independent_places``, ``mesh_error`` and
         ``smooth_share``; NaN if unknown, as the ends are for too few independent places. If some measured forces are
         known by limits, ``low`` … ``high`` holds wherever they lie below them, and ``likelihood_low`` …

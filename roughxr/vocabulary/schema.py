@@ -42,7 +42,7 @@ def label(ds: xr.Dataset) -> xr.Dataset:
     """Return a Dataset with units, long name and meaning set on every variable of a known name.
 
     Variables that state other units of the same quantity are converted; other numbers are taken to be in the units of
-    `VARIABLES`, since arithmetic keeps the units of its first operand.
+    ``VARIABLES``, since arithmetic keeps the units of its first operand.
 
     Examples
     --------
@@ -65,7 +65,7 @@ def label(ds: xr.Dataset) -> xr.Dataset:
 
 
 def kind_of(ds: xr.Dataset) -> str | None:
-    """Return which of `KINDS` a Dataset is, by the names and dimensions of its variables, or None.
+    """Return which of ``KINDS`` a Dataset is, by the names and dimensions of its variables, or None.
 
     Examples
     --------
@@ -81,7 +81,7 @@ def kind_of(ds: xr.Dataset) -> str | None:
 
 
 def entered(data: Any) -> Any:
-    """Return a Dataset or DataArray with every known variable in the units of `VARIABLES`; other types unchanged."""
+    """Return a Dataset or DataArray with every known variable in the units of ``VARIABLES``; other types unchanged."""
     if not isinstance(data, (xr.Dataset, xr.DataArray)):
         return data
     coords = _in_table(data.coords.variables)
@@ -114,7 +114,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     Returns
     -------
     Dataset
-        In the units of `VARIABLES`; a scan with ``height`` along (x, y).
+        In the units of ``VARIABLES``; a scan with ``height`` along (x, y).
 
     Raises
     ------
