@@ -62,15 +62,7 @@ def pull_off_map(
     ds = summands.ds
     law = summands.law
     options = summands.options
-    if isinstance(subregions, str):
-        schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
-        if "x" not in ds.dims:
-            raise ValueError(f"subregions={EVERY_PIXEL!r}: expected a scan, found a catalogue, which has no pixels")
-        x, y = (axis.ravel() for axis in np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij"))
-        places = xr.Dataset(coords={axis: ds[axis].variable for axis in "xy"})
-    else:
-        places = regions.centres(ds, subregions)
-        x, y = (places[name].values.astype(float) for name in ("subregion_x", "subregion_y"))
+    places, x, y = _places(ds, subregions)
     # number of centres in a task, which then takes some hundredths of a second
     tile = 512
     tiles = [(x[k : k + tile], y[k : k + tile]) for k in range(0, x.size, tile)]
@@ -90,6 +82,18 @@ def pull_off_map(
     if not summands.lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
+
+
+def _places(ds: xr.Dataset, subregions: Places) -> tuple[xr.Dataset, np.ndarray, np.ndarray]:
+    """Return the contact centres as coordinates, and x and y of each, nm."""
+    if not isinstance(subregions, str):
+        places = regions.centres(ds, subregions)
+        return places, places["subregion_x"].values.astype(float), places["subregion_y"].values.astype(float)
+    schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
+    if "x" not in ds.dims:
+        raise ValueError(f"subregions={EVERY_PIXEL!r}: expected a scan, found a catalogue, which has no pixels")
+    x, y = np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij")
+    return xr.Dataset(coords={axis: ds[axis].variable for axis in "xy"}), x.ravel(), y.ravel()
 
 
 def _tile(x: np.ndarray, y: np.ndarray, grid: Any, options: SumOptions, size: int) -> np.ndarray:

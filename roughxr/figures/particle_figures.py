@@ -49,15 +49,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
         raise ValueError("resisting_moment: expected a place in contact, found none")
-    if ax is None:
-        from matplotlib import pyplot
-
-        width = (COLUMN, 0.8 * COLUMN)
-        ax = pyplot.figure(figsize=width, layout="constrained").add_subplot(projection="polar")
-    rose: Any = ax
-    rose.tick_params(labelsize=SMALL, pad=0)
-    rose.grid(linewidth=0.3)
-    rose.spines["polar"].set_linewidth(0.4)
+    rose = _polar_axes(ax)
     quartiles = np.maximum(np.quantile(moment, [0.25, 0.5, 0.75], axis=0), 0.0)
     low, middle, high = np.column_stack([quartiles, quartiles[:, 0]])
     angle = np.r_[ds["direction"].values, ds["direction"].values[0] + 2 * np.pi]
@@ -75,6 +67,20 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     ticks_in_unit(rose.yaxis, size)
     places = f"median and middle half of {moment.sizes['subregion']} places"
     rose.set_xlabel(f"{printed_label('resisting_moment', unit)}\n{places}")
+    return rose
+
+
+def _polar_axes(ax: Axes | None) -> Any:
+    """Return polar Axes in small print, by default those of a new figure."""
+    if ax is None:
+        from matplotlib import pyplot
+
+        width = (COLUMN, 0.8 * COLUMN)
+        ax = pyplot.figure(figsize=width, layout="constrained").add_subplot(projection="polar")
+    rose: Any = ax
+    rose.tick_params(labelsize=SMALL, pad=0)
+    rose.grid(linewidth=0.3)
+    rose.spines["polar"].set_linewidth(0.4)
     return rose
 
 

@@ -70,14 +70,18 @@ def _pull_offs(run: Mapping[str, xr.Dataset], ax) -> None:
     unit, size = label_axis(ax.xaxis, "pull_off_force")
     means = {_METHODS[name]: by_share(at_first_preload(ds["pull_off_force"])).mean() for name, ds in samples.items()}
     if (estimate := best_estimate(run)) is not None:
-        mean, low, high = estimate
-        text = with_interval(mean / size, low / size, high / size, unit, why_wide="", name="")
-        text = f"best estimate of the mean, with finer\nroughness, {text}"
-        style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
-        ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
-        ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=text, **style)
+        _draw_estimate(ax, *estimate, unit, size)
     if np.isfinite(ax.dataLim.y1):
         ax.set_ylim(top=1.05 * ax.dataLim.y1)
     handles, labels = ax.get_legend_handles_labels()
     labels = [f"{label}, mean {number(means[label] / size, unit)}" if label in means else label for label in labels]
     ax.legend(handles, labels, loc="upper center", bbox_to_anchor=(0.5, -0.2))
+
+
+def _draw_estimate(ax, mean: float, low: float, high: float, unit: str, size: float) -> None:
+    """Draw the best estimate of the mean with its interval, near the lower edge."""
+    text = with_interval(mean / size, low / size, high / size, unit, why_wide="", name="")
+    text = f"best estimate of the mean, with finer\nroughness, {text}"
+    style = {"transform": ax.get_xaxis_transform(), "color": BLACK, "zorder": 5}
+    ax.plot([low, high], [0.04, 0.04], linewidth=1.2, **style)
+    ax.plot([mean], [0.04], marker="D", markersize=4, linewidth=1.2, label=text, **style)

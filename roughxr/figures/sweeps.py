@@ -49,12 +49,7 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         label = f"place {ds['subregion'].item()}"
     else:
         label = "median"
-        ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
-        ax.plot([], [], color=GREY, linewidth=0.6, label=f"{ds.sizes['subregion']} places")
-        for low, alpha in ((0.05, 0.22), (0.25, 0.4)):
-            band = force.quantile([low, 1 - low], "subregion").values
-            share = f"{100 * (1 - 2 * low):.0f} % of them"
-            ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
+        _places_and_bands(ax, force)
         _interval_bars(ax, ds, "q50", BLACK, "95 % interval of the median")
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=label)
     tension = float(-force.min("delta").median())  # of the median place
@@ -69,6 +64,17 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     _zero_line(ax, force)
     background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross the legend
     return legend(label_axes(ax, "delta", "force"), loc="upper left", **background)
+
+
+def _places_and_bands(ax, force: xr.DataArray) -> None:
+    """Draw the force at every place, and bands that contain half and 90 % of them."""
+    delta = force["delta"].values
+    ax.plot(delta, force.values, color=GREY, linewidth=0.35, alpha=0.6)
+    ax.plot([], [], color=GREY, linewidth=0.6, label=f"{force.sizes['subregion']} places")
+    for low, alpha in ((0.05, 0.22), (0.25, 0.4)):
+        band = force.quantile([low, 1 - low], "subregion").values
+        share = f"{100 * (1 - 2 * low):.0f} % of them"
+        ax.fill_between(delta, *band, color=BLUE, alpha=alpha, linewidth=0, label=share)
 
 
 def _loop(ds: xr.Dataset, ax):

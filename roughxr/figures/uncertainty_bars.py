@@ -42,16 +42,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> ax.get_yticklabels()[-1].get_text()
     'all of these'
     """
-    entry = ds["entry"].values
-    columns = [
-        100 * ds[name].values if name in ds else np.full(entry.size, np.nan)
-        for name in ("relative_std", "standard_error", "pull_off_change", "remaining_std")
-    ]
-    is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
-    bars = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
-    total = float(ds["total_std"]) if "total_std" in ds else float(np.sqrt((ds["relative_std"] ** 2).sum()))
-    standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
-    bars["all of these"] = (100 * total, 100 * standard_error, np.nan, np.nan, False, BLACK)
+    bars = _budget_bars(ds)
     ax = axes(ax, aspect=0.16 + 0.058 * len(bars))
     longest = 0.0
     for row, (value, error, change, remaining, subtracted, color) in enumerate(bars.values()):
@@ -65,7 +56,7 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
             ax.plot([remaining], [row], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, zorder=3)
         label_text = _words(value, error, change, subtracted)
         ax.annotate(label_text, (end, row), (3, 0), textcoords="offset points", va="center", fontsize=SMALL - 0.5)
-    if (columns[3] < columns[0]).any():
+    if any(remaining < value for value, _, _, remaining, *_ in bars.values()):
         ax.plot([], [], "|", color=ORANGE, markersize=7, markeredgewidth=1.4, label="after its remedy")
         legend(ax, loc="lower right", bbox_to_anchor=(1, 1), borderpad=0)
     ax.set_yticks(range(len(bars)), list(bars))
@@ -74,6 +65,21 @@ def error_budget(ds: xr.Dataset, *, ax: Axes | None = None):
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     return ax
+
+
+def _budget_bars(ds: xr.Dataset) -> dict[str, tuple]:
+    """Return error, its error, change and remaining error (%), if a bias, and colour of each entry, and of all."""
+    entry = ds["entry"].values
+    columns = [
+        100 * ds[name].values if name in ds else np.full(entry.size, np.nan)
+        for name in ("relative_std", "standard_error", "pull_off_change", "remaining_std")
+    ]
+    is_bias = ds["known_bias"].values if "known_bias" in ds else np.zeros(entry.size, bool)
+    bars: dict[str, tuple] = {str(name): (*row, BLUE) for name, *row in zip(entry, *columns, is_bias)}
+    total = float(ds["total_std"]) if "total_std" in ds else float(np.sqrt((ds["relative_std"] ** 2).sum()))
+    standard_error = float(ds["total_standard_error"]) if "total_standard_error" in ds else np.nan
+    bars["all of these"] = (100 * total, 100 * standard_error, np.nan, np.nan, False, BLACK)
+    return bars
 
 
 def _words(value: float, error: float, change: float, is_bias: bool) -> str:

@@ -89,14 +89,8 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
     Of two parameters the longer one is the axis, and the mean for each value of the other is a line.
     """
     sample = next((dim for dim in SAMPLES if dim in ds[name].dims), None)
-    parameters = sorted((str(dim) for dim in ds[name].dims if dim != sample), key=lambda dim: -ds.sizes[dim])
-    if len(parameters) > 2 or (len(parameters) == 2 and ds.sizes[parameters[1]] > len(STROKES)):
-        raise ValueError(
-            f"{name}: expected places and at most two parameters, the second with at most {len(STROKES)} values, found "
-            f"{', '.join(map(str, ds[name].dims))}; select first, for example ds.isel({parameters[-1]}=0)"
-        )
+    along, *others = _parameters(ds, name, sample)
     ax = axes(ax)
-    along, *others = parameters
     cases = [ds.isel({others[0]: order}) for order in range(ds.sizes[others[0]])] if others else [ds]
     for order, case in enumerate(cases):
         look = {"marker": "o", "markersize": 3.0, **stroke(order)}
@@ -113,6 +107,17 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
         ax.plot(x, mean["estimate"], label=label or "mean, 95 % interval", **look)
         ax.vlines(x, mean["low"], mean["high"], color=look["color"], linewidth=0.9)
     return legend(_labelled(ax, ds[along], name), title=_title(others))
+
+
+def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:
+    """Return the dimensions of a variable other than its samples, the longest first; raise for too many."""
+    parameters = sorted((str(dim) for dim in ds[name].dims if dim != sample), key=lambda dim: -ds.sizes[dim])
+    if len(parameters) > 2 or (len(parameters) == 2 and ds.sizes[parameters[1]] > len(STROKES)):
+        raise ValueError(
+            f"{name}: expected places and at most two parameters, the second with at most {len(STROKES)} values, found "
+            f"{', '.join(map(str, ds[name].dims))}; select first, for example ds.isel({parameters[-1]}=0)"
+        )
+    return parameters
 
 
 def _title(others: list[str]) -> str | None:

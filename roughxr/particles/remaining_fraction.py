@@ -83,15 +83,8 @@ def resuspension(
     speed = not_negative(friction_velocity, "m/s", "friction_velocity")
     seconds = not_negative(time, "s", "time")
     body = read_body(ds, particle_density, flow)
-    limit = read_resistance(ds, direction, friction_coefficient, shear_strength)
+    limit = _at_rest(body, read_resistance(ds, direction, friction_coefficient, shear_strength))
     push = LOADS["wall_shear"].push
-    rests = limit.known & ~rolls_off(LOADS["wall_shear"], body, limit)
-    if not rests.any():
-        raise ValueError(
-            f"expected at least one place where the sphere rests, found none of {rests.size} "
-            f"({int(limit.known.sum())} in contact); take places of `resting`"
-        )
-    limit = limit._replace(known=rests)
     ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
     remaining = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
     remaining = np.where(limit.known[:, None, None], remaining, np.nan)
@@ -106,6 +99,17 @@ def resuspension(
     arguments |= {"particle_density": particle_density, **fluid_arguments(body)}
     arguments |= {"friction_coefficient": friction_coefficient, "shear_strength": shear_strength}
     return schema.record(schema.label(out), "resuspension", ds, **arguments)
+
+
+def _at_rest(body: Any, limit: Any) -> Any:
+    """Return the resistance of the places where the sphere rests; raise if there are none."""
+    rests = limit.known & ~rolls_off(LOADS["wall_shear"], body, limit)
+    if not rests.any():
+        raise ValueError(
+            f"expected at least one place where the sphere rests, found none of {rests.size} "
+            f"({int(limit.known.sum())} in contact); take places of `resting`"
+        )
+    return limit._replace(known=rests)
 
 
 def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:

@@ -97,24 +97,13 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
     pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
     force = pull["pull_off_force"].load()
-    _refuse_several(force)
-    if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
-        raise ValueError(
-            "expected places along subregion, found a single force; take the answer before the mean over places, or "
-            "of one place, isel(subregion=0)"
-        )
-    refuse_conditions(pull, "pull_off_force")
-    bounds = sample_bounds(pull, "pull_off_force")
+    bounds = _adhering_bounds(pull)
     adhering = int(np.isfinite(bounds[0]).sum())
-    if not (bounds[1] > 0).any():
-        raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
     ends = (
         bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if adhering > 1 else None
     )
     names = ("low", "high", "independent_places", "likelihood_low", "likelihood_high")
-    low, high, independent, *by_likelihood = (
-        np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names
-    )
+    low, high, independent, *by_likelihood = _scalars_of(ends, names)
     mean = float(by_share(force).mean())
     limits: dict[str, str] = {}
     if ends is not None and "limits" in ends.attrs:
@@ -141,6 +130,27 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     out.attrs |= limits
     out.attrs |= {"measured": pull.attrs["measured"]} if "measured" in pull.attrs else {}
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
+
+
+def _scalars_of(ends: xr.Dataset | None, names: tuple[str, ...]) -> list[float]:
+    """Return the values of an interval by their names, NaN where it lacks one."""
+    return [np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names]
+
+
+def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
+    """Return the ends (2, …) of the pull-off forces; raise unless they are those of places of which some adhere."""
+    force = pull["pull_off_force"]
+    _refuse_several(force)
+    if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
+        raise ValueError(
+            "expected places along subregion, found a single force; take the answer before the mean over places, or "
+            "of one place, isel(subregion=0)"
+        )
+    refuse_conditions(pull, "pull_off_force")
+    bounds = sample_bounds(pull, "pull_off_force")
+    if not (bounds[1] > 0).any():
+        raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
+    return bounds
 
 
 def scalar_values(summary: xr.Dataset) -> dict[str, float]:

@@ -81,16 +81,7 @@ def pooled(
     (True, 2, 0.0)
     """
     ds = schema.entered(ds)
-    if name not in ds or over not in ds[name].dims:
-        dims = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
-        raise ValueError(f"{name}: expected a variable along {over!r}, found {dims}")
-    others = [str(dim) for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
-    if others:
-        raise ValueError(
-            f"{name}: expected only {over!r} and its samples, found also {', '.join(others)}; select one value of each"
-        )
-    if ds.sizes[over] < 2:
-        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
+    _need_several(ds, name, over)
     # confidence level of the intervals
     confidence = 0.95
     if ds[name].ndim == 1:
@@ -112,6 +103,20 @@ def pooled(
         out[variable].attrs["units"] = ds[name].attrs.get("units", "1")
     out.attrs = {"variable": name, "confidence": confidence, "pooled_over": over}
     return schema.record(out, "pooled", ds, name=name, over=over, statistics=labels)
+
+
+def _need_several(ds: xr.Dataset, name: str, over: str) -> None:
+    """Raise unless a variable has samples of several scans, and no further dimension."""
+    if name not in ds or over not in ds[name].dims:
+        dims = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
+        raise ValueError(f"{name}: expected a variable along {over!r}, found {dims}")
+    others = [str(dim) for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
+    if others:
+        raise ValueError(
+            f"{name}: expected only {over!r} and its samples, found also {', '.join(others)}; select one value of each"
+        )
+    if ds.sizes[over] < 2:
+        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
 
 
 _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value")

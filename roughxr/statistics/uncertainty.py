@@ -158,15 +158,10 @@ def bootstrap(
     likelihood: CensoredEstimates | None = None
     if sample.censored is None:
         estimate = [_estimate(label, sample.values, sample.weights) for label in labels]
-        ends = _intervals(sample, count, labels, confidence, resamples, seed)
     else:
         likelihood = likelihood_estimates(sample.censored, labels, max(count, 2.0), confidence)
         estimate = likelihood.values[0]
-        ends = _bounded_ends(sample, count, labels, confidence, resamples, seed)
-    largest = _largest(ds, name)
-    if "mean" in labels and _shows_two_populations(sample, largest):
-        share = float(ds["debris_share"])
-        ends[:, labels.index("mean")] = _two_population_ends(sample, share, largest, confidence, resamples, seed)
+    ends = _ends(ds, name, sample, count, labels, confidence, resamples, seed)
     is_too_few = sample.places is not None and count < fewest
     low, high = np.full_like(ends, np.nan) if is_too_few else ends
     out = xr.Dataset(
@@ -178,20 +173,14 @@ def bootstrap(
         },
         coords={"statistic": labels},
     )
-    units = ds[name].attrs.get("units", "1")
-    limits: dict[str, str] = {}
     if likelihood is not None:
-        _, likelihood_low, likelihood_high = likelihood.values
-        out["likelihood_low"] = ("statistic", likelihood_low)
-        out["likelihood_high"] = ("statistic", likelihood_high)
-        limits["limits"] = limits_in_words(sample.bounds, lambda value: quantity(value, units))
-        limits["law"] = likelihood.law or "none: fewer than three forces are measured"
+        out = _with_likelihood(out, likelihood, sample, ds[name].attrs.get("units", "1"))
     long_name = ds[name].attrs.get("long_name", name)
     for variable, prefix in _ENDS_IN_WORDS.items():
         if variable in out:
-            out[variable].attrs = {"units": units, "long_name": prefix + long_name}
-    out.attrs = {"variable": name, "confidence": confidence, "samples": sample.values.size, **limits}
-    out.attrs["missing"] = sample.missing
+            out[variable].attrs = {"units": ds[name].attrs.get("units", "1"), "long_name": prefix + long_name}
+    described = {"variable": name, "confidence": confidence, "samples": sample.values.size}
+    out.attrs = described | out.attrs | {"missing": sample.missing}
     if is_too_few:
         of = f"{number(count, digits=2)} of {sample.values.size}"
         out.attrs["no_interval"] = (
@@ -202,6 +191,27 @@ def bootstrap(
     arguments = {"name": name, "statistics": labels, "confidence": confidence, "resamples": resamples, "seed": seed}
     arguments |= {"within": None if within is None else "all places", "fewest": fewest}
     return schema.record(schema.label(out), "bootstrap", ds, **arguments)
+
+
+def _ends(
+    ds: xr.Dataset, name: str, sample: Samples, count: float, labels: list[str], confidence: float, resamples, seed
+) -> np.ndarray:
+    """Return the lower and upper ends, (2, statistics), also of samples that are limits or of two populations."""
+    of_samples = _intervals if sample.censored is None else _bounded_ends
+    ends = of_samples(sample, count, labels, confidence, resamples, seed)
+    largest = _largest(ds, name)
+    if "mean" in labels and _shows_two_populations(sample, largest):
+        share = float(ds["debris_share"])
+        ends[:, labels.index("mean")] = _two_population_ends(sample, share, largest, confidence, resamples, seed)
+    return ends
+
+
+def _with_likelihood(out: xr.Dataset, likelihood: CensoredEstimates, sample: Samples, units: str) -> xr.Dataset:
+    """Return statistics with their intervals by a likelihood with censoring, and its limits and law in words."""
+    _, low, high = likelihood.values
+    out = out.assign(likelihood_low=("statistic", low), likelihood_high=("statistic", high))
+    limits = limits_in_words(sample.bounds, lambda value: quantity(value, units))
+    return out.assign_attrs(limits=limits, law=likelihood.law or "none: fewer than three forces are measured")
 
 
 def not_shown(places: int, independent: float, risk: float = 0.05) -> str:

@@ -206,17 +206,7 @@ def real_pull_off(
             f"{number(independent, digits=2)} of them independent; take a larger grid or a larger scan"
         )
     lowering = -float(np.log(scanned["smooth_share"]))
-    smooth = mean / float(scanned["smooth_share"])
-    is_at_rest = SHARE in solved.coords
-    unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
-    if finer is not None:
-        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest)
-        unseen = second if is_at_rest else _combined_factor(unseen, second)
-    if measured is not None and not is_at_rest:
-        by_forces = _measured_factor(measured, force_std)
-        if finer is not None:
-            by_forces = by_forces._replace(source=f"{unseen.source} and {by_forces.source}")
-        unseen = _combined_factor(unseen, by_forces, are_independent=True)
+    unseen = _unseen_factor(ds, solved, scanned, end, finer, measured, force_std)
     errors = {PLACES: np.log(high / low) / (2 * HALF_WIDTH), UNSEEN: unseen.error, **_pair_errors(budget)}
     if not np.isfinite(errors.get(MESH, np.nan)):
         errors[MESH] = float(np.nan_to_num(mesh_error(pull_off))) / HALF_WIDTH
@@ -242,17 +232,48 @@ def real_pull_off(
         },
         {"entry": list(errors), **pull_off["pull_off_force"].coords},
     )
-    spread = np.exp(HALF_WIDTH * unseen.error)
-    ends = " … ".join(number(each, digits=2) for each in (factor / spread, factor * spread))
-    out.attrs = {
-        "known": f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer.",
-        "assumed": f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}.",
-    }
-    if (noise := noise_limit(ds)) > read_pair(ds).range:
-        out.attrs["known"] += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."
+    out.attrs = _sentences(ds, shown, unseen)
     if budget is None:
         out.attrs["assumed"] += " The errors of the pair are not included."
     return schema.label(out)
+
+
+def _unseen_factor(
+    ds: xr.Dataset,
+    solved: xr.Dataset,
+    scanned: xr.Dataset,
+    end: float,
+    finer: xr.Dataset | None,
+    measured: xr.Dataset | None,
+    force_std: float,
+) -> RoughnessFactor:
+    """Return the effect of unseen roughness down to an end (nm), by one scan, a second one, and measured forces."""
+    share = float(scanned["smooth_share"])
+    lowering = -float(np.log(share))
+    is_at_rest = SHARE in solved.coords
+    unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
+    if finer is not None:
+        smooth = float(scanned["pull_off_force"]) / share
+        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest)
+        unseen = second if is_at_rest else _combined_factor(unseen, second)
+    if measured is not None and not is_at_rest:
+        by_forces = _measured_factor(measured, force_std)
+        if finer is not None:
+            by_forces = by_forces._replace(source=f"{unseen.source} and {by_forces.source}")
+        unseen = _combined_factor(unseen, by_forces, are_independent=True)
+    return unseen
+
+
+def _sentences(ds: xr.Dataset, shown: float, unseen: RoughnessFactor) -> dict[str, str]:
+    """Return what is known from the scan, and what is assumed of finer roughness, in words."""
+    factor = float(np.exp(unseen.log))
+    spread = np.exp(HALF_WIDTH * unseen.error)
+    ends = " … ".join(number(limit, digits=2) for limit in (factor / spread, factor * spread))
+    known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
+    if (noise := noise_limit(ds)) > read_pair(ds).range:
+        known += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."
+    assumed = f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}."
+    return {"known": known, "assumed": assumed}
 
 
 def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:

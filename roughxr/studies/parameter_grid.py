@@ -76,15 +76,9 @@ def vary(
     varied = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
     varied |= {"humidity": humidity}
     axes = {name: _values(values, name, ds) for name, values in varied.items() if values is not None}
-    if contact_modulus is not None and schema.is_coated(ds):
-        raise ValueError("contact_modulus: expected a half space, found a layer with its own moduli; leave it out")
     if not axes and indenter is None:
         raise ValueError(f"expected values of {', '.join(varied)} or several of them, found none")
-    if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
-        raise ValueError(
-            "fields: expected one sphere_radius, since each has windows of its own size, found "
-            f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
-        )
+    _need_possible(ds, axes, options)
     parts: list[xr.Dataset] = []
     for placement, bodies in _placed(ds, indenter, axes):
         for values in itertools.product(*axes.values()):
@@ -101,6 +95,17 @@ def vary(
         )
         recorded["indenter"] = (schema.history(indenter)[-1:] or [{"arguments": "given"}])[0]["arguments"]
     return schema.record(schema.label(out), "vary", parts[0], **recorded)
+
+
+def _need_possible(ds: xr.Dataset, axes: dict[str, list[float]], options: dict[str, Any]) -> None:
+    """Raise for a modulus where a layer has its own, and for fields of several radii."""
+    if "contact_modulus" in axes and schema.is_coated(ds):
+        raise ValueError("contact_modulus: expected a half space, found a layer with its own moduli; leave it out")
+    if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
+        raise ValueError(
+            "fields: expected one sphere_radius, since each has windows of its own size, found "
+            f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
+        )
 
 
 def _solved(ds: xr.Dataset, solve: Callable[..., xr.Dataset], pair: dict[str, float], options: dict[str, Any]):
