@@ -128,8 +128,8 @@ def _distribution(ds: xr.Dataset) -> str:
         columns |= {"lever_error": ds["lever_error"]} if "lever_error" in ds else {}
         levers = pd.DataFrame({name: column.values for name, column in columns.items()})
         unknown = int((levers["lever_over_radius"].isna() & ds["pull_off_force"].notnull().values).sum())
-        of_force = levers.fillna(levers.median()).groupby(ds["pull_off_force"].values).mean().loc[force]
-        table[list(columns)] = of_force.to_numpy()
+        mean_levers = levers.fillna(levers.median()).groupby(ds["pull_off_force"].values).mean().loc[force]
+        table[list(columns)] = mean_levers.to_numpy()
     head = [
         f"smooth sphere's pull-off force: {smooth_pull_off(ds):.6g} nN",
         *(f"{schema.axis_label(name)}: {float(value):.6g}" for name, value in schema.pair_coordinates(ds).items()),

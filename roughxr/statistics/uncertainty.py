@@ -197,8 +197,8 @@ def _ends(
     ds: xr.Dataset, name: str, sample: Samples, count: float, labels: list[str], confidence: float, resamples, seed
 ) -> np.ndarray:
     """Return the lower and upper ends, (2, statistics), also of samples that are limits or of two populations."""
-    of_samples = _intervals if sample.censored is None else _bounded_ends
-    ends = of_samples(sample, count, labels, confidence, resamples, seed)
+    find_ends = _intervals if sample.censored is None else _bounded_ends
+    ends = find_ends(sample, count, labels, confidence, resamples, seed)
     largest = _largest(ds, name)
     if "mean" in labels and _shows_two_populations(sample, largest):
         share = float(ds["debris_share"])
