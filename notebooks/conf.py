@@ -78,10 +78,8 @@ html_title = f"roughxr {version}"
 html_show_sourcelink = False
 html_copy_source = False
 html_theme_options = {"show_prev_next": False, "navigation_with_keys": False, "header_links_before_dropdown": 6}
-_ALONE = (
-    "start how-to faq gallery verification concepts physics below-the-pixel against-experiment speed other-programs"
-)
-_ALONE += " equations citing changelog"
+_ALONE = "start tutorial how-to faq gallery verification concepts physics below-the-pixel against-experiment speed"
+_ALONE += " other-programs equations citing changelog"
 html_sidebars = {f"site/{page}": [] for page in _ALONE.split()}  # pages with no other below them
 html_math_renderer = "mathml"
 
