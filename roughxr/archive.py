@@ -273,6 +273,11 @@ def _damage_explained(path: Path) -> Iterator[None]:
     except (FileNotFoundError, PermissionError, IsADirectoryError):
         raise
     except Exception as error:
+        if path.is_file() and not h5py.is_hdf5(path):
+            raise ValueError(
+                f"{path}: expected the archive of a run, found another kind of file, or damage at its beginning; "
+                "roughxr run makes an archive of a scan"
+            ) from error
         reason = getattr(error, "strerror", None) or error
         raise ValueError(
             f"{path}: expected an intact archive, found it damaged, cut short or overwritten: {reason}; use a copy, or "

@@ -18,6 +18,8 @@ from matplotlib.figure import Figure
 
 from roughxr import archive, report, scans
 from roughxr.cli import main
+from roughxr.cli.options import command_line
+from roughxr.cli.running import _both
 from roughxr.cli.words import is_expected_error
 from roughxr.contact.mesh import Mesh
 from roughxr.reproduction import printed
@@ -515,3 +517,51 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
     archive.save(groups, finished[1].with_name("other.nc"))
     assert main(["detach", str(finished[1].with_name("other.nc")), "--method", "extrapolated"]) == 1
     assert "--method extrapolated: the run has no such pull-off forces" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["rnu", "a.nc"], r"unknown command rnu \(did you mean run\?\)"),
+        (["run", "@wafer.toml"], "read by --config wafer.toml"),
+        (["run", "a.nc", "--diameter", "5 um"], "give half of it, --sphere-radius"),
+        (["run", "a.nc", "--radius", "3um", "--subregions", "many"], "such as 8 8 or 8x8, found 'many'"),
+        (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
+    ],
+)
+def test_a_wrong_word_is_answered_with_the_right_one(words, says, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(words)
+    assert re.search(says, capsys.readouterr().err)
+
+
+@pytest.mark.parametrize(
+    ("words", "name", "value"),
+    [
+        (["--subregions", "4x2"], "subregions", (4, 2)),
+        (["--subregions", "4,2"], "subregions", (4, 2)),
+        (["--subregions", "4", "2"], "subregions", (4, 2)),
+        (["--delta", "5nm", "0.01 um"], "delta", [5.0, 10.0]),
+        (["--delta", "-5nm"], "delta", [-5.0]),
+        (["--preload", "-3nN"], "preload", "-3nN"),
+    ],
+)
+def test_numbers_are_read_as_people_write_them(words, name, value):
+    options = command_line().parse_args(["run", "a.nc", "--radius", "3um", *words])
+    read = getattr(options, name)
+    assert (_both(read) if name == "subregions" else read) == value
+
+
+def test_another_file_is_no_damaged_archive(tmp_path, capsys):
+    (tmp_path / "m.csv").write_text("pull_off_force [nN]\n1\n")
+    assert main(["report", str(tmp_path / "m.csv")]) == 1
+    assert "m.csv: expected the archive of a run, found another kind of file" in capsys.readouterr().err
+
+
+def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):
+    scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "a.nc")
+    words = ["run", str(tmp_path / "a.nc"), "--radius", "300", "--materials", "glass"]
+    assert main([*words, "--film", "5nm", "-o", str(tmp_path / "o")]) == 1
+    assert "--humidity: needed by --film" in capsys.readouterr().err
+    assert main([*words, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
+    assert capsys.readouterr().err.rstrip().endswith("found '160%'")

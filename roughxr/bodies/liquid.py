@@ -255,7 +255,11 @@ def _pressure(humidity: Any) -> float:
     text = str(humidity).strip().removesuffix("%") if _is_percent(humidity) else humidity
     number = magnitude(text, "1", name) * (0.01 if _is_percent(humidity) else 1.0)
     if "%" in str(text) or not isinstance(number, float) or not 0 < number < 1:
-        meant = f": {number:g} % is {0.01 * number:g}" if isinstance(number, float) and 1 < number < 100 else ""
+        meant = (
+            f": {number:g} % is {0.01 * number:g}"
+            if isinstance(number, float) and not _is_percent(humidity) and 1 < number < 100
+            else ""
+        )
         raise ValueError(
             f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {humidity!r}{meant}"
         )

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import re
+from pathlib import Path
 from typing import Any
 
 from .._version import __version__
@@ -36,6 +37,7 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
+_COMMANDS = ("paper", "run", "report", "explore", "info", "convert", "measured", "compare", "fit", "detach")
 _DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 
 _BODIES = (
@@ -77,12 +79,18 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
-        args = config.with_file(args, self)
+        args = _with_negative_values(config.with_file(args, self))
         options = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
         for word in args or ():
             option = word.partition("=")[0]
             if not option.startswith("-") and "COMMAND" in self.format_usage():
+                if option not in _COMMANDS:
+                    self.error(f"unknown command {option}{did_you_mean(option, _COMMANDS)}: {', '.join(_COMMANDS)}")
                 break  # the options after the command are its own
+            if word.startswith("@") and not Path(word).exists():
+                self.error(f"{word}: expected a file; options in a file are read by --config {word[1:]}")
+            if option == "--diameter":
+                self.error("unknown option --diameter: give half of it, --sphere-radius")
             if option.startswith("--") and not any(name.startswith(option) for name in options):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
         return super().parse_known_args(args, namespace)
@@ -90,6 +98,20 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> Any:
         """Print one line, and end."""
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def _with_negative_values(args: Any) -> Any:
+    """Return a command line where values such as -3um, which look like options, are joined to their options."""
+    if args is None:
+        return None
+    joined: list[str] = []
+    for word in args:
+        is_negative = re.match(r"-\.?\d[^=]*[^\d.]", word) and joined and re.fullmatch(r"--[a-z-]+", joined[-1])
+        if is_negative:
+            joined[-1] += f"={word}"
+        else:
+            joined.append(word)
+    return joined
 
 
 def command_line() -> argparse.ArgumentParser:
@@ -152,13 +174,13 @@ def _run(commands: Any) -> None:
     options += _add(group, *_BODIES, *_AIR)
     group = command.add_argument_group("places and displacements")
     help = "number of places along x and y, or one number for both; default: 8 8"
-    options += _add(group, ("--subregions", "N...", help), type=int, default=(8, 8))
+    options += _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
     help = "a second scan of the surface on finer pixels, 1 to 2 radii wide, for the best estimate"
     options += _add(group, ("--finer", "FILE", help))
     help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
     options.append(_flag(group, "--particle", help))
     help = "displacements of the simulation without adhesion, nm; default: chosen from the heights"
-    options += _add(group, ("--delta", "D...", help), type=float)
+    options += _add(group, ("--delta", "D...", help), type=_nanometres)
     help = f"fluid whose flow detaches the sphere, {' or '.join(FLUIDS)}, at 20 °C; default: the medium, else air"
     options += _add(group, ("--fluid", None, help), choices=FLUIDS)
     group = command.add_argument_group("the simulation with adhesion")
@@ -181,6 +203,24 @@ def _cells(text: str) -> int | str:
     if text != "auto" and not text.isdecimal():
         raise argparse.ArgumentTypeError(f"expected auto or a number of cells, found {text!r}")
     return text if text == "auto" else int(text)
+
+
+def _counts(text: str) -> tuple[int, ...]:
+    """Return the numbers of places in "8", "8x8" or "8,8"."""
+    parts = re.split("[x×,]", text)
+    if not all(part.isdecimal() for part in parts):
+        raise argparse.ArgumentTypeError(f"expected numbers of places, such as 8 8 or 8x8, found {text!r}")
+    return tuple(map(int, parts))
+
+
+def _nanometres(text: str) -> float:
+    """Return a length as a number or text with units in nm."""
+    from ..vocabulary.units import magnitude
+
+    try:
+        return float(magnitude(number(text), "nm", "length"))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
 
 
 def _pages(commands: Any) -> None:

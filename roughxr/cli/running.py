@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from .. import report, reproduction, scans
@@ -87,6 +88,7 @@ def _print_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
 
 def _both(counts: Sequence[int]) -> tuple[int, int]:
     """Return the places along x and y: one number stands for both."""
+    counts = np.hstack(counts).tolist()
     if len(counts) > 2:
         raise ValueError(f"--subregions: expected places along x and y, or one number for both, found {len(counts)}")
     return counts[0], counts[-1]
@@ -106,7 +108,8 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
     if "humidity" in air:
         pair["humidity"] = HumidAir(**air)
     elif air:
-        raise ValueError(f"--humidity: needed by {', '.join(air)}, found none; give it, or leave these options out")
+        flags = ", ".join("--" + name.replace("_", "-") for name in air)
+        raise ValueError(f"--humidity: needed by {flags}, found none; give it, or leave these options out")
     scan = assign_pair(scan, **pair)
     if options.indenter:
         scan = scan.assign_attrs(indenter_file=Path(options.indenter).name)
