@@ -275,9 +275,9 @@ def test_resting_positions_do_not_depend_on_orientation_or_unit_of_length(seed, 
 
 def _rests(z, pixel, radius):
     """Return x, y and height (nm) of the resting positions to which pushed spheres return, and of all."""
-    surface = glass_pair(scan(z, pixel), radius)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=".*no resting position|sphere_radius")
+        surface = glass_pair(scan(z, pixel), radius)
         places = resting(surface)
     returns = np.ones(places.sizes["subregion"], bool)
     for x, y in ((-0.5, -0.5), (-0.5, 0.5), (0.5, -0.5), (0.5, 0.5)) if returns.size else ():

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import pandas as pd
 import xarray as xr
+from pandas.api.types import is_numeric_dtype
 
 from .. import statistics
 from ..scans.regions import extent
@@ -242,7 +243,7 @@ def text(table: pd.DataFrame, title: str) -> str:
     """Return a table as text, with a dash for missing values."""
     digits = 4 if "paper" in table else 3
     named = table if "paper" in table else table.rename(columns=METHOD_WORDS)
-    widths = {name: column.str.len().max() for name, column in named.select_dtypes(object).items()}
+    widths = {name: column.str.len().max() for name, column in named.items() if not is_numeric_dtype(column)}
     left_aligned = {name: f"{{:<{width}}}".format for name, width in widths.items()}  # text is left-aligned
     numbers = {"float_format": lambda v: number(round(v, 9), digits=digits), "na_rep": "–", "justify": "right"}
     return f"{title}\n{'=' * len(title)}\n{named.to_string(formatters=left_aligned, **numbers)}\n"
