@@ -269,7 +269,7 @@ def test_a_scheduler_that_is_not_there_leaves_no_trace(tmp_path):
 def test_a_file_that_is_no_run_is_refused_and_kept(tmp_path):
     path = tmp_path / "run.nc"
     path.write_text("a diary")
-    with pytest.raises(ValueError, match="expected an intact archive"):
+    with pytest.raises(ValueError, match="expected the archive of a run, found another kind of file"):
         a_run.run(path)
     assert path.read_text() == "a diary"
     only(path)
