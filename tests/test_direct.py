@@ -164,3 +164,17 @@ def test_heights_are_loaded_and_solves_stay_lazy(surface, options):
 def test_bad_options_are_refused_in_words(surface, options, says):
     with pytest.raises(ValueError, match=says.replace("(", r"\(").replace(")", r"\)")):
         direct(surface, **options)
+
+
+@pytest.mark.parametrize("verb", ["direct", "adhesive"])
+def test_a_displacement_of_the_size_of_the_sphere_is_asked_about(verb):
+    """5 µm in place of 5 nm, on a sphere of 3 µm; what the surface's relief explains is not."""
+    ds = glass_pair(scan(rough(32, seed=1)), 3000.0)
+    solve = getattr(ds.contact, verb)
+    options = {"law": "jkr", "mesh": 1} if verb == "adhesive" else {}
+    question = r"delta: 5,?000 nm is more than a tenth of the sphere's radius.*is this intended"
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "delta:")
+        with pytest.raises(UserWarning, match=question):
+            solve(delta="5 um", subregions=(1, 1), **options)
+        solve(delta=[5.0, 20.0], subregions=(1, 1), **options)

@@ -37,7 +37,7 @@ from .adhesive_options import (
 from .adhesive_record import cycle_layout, cycle_record
 from .cycle import LEAST_RADIUS, MOST_CELLS
 from .mesh import Mesh, read_mesh
-from .problem import Problem, read_problem
+from .problem import Problem, ask_about_depth, read_problem
 from .refinement import LARGEST_SETTLING, settling_changes
 from .solving import solve
 
@@ -137,6 +137,8 @@ def adhesive(
     )
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
+    if not by_preload:
+        ask_about_depth(specimen, problem)
     need_resolved_law(adhesion, problem)
     reach = window_half_width(specimen, problem, adhesion)
     need_few_cells(specimen, problem, adhesion, positions, reach)

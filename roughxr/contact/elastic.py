@@ -17,7 +17,7 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from .problem import Place, Problem, Surface, deepest, read_problem, surface_at
+from .problem import Place, Problem, Surface, ask_about_depth, deepest, read_problem, surface_at
 from .solving import put_fields, solve, state_fields
 
 _STATES = {
@@ -97,7 +97,8 @@ def direct(
     Warns
     -----
     UserWarning
-        If solves have not converged, or nothing touches at most places (for input in memory only).
+        If solves have not converged, nothing touches at most places, or displacements exceed a tenth of the sphere's
+        radius and the range of heights (for input in memory only).
 
     Notes
     -----
@@ -122,6 +123,7 @@ def direct(
     specimen = specimen_of(ds)
     positions = specimen.centres(subregions)
     problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
+    ask_about_depth(specimen, problem)
     axes = {"load" if problem.by_load else "delta": problem.steps}
     out = solve(
         _sweep,

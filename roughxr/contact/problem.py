@@ -13,6 +13,8 @@ from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions
 from ..specimen import Indenter, Specimen
 from ..vocabulary import schema
+from ..vocabulary.numbers import number
+from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities
 
 #: The number of default displacements.
@@ -90,6 +92,18 @@ def read_problem(
         yielding=pair.yields,
         layer=pair.layer,
     )
+
+
+def ask_about_depth(specimen: Specimen, problem: Problem) -> None:
+    """Warn where the largest displacement exceeds a tenth of the sphere's radius and the range of heights."""
+    radius = specimen.pair.sphere_radius
+    largest = 0.0 if problem.by_load or specimen.lazy else float(problem.steps[-1])
+    if largest and largest > radius / 10 + float(np.ptp(specimen.heights)):
+        stated = number(largest, "nm")
+        warn(
+            f"delta: {stated} is more than a tenth of the sphere's radius, {number(radius, 'nm')}: is this intended? "
+            "(contacts are computed as on half spaces; plain numbers are in nm)"
+        )
 
 
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
