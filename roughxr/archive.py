@@ -127,7 +127,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with open_locked_raw(temporary, "a") as file:
-            checksums = _checksums(file) | {name: _checksum(_without_fields(path, name, file)) for name in groups}
+            checksums = _checksums(file) | {name: _checksum(_without_fields(path, name, file[name])) for name in groups}
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
@@ -188,8 +188,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
-        groups = {name: _without_fields(path, name, file) for name in group_names(file)}
         checksums = _checksums(file)
+        groups = {name: _without_fields(path, name, file[name], checksums.get(name, "")) for name in group_names(file)}
         for name, ds in groups.items() if checksums else ():
             if _checksum(ds) != checksums.get(name):
                 raise ValueError(f"{name} is not as it was written")
@@ -285,10 +285,9 @@ def _damage_explained(path: Path) -> Iterator[None]:
         ) from error
 
 
-def _without_fields(path: Path, name: str, file: netCDF4.Dataset) -> xr.Dataset:
-    """Return a group of an open file, in memory except for its fields, which are lazy."""
-    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(file[name], lock=False))
-    checksum = _checksums(file).get(name, "")
+def _without_fields(path: Path, name: str, group: netCDF4.Group, checksum: str = "") -> xr.Dataset:
+    """Return a group of an open file with this checksum, in memory except for its fields, which are lazy."""
+    ds = xr.open_dataset(xr.backends.NetCDF4DataStore(group, lock=False))
     fields = [key for key, array in ds.data_vars.items() if _is_field(array)]
     lazy = {key: ds[key].copy(data=_StoredField(path, name, ds[key], checksum).lazy()).variable for key in fields}
     return ds.drop_vars(fields).load().assign(lazy)

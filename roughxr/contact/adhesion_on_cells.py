@@ -45,11 +45,6 @@ class Adhesion(NamedTuple):
         return self.work + (self.liquid.work if self.liquid else 0.0)
 
     @property
-    def main_range(self) -> float:
-        """The range of most of the attraction, nm: that of the liquid if there is any."""
-        return self.liquid.height if self.liquid else self.length
-
-    @property
     def largest_tension(self) -> float:
         """The largest tension of a law with a range, GPa."""
         return self.work / self.length + (self.liquid.capillary_pressure if self.liquid else 0.0)

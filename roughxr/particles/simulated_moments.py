@@ -76,7 +76,9 @@ def simulated_moments(
     positions = xr.Dataset(coords={name: solved[name] for name in ("subregion_x", "subregion_y")})
     out = labelled(records, layout, specimen.bodies, positions)
     out.attrs = {"method": "adhesive", "normal_force": 0.0, "missing": MISSING["adhesive"]}
-    return _recorded(out, specimen, solved, "simulated_moments", directions)
+    coordinates = {name: solved[name] for name in ("subregion", "landing_share") if name in solved.coords}
+    out = schema.label(out.assign_coords(coordinates))
+    return schema.record(out, "simulated_moments", specimen.bodies, directions=directions)
 
 
 def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
@@ -144,9 +146,3 @@ def _within_range(surface: Surface, axes: tuple, problem: Problem, adhesion: Adh
         cells = np.flatnonzero(within.any(axis=1 - axis))
         parts.append(slice(max(cells[0] - _MARGIN, 0), cells[-1] + 1 + _MARGIN))
     return surface._replace(separation=surface.separation[tuple(parts)]), [x[part] for x, part in zip(axes, parts)]
-
-
-def _recorded(out: xr.Dataset, specimen: Specimen, positions: xr.Dataset, verb: str, directions: int) -> xr.Dataset:
-    """Return moments with the places' own coordinates, and their history."""
-    shared = {name: positions[name] for name in ("subregion", "landing_share") if name in positions.coords}
-    return schema.record(schema.label(out.assign_coords(shared)), verb, specimen.bodies, directions=directions)
