@@ -31,6 +31,7 @@ from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
 from .vocabulary.provenance import as_json
+from .vocabulary.refusal import Refusal
 from .vocabulary.schema import VARIABLES, entered
 from .vocabulary.text import warn
 
@@ -229,9 +230,11 @@ def refuse_other_files(path: Path) -> None:
     except (OSError, RuntimeError, KeyError):  # damaged, which its reader reports
         return
     if foreign:
-        raise ValueError(
-            f"{path}: expected data in the file itself, found {foreign!r} in another file; ask its author for a file "
-            "without external storage, virtual datasets and external links"
+        raise Refusal(
+            path,
+            "data in the file itself",
+            f"{foreign!r} in another file",
+            "ask its author for a file without external storage, virtual datasets and external links",
         )
 
 
@@ -242,7 +245,7 @@ def _foreign_name(file: h5py.File) -> str:
     while groups:
         group = groups.pop()
         if group.name.count("/") > _DEEPEST_GROUP:
-            raise ValueError(f"{file.filename}: expected groups nested at most {_DEEPEST_GROUP} deep, found more")
+            raise Refusal(file.filename, f"groups nested at most {_DEEPEST_GROUP} deep", "more")
         for name in group:
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.ExternalLink):
@@ -274,14 +277,18 @@ def _damage_explained(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         if path.is_file() and not h5py.is_hdf5(path):
-            raise ValueError(
-                f"{path}: expected the archive of a run, found another kind of file, or damage at its beginning; "
-                "roughxr run makes an archive of a scan"
+            raise Refusal(
+                path,
+                "the archive of a run",
+                "another kind of file, or damage at its beginning",
+                "roughxr run makes an archive of a scan",
             ) from error
         reason = getattr(error, "strerror", None) or error
-        raise ValueError(
-            f"{path}: expected an intact archive, found it damaged, cut short or overwritten: {reason}; use a copy, or "
-            "repeat the run under another name; xarray.open_datatree reads what can be read"
+        raise Refusal(
+            path,
+            "an intact archive",
+            f"it damaged, cut short or overwritten: {reason}",
+            "use a copy, or repeat the run under another name; xarray.open_datatree reads what can be read",
         ) from error
 
 
@@ -349,9 +356,9 @@ def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     for attrs in (out.attrs, *(variable.attrs for variable in out.variables.values())):
         for key, value in attrs.items():
             if value is None or isinstance(value, (dict, bool)):
-                raise ValueError(f"{group}: expected attributes of text, numbers or arrays, found {key}={value!r}")
+                raise Refusal(group, "attributes of text, numbers or arrays", f"{key}={value!r}")
             if "/" in str(key):
-                raise ValueError(f"{group}: expected attribute names without '/', found {key!r}; rename it")
+                raise Refusal(group, "attribute names without '/'", f"{key!r}", "rename it")
     return out
 
 
@@ -364,7 +371,7 @@ def run_archive(path: Path) -> Path:
     if len(archives) != 1:
         archives = archives or sorted(path.glob("*/run.nc"))  # of several scans
         listed = ", ".join(str(file.relative_to(path)) for file in archives) or "none"
-        raise ValueError(f"{path}: expected a folder with one archive, found: {listed}; give the file itself")
+        raise Refusal(path, "a folder with one archive", listed, "give the file itself")
     return archives[0]
 
 
@@ -376,12 +383,17 @@ def checked_names(door: Callable) -> Callable:
         try:
             return door(*arguments, **options)
         except KeyError as error:
-            name = str(error).strip("\"'").removeprefix("No variable named '").partition("'")[0]
-            if name not in VARIABLES and "/" not in name:
+            lookup: BaseException = error
+            while lookup.__context__ is not None:  # of a mapping, below the Dataset's
+                lookup = lookup.__context__
+            name = lookup.args[0] if isinstance(lookup, KeyError) else None
+            if not isinstance(name, str) or (name not in VARIABLES and "/" not in name):
                 raise
-            raise ValueError(
-                f"expected {name!r} in the archive of the run, found none: another version of roughxr wrote it; repeat "
-                "the run under another name"
+            raise Refusal(
+                "",
+                f"{name!r} in the archive of the run",
+                "none: another version of roughxr wrote it",
+                "repeat the run under another name",
             ) from error
 
     return checked

@@ -13,6 +13,7 @@ import xarray as xr
 
 from .archive import atomic_write
 from .vocabulary import schema
+from .vocabulary.refusal import Refusal
 from .vocabulary.text import printable
 
 #: Characters with which a cell begins that a spreadsheet reads as a formula.
@@ -60,9 +61,11 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     write = None if path is None else _writer(Path(path).suffix)
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
-        raise ValueError(
-            f"expected variables that fit a table, found fields of several places: {', '.join(fields)}; "
-            "select one place and displacement, or drop them"
+        raise Refusal(
+            "",
+            "variables that fit a table",
+            f"fields of several places: {', '.join(fields)}",
+            "select one place and displacement, or drop them",
         )
     frame = ds.to_dataframe() if ds.dims else _scalars(ds)
     if path is None or write is None:

@@ -20,7 +20,6 @@ from roughxr import archive, report, scans
 from roughxr.cli import main
 from roughxr.cli.options import command_line
 from roughxr.cli.running import _both
-from roughxr.cli.words import is_expected_error
 from roughxr.contact.mesh import Mesh
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
@@ -494,14 +493,6 @@ def test_an_error_that_is_no_refusal_shows_where_it_is(fault, tmp_path, monkeypa
     monkeypatch.setattr(scans, "open_scan", lambda *_, **__: fault())
     with pytest.raises((TypeError, ValueError)):
         main(["convert", str(tmp_path / "scan.nc"), "-o", str(tmp_path / "out.nc")])
-
-
-@pytest.mark.parametrize(("statement", "is_refusal"), [("raise ValueError('no scan')", True), ("float('x')", False)])
-def test_a_refusal_is_recognised_where_no_source_is_installed(statement, is_refusal):
-    code = compile(statement, str(Path(scans.__file__).with_name("without_source.py")), "exec")
-    with pytest.raises(ValueError) as error:
-        exec(code)
-    assert is_expected_error(error.value) is is_refusal
 
 
 def test_output_never_fails_on_a_sign(tmp_path):

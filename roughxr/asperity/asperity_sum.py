@@ -18,6 +18,7 @@ from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import DUGDALE, HERTZ, JKR, read_law
+from ..vocabulary.refusal import Refusal
 from .catalogue import asperities
 
 #: Formulations of adhesion on an elliptic asperity, for the law "jkr".
@@ -58,15 +59,11 @@ def read_options(
     """
     schema.one_of(formulation, FORMULATIONS, "formulation")
     if law == HERTZ and formulation == "self_similar":
-        raise ValueError("formulation: not used by law='hertz', found 'self_similar'; leave it out, or take law='jkr'")
+        raise Refusal("formulation", "none with law='hertz'", "'self_similar'", "leave it out, or take law='jkr'")
     if law in RANGED and formulation not in (DEFAULT, _OF_RANGED):
-        raise ValueError(
-            f"formulation: not used by law={law!r}, found {formulation!r}; leave it out, or take law='jkr'"
-        )
+        raise Refusal("formulation", f"none with law={law!r}", f"{formulation!r}", "leave it out, or take law='jkr'")
     if "indenter_height" in ds:
-        raise ValueError(
-            "expected a sphere (assign_pair with sphere_radius), found the height map of an indenter; use direct"
-        )
+        raise Refusal("", "a sphere (assign_pair with sphere_radius)", "the height map of an indenter", "use direct")
     pair = read_pair(ds, "sphere_radius", "contact_modulus", half_space=not coated)
     if law != HERTZ:
         schema.need_assigned(ds, "work_of_adhesion")

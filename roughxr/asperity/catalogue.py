@@ -16,6 +16,7 @@ from ..scans import regions, wavelength
 from ..scans.cache import cached
 from ..scans.wavelength import SpectralMeasures
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, is_whole, positive
 
@@ -121,9 +122,11 @@ def _setup(
     # largest number of heights of a scan on finer pixels: some 4 GB
     most_values = 5e8
     if refine**2 * shape[0] * shape[1] > most_values:
-        raise ValueError(
-            f"patch: expected at most {most_values:.2g} heights, found {refine**2 * shape[0] * shape[1]:.2g} on "
-            f"pixels {refine} times finer; take a wider patch or a smaller scan"
+        raise Refusal(
+            "patch",
+            f"at most {most_values:.2g} heights",
+            f"{refine**2 * shape[0] * shape[1]:.2g} on pixels {refine} times finer",
+            "take a wider patch or a smaller scan",
         )
     return _Setup((pixel[0] / refine, pixel[1] / refine), refine, count, vertex, measures)
 
@@ -233,12 +236,13 @@ def _patch(shape: tuple[int, int], pixel: tuple[float, float], patch: Any) -> An
         finest = _LEAST_PIXELS * max(pixel) / _MOST_REFINED
         if (width := positive(patch, "nm", "patch")) < finest:
             least = f"{finest:.3g} nm, {_LEAST_PIXELS}/{_MOST_REFINED} of a pixel"
-            raise ValueError(f"patch: expected a length of at least {least}, found {patch!r}")
+            raise Refusal("patch", f"a length of at least {least}", f"{patch!r}")
         return width
     if not is_whole(patch) or patch % 2 != 1 or not 3 <= patch <= widest:
-        raise ValueError(
-            f"patch: expected 'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to "
-            f"{widest}, found {patch!r}"
+        raise Refusal(
+            "patch",
+            f"'auto', 'paper', a length such as '15 nm', or an odd number of pixels from 3 to {widest}",
+            f"{patch!r}",
         )
     return int(patch)
 

@@ -16,6 +16,7 @@ from ..kernels.asperity import rotation
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
 
@@ -124,19 +125,22 @@ def rolling(
     push = float(magnitude(normal_force, "nN", "normal_force"))
     if "height" not in ds and "force" in ds:
         if subregions is not None:
-            raise ValueError("subregions: expected none with a solution, found some; leave it out")
+            raise Refusal("subregions", "none with a solution", "some", "leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"
         return _labelled_moments(
             _solution_moments(ds, angles, push), ds, method, {"directions": angles, "normal_force": push}
         )
     if schema.is_humid(ds):
-        raise ValueError(
-            "humidity: expected a dry pair, found a humid one, whose menisci merge; take the moments of "
-            "ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], fields=True)"
+        raise Refusal(
+            "humidity",
+            "a dry pair",
+            "a humid one, whose menisci merge",
+            "take the moments of ds.contact.rigid(delta=[…], fields=True) or ds.contact.adhesive(delta=[…], "
+            "fields=True)",
         )
     summands = read_summands(ds, JKR, DEFAULT)
     if not (summands.options.work_of_adhesion > 0 or push > 0):
-        raise ValueError(f"normal_force: expected a positive force in nN without adhesion, found {push:g}")
+        raise Refusal("normal_force", "a positive force in nN without adhesion", f"{push:g}")
     out = _asperity_moments(summands, angles, push, subregions)
     named = law_attributes(summands.law, summands.formulation, summands.options)
     arguments = {"directions": angles, "normal_force": push, "subregions": subregions, **named}
@@ -272,9 +276,11 @@ def _solution_moments(ds: xr.Dataset, angles: np.ndarray, load: float) -> xr.Dat
     """Return the largest moments over the retraction of a solution."""
     stiff = ds.attrs.get("method") == "rigid"
     if "pressure" not in ds or not ("branch" in ds["pressure"].dims or stiff) or "pull_off_force" not in ds:
-        raise ValueError(
-            "expected a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction, found "
-            "none; solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)"
+        raise Refusal(
+            "",
+            "a scan, a catalogue, or a solution of adhesive or rigid with pressures on retraction",
+            "none",
+            "solve with ds.contact.adhesive(delta=[…], fields=True, mesh=…)",
         )
     layout = states_layout(angles)
     out = ds if stiff else ds.sel(branch="retraction", drop=True)

@@ -11,6 +11,7 @@ import xarray as xr
 from ..jobs import spread
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places
 from .asperity_sum import DEFAULT, PULL_OFF, SumOptions, exact_pull_offs, law_attributes, read_summands
 from .expectation import expectation, warn_above_smooth
@@ -91,7 +92,7 @@ def _places(ds: xr.Dataset, subregions: Places) -> tuple[xr.Dataset, np.ndarray,
         return places, places["subregion_x"].values.astype(float), places["subregion_y"].values.astype(float)
     schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     if "x" not in ds.dims:
-        raise ValueError(f"subregions={EVERY_PIXEL!r}: expected a scan, found a catalogue, which has no pixels")
+        raise Refusal(f"subregions={EVERY_PIXEL!r}", "a scan", "a catalogue, which has no pixels")
     x, y = np.meshgrid(ds["x"].values, ds["y"].values, indexing="ij")
     return xr.Dataset(coords={axis: ds[axis].variable for axis in "xy"}), x.ravel(), y.ravel()
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from ..kernels.topography.envelope import asperity_rows, upper_envelope
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .catalogue import asperities
 
 
@@ -50,9 +51,7 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     columns = ("x", "y", "height", "curvature_min", "curvature_max", "orientation")
     rows = asperity_rows(*(catalogue[name].values for name in columns))
     if len(rows) == 0:
-        raise ValueError(
-            f"expected at least one asperity with curvature_min > 0, found none of {catalogue.sizes['asperity']}"
-        )
+        raise Refusal("", "at least one asperity with curvature_min > 0", f"none of {catalogue.sizes['asperity']}")
     envelope = upper_envelope(ds["x"].values.astype(float), ds["y"].values.astype(float), rows)
     residual = envelope - ds["height"].values
     out = ds.assign(height=(("x", "y"), envelope))

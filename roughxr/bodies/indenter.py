@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, positive, whole_number
 
 
@@ -60,7 +61,7 @@ def fit_sphere(ds: xr.Dataset) -> xr.Dataset:
     x, y = np.meshgrid(scan["x"].values, scan["y"].values, indexing="ij")
     finite = np.isfinite(height)
     if finite.sum() < 10:
-        raise ValueError(f"height: expected at least 10 heights to fit a sphere to, found {finite.sum()}")
+        raise Refusal("height", "at least 10 heights to fit a sphere to", finite.sum())
     middle = float(scan["x"].mean()), float(scan["y"].mean())
     top_x, top_y, top, radius = _sphere(x[finite] - middle[0], y[finite] - middle[1], height[finite])
     r2 = (x - middle[0] - top_x) ** 2 + (y - middle[1] - top_y) ** 2
@@ -96,9 +97,11 @@ def _sphere(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float, fl
     rms = float(np.sqrt(np.mean(fit.fun**2)))
     # smallest height of a cap over its rms roughness at which a sphere can be fitted
     if rise < 2.0 * rms or not np.isfinite(radius):
-        raise ValueError(
-            f"height: expected part of a sphere, found heights that curve by only {rise:.3g} nm over a roughness of "
-            f"{rms:.3g} nm rms; scan a larger part of the sphere"
+        raise Refusal(
+            "height",
+            "part of a sphere",
+            f"heights that curve by only {rise:.3g} nm over a roughness of {rms:.3g} nm rms",
+            "scan a larger part of the sphere",
         )
     return x0, y0, top, abs(radius)
 
@@ -109,9 +112,7 @@ def _paraboloid(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> tuple[float
     design = np.c_[np.ones(x.size), x / scale, y / scale, (x**2 + y**2) / scale**2]
     base, along_x, along_y, bend = np.linalg.lstsq(design, height, rcond=None)[0]
     if bend >= 0:
-        raise ValueError(
-            "height: expected part of a sphere, lower away from its apex, found heights that do not fall off"
-        )
+        raise Refusal("height", "part of a sphere, lower away from its apex", "heights that do not fall off")
     radius = float(-(scale**2) / (2 * bend))
     x0 = along_x / scale * radius
     y0 = along_y / scale * radius
@@ -198,8 +199,9 @@ def _part(shape: tuple[int, int], pixel: float, width: Any) -> int:
     wide = 0.5 * min(shape) * pixel if width is None else positive(width, "nm", "width")
     n = int(wide / pixel - 1) // 2 * 2 + 1
     if n < 3 or n > min(shape):
-        raise ValueError(
-            f"width: expected at least {4 * pixel:g} nm, and a part that fits the scan of {min(shape) * pixel:g} nm, "
-            f"found {wide:g} nm"
+        raise Refusal(
+            "width",
+            f"at least {4 * pixel:g} nm, and a part that fits the scan of {min(shape) * pixel:g} nm",
+            f"{wide:g} nm",
         )
     return n

@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..kernels.halfspace.layered import Film
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity
 from .substances import MATERIALS
 
@@ -52,9 +53,11 @@ def read_layer(layer: Layer | str) -> Layer:
         return layer
     thickness, _, material = str(layer).strip().rpartition(" ")
     if not isinstance(layer, str) or not thickness or material not in MATERIALS:
-        raise ValueError(
-            f"layer: expected thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica', or "
-            f"roughxr.Layer('200 nm', young_modulus='2 MPa', poisson_ratio=0.5), found {layer!r}"
+        raise Refusal(
+            "layer",
+            f"thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica', or roughxr.Layer('200 nm', "
+            "young_modulus='2 MPa', poisson_ratio=0.5)",
+            f"{layer!r}",
         )
     return Layer(thickness, material)
 
@@ -66,9 +69,11 @@ def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:
     thickness, modulus, ratio, base, base_ratio = (float(ds[name]) for name in _COORDINATES)
     share = float(ds["contact_modulus"]) * (1 - ratio**2) / modulus
     if not 0 < share <= 1 + 1e-9:
-        raise ValueError(
-            f"contact_modulus: expected at most the layer's {modulus / (1 - ratio**2):.4g} GPa, found "
-            f"{float(ds['contact_modulus']):.4g} GPa; assign the pair with its layer anew"
+        raise Refusal(
+            "contact_modulus",
+            f"at most the layer's {modulus / (1 - ratio**2):.4g} GPa",
+            f"{float(ds['contact_modulus']):.4g} GPa",
+            "assign the pair with its layer anew",
         )
     return Film(thickness / cell, share, modulus * (1 + base_ratio) / (base * (1 + ratio)), ratio, base_ratio)
 
@@ -81,14 +86,18 @@ def stiffened(ds: xr.Dataset, factor: float) -> dict[str, float]:
 def need_computable(film: Film, width: float, *, yields: bool) -> None:
     """Raise where a layer (nm) is too thin for its rigid base on a scan of this width (nm), or bulges and yields."""
     if yields and film.bulges:
-        raise ValueError(
-            "hardness: expected none with a nearly incompressible layer, which bulges beside the contact; leave it out"
+        raise Refusal(
+            "hardness",
+            "none with a nearly incompressible layer, which bulges beside the contact",
+            advice="leave it out",
         )
     # least F at the scan's width that is computed well enough: below, the layer is too thin for its rigid base
     if film.compliance(2 * np.pi * film.thickness / width) < 1e-8:
-        raise ValueError(
-            f"layer: expected an elastic base below a layer of {film.thickness:.3g} nm on a scan of {width:.3g} nm, "
-            "found a rigid one; give its moduli, or crop the scan"
+        raise Refusal(
+            "layer",
+            f"an elastic base below a layer of {film.thickness:.3g} nm on a scan of {width:.3g} nm",
+            "a rigid one",
+            "give its moduli, or crop the scan",
         )
 
 
@@ -101,7 +110,9 @@ def need_small_contacts(ds: xr.Dataset, contact_area: xr.DataArray) -> None:
     # largest contact radius, in thicknesses, for which the layer counts as a half space
     small_contact = 0.1
     if not radius <= small_contact * thickness:
-        raise ValueError(
-            "layer: sums over asperities take the surface as a half space, for contacts up to "
-            f"{small_contact * thickness:.3g} nm, found {radius:.3g} nm; take direct or adhesive"
+        raise Refusal(
+            "layer",
+            f"contacts up to {small_contact * thickness:.3g} nm, for which it counts as a half space",
+            f"{radius:.3g} nm",
+            "take direct or adhesive",
         )

@@ -32,6 +32,7 @@ import xarray as xr
 
 from ..kernels.asperity.maugis import PER_TABOR
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive, single
 from .substances import CUT_OFF, MEDIA, combined
@@ -112,15 +113,17 @@ def angles(contact_angle: Any) -> tuple[float, float]:
     """Return the contact angles on both bodies in rad, from degrees; raise if the liquid does not wet the bodies."""
     both = tuple(contact_angle) if isinstance(contact_angle, (tuple, list)) else (contact_angle, contact_angle)
     if len(both) != 2:
-        raise ValueError(f"contact_angle: expected one angle or a pair of them, found {contact_angle!r}")
+        raise Refusal("contact_angle", "one angle or a pair of them", f"{contact_angle!r}")
     expected = "degrees from 0 to 90"
     degrees = [
         single(angle_given, "deg", "contact_angle", expected, lambda angle: 0 <= angle < 180) for angle_given in both
     ]
     if sum(degrees) >= 180 or max(degrees) > 90:
-        raise ValueError(
-            f"contact_angle: expected angles of at most 90 degrees, found {contact_angle!r}: such a liquid does not "
-            "wet and forms no bridge by condensation; assign a dry pair"
+        raise Refusal(
+            "contact_angle",
+            "angles of at most 90 degrees",
+            f"{contact_angle!r}: such a liquid does not wet and forms no bridge by condensation",
+            "assign a dry pair",
         )
     first, second = degrees
     return math.radians(first), math.radians(second)
@@ -191,7 +194,7 @@ def liquid_coordinates(pair: dict[str, float], air: HumidAir, *, bodies: tuple |
 def humidity_coordinates(ds: xr.Dataset, humidity: float) -> dict[str, float]:
     """Return the humidity and Kelvin radius of a humid pair at another humidity of the same liquid."""
     if "humidity" not in ds.coords:
-        raise ValueError("humidity: expected a humid pair, found a dry one; assign_pair(humidity=…) first")
+        raise Refusal("humidity", "a humid pair", "a dry one", "assign_pair(humidity=…) first")
     assigned = float(ds["humidity"])
     pressure = _pressure(humidity)
     changed = {
@@ -260,15 +263,15 @@ def _pressure(humidity: Any) -> float:
             if isinstance(number, float) and not _is_percent(humidity) and 1 < number < 100
             else ""
         )
-        raise ValueError(
-            f"humidity: expected relative humidity between 0 and 1, as 0.6 or '60 %', found {humidity!r}{meant}"
-        )
+        raise Refusal("humidity", "relative humidity between 0 and 1, as 0.6 or '60 %'", f"{humidity!r}{meant}")
     # relative vapour pressure above which this law would fill every gap
     saturation = 0.99
     if number >= saturation:
-        raise ValueError(
-            f"humidity: expected less than {saturation}, found {humidity!r}: near saturation the amount of water "
-            "is not determined by the humidity; give a lower one"
+        raise Refusal(
+            "humidity",
+            f"less than {saturation}",
+            f"{humidity!r}: near saturation the amount of water is not determined by the humidity",
+            "give a lower one",
         )
     return number
 
@@ -283,9 +286,10 @@ def _liquid(liquid: Any) -> tuple[float, float]:
         named = LIQUIDS[schema.one_of(liquid.strip().lower(), LIQUIDS, "liquid")]
         return named.tension, named.volume
     if not isinstance(liquid, (tuple, list)) or len(liquid) != 2:
-        raise ValueError(
-            f"liquid: expected one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol), "
-            f"found {liquid!r}"
+        raise Refusal(
+            "liquid",
+            f"one of {', '.join(LIQUIDS)}, or surface tension (J/m²) and molar volume (cm³/mol)",
+            f"{liquid!r}",
         )
     return positive(liquid[0], "J/m^2", "liquid"), positive(liquid[1], "cm^3/mol", "liquid")
 
@@ -299,10 +303,11 @@ def _share(pair: dict[str, float], medium: float | None) -> float:
     dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
     share = combined(dry, dry, medium) / dry if dry and medium is not None else 1.0
     if share > 1:
-        raise ValueError(
-            f"work_of_adhesion: expected solids that attract no less in air than under the liquid, found a Hamaker "
-            f"constant of {dry:.3g} nN nm, the liquid's {medium:.3g} nN nm; give work_of_adhesion=(dry, under the "
-            "liquid) if both are known"
+        raise Refusal(
+            "work_of_adhesion",
+            "solids that attract no less in air than under the liquid",
+            f"a Hamaker constant of {dry:.3g} nN nm, the liquid's {medium:.3g} nN nm",
+            "give work_of_adhesion=(dry, under the liquid) if both are known",
         )
     return share
 
@@ -318,7 +323,9 @@ def _refuse_thick(pair: Any, radius: float, pressure: float) -> None:
     sphere = float(pair.get("sphere_radius", math.inf))
     # largest Kelvin radius of thin menisci, over the indenter's radius
     if radius > 0.1 * sphere:
-        raise ValueError(
-            f"humidity: expected menisci that are small compared with the sphere's radius ({sphere:.3g} nm), found a "
-            f"Kelvin radius of {radius:.3g} nm at {pressure:.3g}; give a lower humidity"
+        raise Refusal(
+            "humidity",
+            f"menisci that are small compared with the sphere's radius ({sphere:.3g} nm)",
+            f"a Kelvin radius of {radius:.3g} nm at {pressure:.3g}",
+            "give a lower humidity",
         )

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, carries_units, in_units, plain, positive, single
 from . import liquid as liquids
@@ -88,7 +89,7 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     ratios = [_ratio(value) for value in _values_of_both(poisson_ratio, "1", "poisson_ratio")]
     compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
     if compliance == 0:
-        raise ValueError("young_modulus: expected at least one elastic body, found two rigid ones")
+        raise Refusal("young_modulus", "at least one elastic body", "two rigid ones")
     return 1 / compliance
 
 
@@ -286,9 +287,10 @@ def _own_constant(body: Any, constants: dict[str, Any], name: str = "hamaker_con
 def _refuse_medium(bodies: tuple | None, *stated: Any) -> None:
     """Raise unless the attraction across a medium follows from named materials alone."""
     if bodies is None or any(value is not None for value in stated):
-        raise ValueError(
-            "medium: expected named materials alone, whose attraction across it is known; give work_of_adhesion or "
-            "hamaker_constant under the medium instead, without medium and humidity"
+        raise Refusal(
+            "medium",
+            "named materials alone, whose attraction across it is known",
+            advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium and humidity",
         )
 
 
@@ -299,9 +301,11 @@ def _attraction(bodies: tuple | None, adhesion: float | None, stated_constant: A
         first, second = (body.hamaker for body in bodies)
         constant = substances.combined(first, second, medium)
         if constant <= 0:
-            raise ValueError(
-                f"medium: expected bodies that attract across it, found a Hamaker constant of {constant:.2g} nN nm: "
-                "they do not adhere; choose another medium or other materials"
+            raise Refusal(
+                "medium",
+                "bodies that attract across it",
+                f"a Hamaker constant of {constant:.2g} nN nm: they do not adhere",
+                "choose another medium or other materials",
             )
     if constant is not None:
         adhesion = substances.van_der_waals_work(constant) if adhesion is None else adhesion
@@ -325,13 +329,13 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
 
 def _contact_modulus(bodies: tuple | None, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any) -> float:
     if poisson_ratio is not None and young_modulus is None:
-        raise ValueError("poisson_ratio: used with young_modulus only, found none; leave it out")
+        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
     if bodies is not None:
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     if (modulus := _plausibly(stated_modulus, "contact_modulus")) is not None:
         return modulus
     if poisson_ratio is None:
-        raise ValueError("poisson_ratio: expected with young_modulus, found none")
+        raise Refusal("poisson_ratio", "with young_modulus", "none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 
@@ -341,9 +345,11 @@ def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modul
         young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     if stated_modulus is not None or poisson_ratio is None:
         stated = "no poisson_ratio" if stated_modulus is None else "their contact_modulus"
-        raise ValueError(
-            f"layer: expected the moduli of the indenter and of the scan's body, found {stated}; give "
-            "young_modulus=(75, 130) and poisson_ratio=(0.22, 0.28), or materials='glass/silicon'"
+        raise Refusal(
+            "layer",
+            "the moduli of the indenter and of the scan's body",
+            stated,
+            "give young_modulus=(75, 130) and poisson_ratio=(0.22, 0.28), or materials='glass/silicon'",
         )
     _exactly_one(material=layer.material, young_modulus=layer.young_modulus)
     _exactly_one(material=layer.material, poisson_ratio=layer.poisson_ratio)
@@ -360,16 +366,17 @@ def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modul
     # A layer may be at most so many times as stiff as its base
     stiffest_layer = 1000.0
     if values["layer_modulus"] > stiffest_layer * values["base_modulus"]:
-        raise ValueError(
-            f"layer: expected at most {stiffest_layer:g} times the modulus of its base, {values['base_modulus']:g} "
-            f"GPa, found {values['layer_modulus']:g} GPa"
+        raise Refusal(
+            "layer",
+            f"at most {stiffest_layer:g} times the modulus of its base, {values['base_modulus']:g} GPa",
+            f"{values['layer_modulus']:g} GPa",
         )
     return ((indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio)), values
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:
     if surface_energy is not None and work_of_adhesion is not None:
-        raise ValueError("expected surface_energy or work_of_adhesion (= 2 surface_energy), found both; leave one out")
+        raise Refusal("", "surface_energy or work_of_adhesion (= 2 surface_energy)", "both", "leave one out")
     name = "surface_energy"
     stated = surface_energy
     times = 2.0
@@ -414,7 +421,7 @@ def _hardness(bodies: tuple | None, stated: Any, pair: dict[str, float]) -> dict
         f"{length or DEFAULT_RANGE:g} nm): such a body would yield by adhesion alone"
     )
     if value <= strength and length is not None:
-        raise ValueError(f"{sentence}; expected a larger hardness, a larger adhesion_range or less work of adhesion")
+        raise Refusal(sentence, "a larger hardness, a larger adhesion_range or less work of adhesion")
     if value <= strength:
         warn(
             f"{sentence}; is this intended? (else assign the adhesion_range that belongs to this work of adhesion)",
@@ -431,9 +438,7 @@ def _radius(stated: Any, ds: xr.Dataset) -> float:
     pixel = max(schema.spacing(ds[axis]) for axis in ("x", "y"))
     sentence = f"sphere_radius: {radius:g} nm is {radius / pixel:.2g} pixels of {pixel:g} nm"
     if radius < _FEWEST_PIXELS * pixel:
-        raise ValueError(
-            f"{sentence}: expected more than one; plain numbers are in nm, other units are written as in '3 um'"
-        )
+        raise Refusal(sentence, "more than one", advice="plain numbers are in nm, other units are written as in '3 um'")
     if radius < _FEW_PIXELS * pixel:
         warn(
             f"{sentence}, too few to resolve its contact; plain numbers are in nm, other units are written as in "
@@ -452,7 +457,12 @@ def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> floa
         f"{possible.known}; plain numbers are in {possible.units}, other units are written as in '3 um' or '70e9 Pa'"
     )
     if not possible.least <= value <= possible.greatest:
-        raise ValueError(f"{sentence}, which no body has ({advice})")
+        raise Refusal(
+            name or quantity,
+            f"{possible.least:g} to {possible.greatest:g} {possible.units}, as bodies have",
+            f"{stated!r}, {value:.4g} {possible.units}",
+            advice,
+        )
     if not possible.low <= value <= possible.high:
         warn(f"{sentence}: is this intended? ({advice})", ImplausiblePair)
     return value
@@ -474,7 +484,7 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
         heights: xr.DataArray = schema.validate(indenter, "scan")["height"].reset_coords(drop=True)
         return _facing(heights.copy(data=schema.finite(heights.values)))
     if not isinstance(indenter, xr.DataArray) or set(indenter.dims) != {"x", "y"}:
-        raise ValueError("indenter: expected a scan, or a DataArray of heights with dimensions ('x', 'y')")
+        raise Refusal("indenter", "a scan, or a DataArray of heights with dimensions ('x', 'y')")
     heights = schema.entered(indenter)
     heights = heights.copy(data=in_units(heights.variable, "nm", "indenter").data).assign_attrs(units="nm")
     for axis in ("x", "y"):
@@ -482,10 +492,12 @@ def _indenter(indenter: xr.DataArray | xr.Dataset) -> xr.DataArray:
         first = float(heights[axis][0])
         last = float(heights[axis][-1])
         if abs(first + last) / 2 > (last - first) / 4:
-            raise ValueError(
-                f"indenter: expected x and y counted from the contact centre, found {axis} from {first:g} to {last:g} "
-                "nm; give the whole scan instead of its height, and its highest point becomes the centre, or shift "
-                f"the axes with .assign_coords({axis}=…)"
+            raise Refusal(
+                "indenter",
+                "x and y counted from the contact centre",
+                f"{axis} from {first:g} to {last:g} nm",
+                "give the whole scan instead of its height, and its highest point becomes the centre, or shift "
+                f"the axes with .assign_coords({axis}=…)",
             )
     schema.finite(heights.values)
     return heights.transpose("x", "y").rename(x="indenter_x", y="indenter_y").reset_coords(drop=True)
@@ -503,7 +515,7 @@ def _exactly_one(**alternatives: Any) -> None:
     """Raise unless exactly one of several alternatives is given."""
     stated = [name for name, value in alternatives.items() if value is not None]
     if len(stated) != 1:
-        raise ValueError(f"expected one of {', '.join(alternatives)}, found {' and '.join(stated) or 'none of them'}")
+        raise Refusal("", f"one of {', '.join(alternatives)}", " and ".join(stated) or "none of them")
 
 
 def _is_several(value: Any) -> bool:
@@ -516,7 +528,7 @@ def _values_of_both(value: Any, units: str, name: str) -> tuple[Any, Any]:
         return value, value
     values = tuple(value if isinstance(value, (tuple, list)) else plain(value, units, name))
     if len(values) != 2:
-        raise ValueError(f"{name}: expected one value or a pair, found {len(values)}")
+        raise Refusal(name, "one value or a pair", len(values))
     return values
 
 

@@ -14,6 +14,7 @@ import xarray as xr
 from ..kernels.halfspace.layered import Film, contact_at_pull_off
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import LENNARD_JONES
+from ..vocabulary.refusal import Refusal
 from .layer import film_of
 from .liquid import Menisci, menisci_of
 from .substances import CUT_OFF
@@ -96,15 +97,19 @@ def read_pair(ds: xr.Dataset, *needed: str, dry: bool = False, half_space: bool 
     layer = film_of(ds)
     menisci = menisci_of(ds)
     if half_space and layer is not None:
-        raise ValueError(
-            f"layer: expected a half space, found a layer of {layer.thickness:.3g} nm, which this formula does not "
-            "include; take `direct`, `adhesive` or `rigid`, or assign the pair without a layer"
+        raise Refusal(
+            "layer",
+            "a half space",
+            f"a layer of {layer.thickness:.3g} nm, which this formula does not include",
+            "take `direct`, `adhesive` or `rigid`, or assign the pair without a layer",
         )
     if dry and menisci is not None:
-        raise ValueError(
-            f"humidity: expected a dry pair, found condensed liquid (Kelvin radius {menisci.kelvin_radius:.3g} nm), "
-            "which this law of adhesion does not include; take `rigid` or `adhesive`, or assign the pair without "
-            "humidity"
+        raise Refusal(
+            "humidity",
+            "a dry pair",
+            f"condensed liquid (Kelvin radius {menisci.kelvin_radius:.3g} nm), which this law of adhesion "
+            "does not include",
+            "take `rigid` or `adhesive`, or assign the pair without humidity",
         )
 
     def value(name: str, otherwise: float = np.nan) -> float:

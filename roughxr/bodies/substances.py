@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import did_you_mean
 
 #: Cut-off of van der Waals forces at contact, nm.
@@ -76,10 +77,11 @@ def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
     both = [str(name).strip().lower() for name in both]
     unknown = [name for name in both if name not in MATERIALS]
     if len(both) not in (1, 2) or unknown:
-        raise ValueError(
-            f"materials: expected one or two of {', '.join(MATERIALS)}, as in 'glass/silicon', found {names!r}"
-            f"{did_you_mean(unknown[0], set(MATERIALS) - set(both)) if unknown else ''}; "
-            "for other materials give young_modulus and poisson_ratio"
+        raise Refusal(
+            "materials",
+            f"one or two of {', '.join(MATERIALS)}, as in 'glass/silicon'",
+            f"{names!r}{(did_you_mean(unknown[0], set(MATERIALS) - set(both)) if unknown else '')}",
+            "for other materials give young_modulus and poisson_ratio",
         )
     return MATERIALS[both[0]], MATERIALS[both[-1]]
 

@@ -23,7 +23,7 @@ from contextlib import nullcontext, redirect_stdout
 
 from ..jobs.progress import progress
 from .options import command_line
-from .words import Printable, error_text, in_shell, is_expected_error, print_error
+from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error
 
 #: Exit status after Ctrl-C, as of a shell's commands.
 _INTERRUPTED = 130
@@ -63,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         pass
     except Exception as error:
-        if options.debug or not is_expected_error(error):
+        if options.debug or not isinstance(error, EXPECTED_ERRORS):
             raise
         print_error(in_shell(error_text(error), options))
         return 1

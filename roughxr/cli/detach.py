@@ -21,6 +21,7 @@ from ..report.run_tables import METHOD_WORDS
 from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
 from ..statistics.sampling import by_share, one_of_each_place
 from ..vocabulary.numbers import number, percent, value_and_interval, with_interval
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from . import words
 from .file_commands import save_picture
@@ -42,7 +43,7 @@ def detach(options: Namespace) -> None:
     rows = {}
     files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
     if files and len(runs) > 1:
-        raise ValueError(f"{', '.join(files)}: expected one run, found several in {options.run}; name one of them")
+        raise Refusal(", ".join(files), "one run", f"several in {options.run}", "name one of them")
     for name, path in runs.items():
         critical, moments, title, label = _critical_load(options, path)
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
@@ -73,7 +74,9 @@ def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Datas
     groups = _load(path)
     method = options.method or best_method(groups)
     if report.CRITICAL[method] not in groups:
-        raise ValueError(f"--method {method}: the run has no such pull-off forces; expected --method adhesive")
+        raise Refusal(
+            "method", "a run with pull-off forces of this method", f"none of {method}", "take method=adhesive"
+        )
     moments = report.run_moments(groups, method)
     flow = options.fluid or fluid_of(critical_flow(groups))
     numbers = {name: words.numbers(getattr(options, name)) for name in ("particle_density", "shear_strength")}
@@ -97,9 +100,7 @@ def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
     groups = archive.load(archive.run_archive(run))
     if not set(report.DETACHMENT) <= set(groups):
-        raise ValueError(
-            f"{run}: expected a run with resisting moments, found none; it needs adhesion and a sphere, no indenter"
-        )
+        raise Refusal(run, "a run with resisting moments", "none", "it needs adhesion and a sphere, no indenter")
     return groups
 
 

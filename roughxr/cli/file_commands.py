@@ -12,6 +12,7 @@ from .. import archive, figures, scans
 from ..scans import formats
 from ..scans.editing import on_square_pixels
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import one_of
 from . import words
 
@@ -38,7 +39,7 @@ def info(options: Namespace) -> None:
         print(f"and what SurfaceTopography reads besides, of optical profilers: {formats.BESIDES}")
         return
     if options.file is None:
-        raise ValueError("expected a FILE, or --formats, found neither")
+        raise Refusal("", "a FILE, or --formats", "neither")
     channels = scans.describe(options.file)
     print_attributes(channels)
     if options.file.endswith(".nc") and (missing := archive.root_attributes(options.file).get(archive.UNFINISHED)):

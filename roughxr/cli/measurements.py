@@ -22,6 +22,7 @@ from ..statistics.headline import best_estimate
 from ..statistics.sampling import CONDITION, SHARE, sample_bounds
 from ..vocabulary import schema
 from ..vocabulary.numbers import bounds_in_words, is_too_wide, number, with_error, with_interval
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import one_of
 from . import words
 from .file_commands import image_options, print_attributes, save_picture
@@ -125,7 +126,7 @@ def compare_with_run(options: Namespace) -> None:
     names = [name.partition("/") for name, ds in groups.items() if name != PLACES and _has_pull_off(ds)]
     methods = [method for kind, _, method in names if kind == "statistics"]
     if not methods:
-        raise ValueError(f"{options.run}: expected a run with pull-off forces, found none; make it with roughxr run")
+        raise Refusal(options.run, "a run with pull-off forces", "none", "make it with roughxr run")
     predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
     own = measurement(options.file, options)
     compared = compare(predicted, own)
@@ -161,9 +162,7 @@ def fit_to_run(options: Namespace) -> None:
     groups = archive.load(_archive_of(options))
     solved = groups.get("solutions/adhesive")
     if solved is None or SHARE in solved.coords:
-        raise ValueError(
-            f"{options.run}: expected a run of a probe with adhesion, found none; make it with roughxr run"
-        )
+        raise Refusal(options.run, "a run of a probe with adhesion", "none", "make it with roughxr run")
     how: dict[str, Any] = {"method": options.method, "subregions": regions.sample(solved, _FITTED_PLACES)}
     if options.method == "adhesive":
         how |= {"mesh": Mesh(int(solved["mesh"].max())), "law": solved.attrs["law"]}
@@ -182,7 +181,7 @@ def _archive_of(options: Namespace) -> Path:
     """Return the archive of the run; raise where the measured forces come first."""
     path = Path(options.run)
     if path.is_file() and path.suffix != ".nc":
-        raise ValueError(f"{path}: expected a run first, then the measured forces, found another file")
+        raise Refusal(path, "a run first, then the measured forces", "another file")
     return archive.run_archive(path)
 
 

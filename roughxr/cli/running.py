@@ -19,6 +19,7 @@ from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
 from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import sentences_on_lines, without_warnings
 from .file_commands import read_scan
 from .options import AIR, BODIES, FLUIDS
@@ -36,7 +37,7 @@ def run(options: Namespace) -> None:
     """Analyse a scan, or each of several."""
     output = Path(options.output)
     if output.is_file() and output.suffix != ".nc":
-        raise ValueError(f"{options.output}: expected a folder or a file ending in .nc for -o, found another file")
+        raise Refusal(options.output, "a folder or a file ending in .nc for -o", "another file")
     if len(options.scan) == 1:
         _print_answer(_run_one(options, options.scan[0], options.output), options.output)
     else:
@@ -90,16 +91,18 @@ def _both(counts: Sequence[int]) -> tuple[int, int]:
     """Return the places along x and y: one number stands for both."""
     counts = np.hstack(counts).tolist()
     if len(counts) > 2:
-        raise ValueError(f"--subregions: expected places along x and y, or one number for both, found {len(counts)}")
+        raise Refusal("--subregions", "places along x and y, or one number for both", len(counts))
     return counts[0], counts[-1]
 
 
 def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
     """Return the scan with the pair of bodies of the options; raise where one without a default is missing."""
     if not (options.materials or options.young_modulus or options.contact_modulus):
-        raise ValueError(
-            "expected the bodies' elastic constants, found none: give --materials A/B (one or two of "
-            f"{', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or --contact-modulus"
+        raise Refusal(
+            "",
+            "the bodies' elastic constants",
+            f"none: give --materials A/B (one or two of {', '.join(MATERIALS)}), or --young-modulus and "
+            "--poisson-ratio, or --contact-modulus",
         )
     pair = _stated(options, ["sphere_radius", *BODIES])
     air = _stated(options, AIR)
@@ -109,14 +112,16 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
         pair["humidity"] = HumidAir(**air)
     elif air:
         flags = ", ".join("--" + name.replace("_", "-") for name in air)
-        raise ValueError(f"--humidity: needed by {flags}, found none; give it, or leave these options out")
+        raise Refusal("humidity", f"one with {flags}", "none", "give it, or leave these options out")
     scan = assign_pair(scan, **pair)
     if options.indenter:
         scan = scan.assign_attrs(indenter_file=Path(options.indenter).name)
     if "work_of_adhesion" not in scan.coords:
-        raise ValueError(
-            "expected the adhesion of the bodies, found none: give --work-of-adhesion (or --surface-energy) in J/m²; "
-            "clean dry solids have about 0.05 to 0.1 by van der Waals forces alone, and more with water films or bonds"
+        raise Refusal(
+            "",
+            "the adhesion of the bodies",
+            "none: give --work-of-adhesion (or --surface-energy) in J/m²",
+            "clean dry solids have about 0.05 to 0.1 by van der Waals forces alone, and more with water films or bonds",
         )
     return scan
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import dis
 import re
 import sys
 from argparse import Namespace
-from pathlib import Path
 from typing import Any, TextIO
 
+from ..vocabulary.refusal import FailedSubregions, Refusal
 from ..vocabulary.text import printable
 
-#: Types of errors that roughxr raises for invalid input.
-EXPECTED_ERRORS = (ValueError, TypeError, OSError, ImportError, RuntimeError)
-
-_PACKAGE = Path(__file__).parents[1]
+#: Errors of invalid input, of the operating system, of missing packages and of places that failed; others are bugs.
+EXPECTED_ERRORS = (Refusal, OSError, ImportError, FailedSubregions)
 
 #: Control characters that may be printed.
 _LINES = "\n\t"
@@ -32,20 +29,6 @@ class Printable:
 
     def __getattr__(self, name: str):
         return getattr(self.stream, name)
-
-
-def is_expected_error(error: BaseException) -> bool:
-    """Return whether an error was raised by the operating system or by a ``raise`` of roughxr; others are bugs."""
-    if isinstance(error, OSError) and error.errno is not None:
-        return True
-    last = error.__traceback__
-    if not isinstance(error, EXPECTED_ERRORS) or last is None:
-        return False
-    while last.tb_next is not None:
-        last = last.tb_next
-    code = last.tb_frame.f_code
-    is_raised = dis.opname[code.co_code[last.tb_lasti]] == "RAISE_VARARGS"  # also where no source is installed
-    return is_raised and _PACKAGE in Path(code.co_filename).parents
 
 
 def error_text(error: BaseException) -> str:
@@ -72,7 +55,8 @@ def in_shell(text: str, options: Namespace) -> str:
         return f"{flags[match[1]]} {values}".strip()
 
     text = re.sub(rf"\b({any_name})=(\([^()]*\)|'[^']*'|[^\s,;():]*)", written, text)
-    text = re.sub(rf"(^|: )({any_name}): ", lambda match: f"{match[1]}{flags[match[2]]}: ", text)
+    what, colon, reason = text.partition(": ")
+    text = f"{flags.get(what, what)}{colon}{reason}"
     longer = "|".join(name for name in flags if "_" in name)
     return re.sub(rf"(?<![-\w./])({longer})\b", lambda match: flags[match[1]], text) if longer else text
 

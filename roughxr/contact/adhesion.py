@@ -22,6 +22,7 @@ from ..kernels.adhesion.traction_laws import TAIL
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
 from .adhesion_on_cells import Adhesion, resolving_cell
@@ -124,7 +125,7 @@ def adhesive(
     """
     specimen = specimen_of(ds)
     if preload is not None and delta is not None:
-        raise ValueError("expected either preload or delta, found both")
+        raise Refusal("", "either preload or delta", "both")
     by_preload = delta is None
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
@@ -170,7 +171,7 @@ def adhesive(
 def _need_one_mesh(specimen: Specimen, problem: Problem, adhesion: Adhesion, by_preload: bool) -> None:
     """Raise where fields are requested without displacements, or on meshes that differ between places."""
     if by_preload or not adhesion.refine:
-        raise ValueError("fields: expected displacements (delta) and one mesh for all places, such as mesh=4")
+        raise Refusal("fields", "displacements (delta) and one mesh for all places, such as mesh=4")
 
 
 def _described(adhesion: Adhesion) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ..bodies.pair_record import Pair
 from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, AUTO, EXPONENTIAL, JKR, read_law
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import whole_number
 from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
 from .cycle import MOST_CELLS, overlapping_cells
@@ -46,9 +47,7 @@ def read_adhesion(specimen: Specimen, law: str, *, preloads, mesh: Mesh, cycles)
         **pair_law(specimen.pair, law),
     )
     if settings.cycles > 1 and not preloads.size:
-        raise ValueError(
-            f"cycles: several need a preload, found {cycles} with displacements (delta); leave delta or cycles out"
-        )
+        raise Refusal("cycles", "one with displacements (delta)", cycles, "leave delta or cycles out")
     return settings
 
 
@@ -144,7 +143,7 @@ def snap_in_gap(length: float, parameter: float) -> float:
 def _law_with_liquid(pair: Pair, law: str, menisci: Menisci) -> dict[str, Any]:
     """Return the solids' law under and beyond condensed liquid, and the liquid."""
     if law != EXPONENTIAL:
-        raise ValueError(f"law: expected {EXPONENTIAL!r} for the solids of a humid pair, found {law!r}")
+        raise Refusal("law", f"{EXPONENTIAL!r} for the solids of a humid pair", f"{law!r}")
     length = pair.range
     beyond = np.exp(-menisci.height / length)
     work = pair.solid_work * (menisci.share + (1 - menisci.share) * beyond)
@@ -157,13 +156,13 @@ def _need_hardness_above(hardness: float, work: float, length: float, law: str) 
     """Raise if a yielding body has no adhesion, or yields under adhesion alone."""
     advice = "or assign no hardness, for elastic bodies"
     if work == 0:
-        raise ValueError(
-            f"work_of_adhesion: expected more than 0 for bodies that yield, found 0; take direct, {advice}"
-        )
+        raise Refusal("work_of_adhesion", "more than 0 for bodies that yield", "0", f"take direct, {advice}")
     if ADHESION_LAWS[law].has_range and hardness <= work / length:  # without range the tension is unbounded
-        raise ValueError(
-            f"hardness: expected more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm, found "
-            f"{hardness:.3g} GPa; assign the adhesion_range that belongs to the work of adhesion, {advice}"
+        raise Refusal(
+            "hardness",
+            f"more than the adhesive traction, {work / length:.3g} GPa over {length:.3g} nm",
+            f"{hardness:.3g} GPa",
+            f"assign the adhesion_range that belongs to the work of adhesion, {advice}",
         )
 
 
@@ -172,7 +171,7 @@ def read_preloads(preload: Any) -> np.ndarray:
     stated = 0.0 if preload is None else preload
     values = schema.ascending(stated, "nN", "preload")
     if values[0] < 0:
-        raise ValueError(f"preload: expected at least 0 nN (a particle that settles), found {values[0]:g} nN")
+        raise Refusal("preload", "at least 0 nN (a particle that settles)", f"{values[0]:g} nN")
     return values
 
 
@@ -226,9 +225,11 @@ def need_resolved_law(adhesion: Adhesion, problem: Problem) -> None:
         refine = int(np.ceil(problem.pixel / cell))
         other = JKR if adhesion.law == EXPONENTIAL else EXPONENTIAL
         advice = f"mesh={refine}, or law={other!r}" if refine <= MOST_REFINED else f"law={other!r}"
-        raise ValueError(
-            f"law={adhesion.law!r}: expected cells of at most {cell:.3g} nm (larger ones do not resolve its traction), "
-            f"found {smallest:.3g} nm; take {advice}"
+        raise Refusal(
+            f"law={adhesion.law!r}",
+            f"cells of at most {cell:.3g} nm (larger ones do not resolve its traction)",
+            f"{smallest:.3g} nm",
+            f"take {advice}",
         )
 
 
@@ -245,8 +246,10 @@ def need_few_cells(specimen: Specimen, problem: Problem, adhesion: Adhesion, pos
         finest = int(np.sqrt(MOST_CELLS / cells))
         advice = f"take mesh={finest}" if finest else "take a smaller preload or delta, or a coarser scan"
         raise TooManyCells(
-            f"mesh: expected at most {MOST_CELLS:g} cells within the interaction range, found "
-            f"{cells * adhesion.refine**2:.3g} with mesh={adhesion.refine}; {advice}"
+            "mesh",
+            f"at most {MOST_CELLS:g} cells within the interaction range",
+            f"{cells * adhesion.refine**2:.3g} with mesh={adhesion.refine}",
+            advice,
         )
 
 

@@ -15,6 +15,7 @@ from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
 from ..kernels.halfspace.products import surface_displacement
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .adhesion_on_cells import Adhesion, law_on_cells
 from .adhesive_options import pair_law
 
@@ -79,7 +80,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.entered(ds)
     method = ds.attrs.get("method")
     if method not in SOLVED or ("converged" not in ds and method != "rigid"):
-        raise ValueError(f"expected a solution of {', '.join(SOLVED)} along subregion, found method={method!r}")
+        raise Refusal("", f"a solution of {', '.join(SOLVED)} along subregion", f"method={method!r}")
     fields = set(FIELDS) <= set(ds) and method != "rigid"
     names, values, most = zip(*_solver_conditions(ds), *(_field_conditions(ds, method == "adhesive") if fields else ()))
     violations = np.array([value.max(skipna=False) for value in values], float)

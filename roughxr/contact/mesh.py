@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction, positive, whole_number
 
 #: Largest number of cells along a side of a pixel.
 MOST_REFINED = 16
 
 
-class TooManyCells(ValueError):
+class TooManyCells(Refusal):
     """The mesh has more cells within reach of the law than can be solved."""
 
 
@@ -46,7 +47,7 @@ class Mesh:
 
     def __post_init__(self):
         if isinstance(self.cells, str) and self.cells != "auto":
-            raise ValueError(f"mesh: expected 'auto' or a whole number from 1 to {MOST_REFINED}, found {self.cells!r}")
+            raise Refusal("mesh", f"'auto' or a whole number from 1 to {MOST_REFINED}", f"{self.cells!r}")
         if self.cells != "auto":
             object.__setattr__(self, "cells", whole_number(self.cells, "mesh", least=1, most=MOST_REFINED))
         if self.accuracy is not None:

@@ -14,6 +14,7 @@ from ..scans import regions
 from ..specimen import Indenter, Specimen
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities
 
@@ -68,13 +69,13 @@ def read_problem(
 ) -> Problem:
     """Return the problem of a scan, its pair and the options; raise if they do not define one."""
     if delta is not None and load is not None:
-        raise ValueError("expected either delta or load, found both")
+        raise Refusal("", "either delta or load", "both")
     if delta is None and load is None:
         delta = default_deltas(specimen, positions, datum)
     by_load = delta is None
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
-        raise ValueError(f"load: expected positive loads, found {steps[0]:g} nN")
+        raise Refusal("load", "positive loads", f"{steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
     schema.need_assigned(specimen.bodies, "contact_modulus")
     pair = specimen.pair

@@ -21,6 +21,7 @@ from ..kernels.adhesion import potentials
 from ..kernels.asperity import asperity_laws, ellipse, elliptic_jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import LENNARD_JONES, read_law
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity, positive
 from .estimates import tabor
 
@@ -387,7 +388,7 @@ def meniscus_sphere(
     """
     D = schema.ascending(distance, "nm", "distance")
     if D[0] < 0:
-        raise ValueError(f"distance: expected distances of at least 0 nm, found {D[0]:g} nm")
+        raise Refusal("distance", "distances of at least 0 nm", f"{D[0]:g} nm")
     angles = liquid.angles(contact_angle)
     constants = np.array([_meniscus(gap_value, radius, kelvin_radius, *angles) for gap_value in D])
     thin = 2 * radius * np.maximum(sum(np.cos(angles)) - D / kelvin_radius, 0.0)
@@ -457,7 +458,7 @@ def rumpf(
     True
     """
     if (asperity_radius is None) == (rms is None):
-        raise ValueError(f"expected asperity_radius or rms, found {'none of them' if rms is None else 'both'}")
+        raise Refusal("", "asperity_radius or rms", "none of them" if rms is None else "both")
     R = radius
     z = closest_approach
     r = _HEMISPHERE * rms if asperity_radius is None else asperity_radius
@@ -512,7 +513,7 @@ def rabinovich(
     near = 1 / (1 + _CAP_HEIGHT * rms / closest_approach) ** 2
     cap = 1 / (1 + _CAP_RADIUS * radius * rms / wavelength**2)
     if (long_rms is None) != (long_wavelength is None):
-        raise ValueError("long_rms, long_wavelength: expected both or neither, found one")
+        raise Refusal("long_rms, long_wavelength", "both or neither", "one")
     if long_rms is None:
         return flat * (cap + near)
     return flat * (cap + near / (1 + _CAP_RADIUS * radius * long_rms / long_wavelength**2))
@@ -556,11 +557,11 @@ def gaussian_work(
 def _paraboloid(radius: float | None, flat: float | None, sharp: float | None) -> tuple[float, float]:
     """Return half the principal curvatures, nm⁻¹."""
     if (radius is None) == (flat is None) or (flat is None) != (sharp is None):
-        raise ValueError("expected either radius, or curvature_min and curvature_max")
+        raise Refusal("", "either radius, or curvature_min and curvature_max")
     if radius is not None:
         return 0.5 / radius, 0.5 / radius
     if flat > sharp:
-        raise ValueError(f"curvature_min: expected at most curvature_max = {sharp:g}, found {flat:g}")
+        raise Refusal("curvature_min", f"at most curvature_max = {sharp:g}", f"{flat:g}")
     return 0.5 * flat, 0.5 * sharp
 
 

@@ -17,6 +17,7 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import EXPONENTIAL, HAMAKER, JKR, LONG_RANGE, SHORT_RANGE, read_law
 from ..vocabulary.numbers import number, percent
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places
 from . import reference
 from .estimates import automatic_law, median_tabor
@@ -292,7 +293,7 @@ def _asperity_radius(catalogue: xr.Dataset) -> float:
     both = catalogue["curvature_min"].values * catalogue["curvature_max"].values
     peaks = catalogue["curvature_min"].values > 0
     if not peaks.any():
-        raise ValueError("height: expected peaks on the scan, found none (is it flat?)")
+        raise Refusal("height", "peaks on the scan", "none (is it flat?)")
     return float(np.median(1 / np.sqrt(both[peaks])))
 
 

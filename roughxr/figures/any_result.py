@@ -10,6 +10,7 @@ import xarray as xr
 from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution, label_density
 from .images import COLOURS, image
@@ -70,7 +71,7 @@ def plot(
             return draw(ds, ax=ax, **options)
         name = _main_variable(ds)
     if name not in ds:
-        raise ValueError(f"expected one of the variables {', '.join(map(str, ds.data_vars))}, found {name!r}")
+        raise Refusal("", f"one of the variables {', '.join(map(str, ds.data_vars))}", f"{name!r}")
     return _variable(ds, name, ax, options)
 
 
@@ -106,9 +107,12 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
     """Draw a variable by its dimensions."""
     dims = set(map(str, ds[name].dims))
     if not dims:
-        raise ValueError(
-            f"{name}: a single number cannot be drawn; draw what it was computed from: scan.contact.plot() for the "
-            "heights, scan.contact.formulas().contact.plot() for forces of several models"
+        raise Refusal(
+            name,
+            "a variable along a dimension, to be drawn",
+            "a single number",
+            "draw what it was computed from: scan.contact.plot() for the heights, "
+            "scan.contact.formulas().contact.plot() for forces of several models",
         )
     if name == "height" and dims == {"x", "y"}:
         return scan_map(ds, ax=ax, **options)

@@ -7,6 +7,7 @@ import xarray as xr
 
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, magnitude
 from .images import COLOURS, image
 from .style import BLACK, BLUE, TEXT, Axes, axes, label_axes, styled
@@ -43,7 +44,7 @@ def field_map(
     """
     schema.one_of(name, ("pressure", "displacement", "gap"), "name")
     if scan is not None and name != "pressure":
-        raise ValueError(f"scan: expected with name='pressure', to be drawn below it, found name={name!r}")
+        raise Refusal("scan", "with name='pressure', to be drawn below it", f"name={name!r}")
     contact = _contact(ds, subregion, delta)
     ax = axes(ax, aspect=0.85)
     extent = regions.extent(contact)
@@ -88,7 +89,7 @@ def _contact(ds: xr.Dataset, subregion: int | None, delta: Quantity | None) -> x
     """Return one contact's fields along (x, y), the pressure NaN where there is neither contact nor much tension."""
     missing = [name for name in ("pressure", "displacement", "gap") if name not in ds]
     if missing:
-        raise ValueError(f"expected a solution with {', '.join(missing)}; solve again with direct(…, fields=True)")
+        raise Refusal("", f"a solution with {', '.join(missing)}", advice="solve again with direct(…, fields=True)")
     contact = ds
     if "subregion" in ds.dims:
         contact = ds.isel(subregion=0) if subregion is None else ds.sel(subregion=subregion)

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from ..particles.force_balance import MODES, NEITHER, NO_CONTACT, NO_REST
 from ..scans import regions
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places
 from .images import COLOURS, colorbar, colour_map, image
 from .style import BLACK, BLUE, GREEN, ORANGE, Axes, axes, label_axes, styled
@@ -79,7 +80,7 @@ def subregion_map(ds: xr.Dataset, name: str = "pull_off_force", *, ax: Axes | No
     'x of the contact centre [µm]'
     """
     if name not in ds or ds[name].dims != ("subregion",):
-        raise ValueError(f"{name}: expected a variable along 'subregion' alone; select one displacement or load first")
+        raise Refusal(name, "a variable along 'subregion' alone", advice="select one displacement or load first")
     ax = axes(ax, aspect=0.85)
     if name == "mode":
         _modes(ax, ds)

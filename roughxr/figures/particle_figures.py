@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..particles.force_balance import expect_moments
 from ..vocabulary.numbers import prefixed
+from ..vocabulary.refusal import Refusal
 from .style import (
     BLACK,
     BLUE,
@@ -48,7 +49,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     expect_moments(ds)
     moment = ds["resisting_moment"].transpose("subregion", "direction").dropna("subregion", how="all")
     if not moment.sizes["subregion"]:
-        raise ValueError("resisting_moment: expected a place in contact, found none")
+        raise Refusal("resisting_moment", "a place in contact", "none")
     rose = _polar_axes(ax)
     quartiles = np.maximum(np.quantile(moment, [0.25, 0.5, 0.75], axis=0), 0.0)
     low, middle, high = np.column_stack([quartiles, quartiles[:, 0]])

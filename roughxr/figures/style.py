@@ -16,6 +16,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import SUPERSCRIPTS, prefixed
+from ..vocabulary.refusal import Refusal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -144,7 +145,7 @@ def panels(ax: Any, rows: int, columns: int, *, aspect: float, width: float = CO
     if ax is not None:
         flat_axes = np.asarray(ax, dtype=object).ravel()
         if flat_axes.size != rows * columns:
-            raise ValueError(f"ax: expected {rows * columns} Axes, found {flat_axes.size}")
+            raise Refusal("ax", f"{rows * columns} Axes", flat_axes.size)
         return flat_axes
     from matplotlib import pyplot
 

@@ -11,6 +11,7 @@ import xarray as xr
 from .. import statistics
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .style import (
     BLACK,
     BLUE,
@@ -144,17 +145,22 @@ def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | 
 def _along_delta(ds: xr.Dataset) -> xr.Dataset:
     """Return a solution whose forces lie along subregions and displacements alone; raise for others, with advice."""
     if isinstance(ds, xr.Dataset) and "force" not in ds and "pull_off_force" in ds:
-        raise ValueError(
-            "expected forces along delta, found only pull-offs; solve with adhesive(…, delta=[…]) for force curves, "
-            "or draw the pull-off: ds.contact.plot('pull_off_force')"
+        raise Refusal(
+            "",
+            "forces along delta",
+            "only pull-offs",
+            "solve with adhesive(…, delta=[…]) for force curves, or draw the pull-off: "
+            "ds.contact.plot('pull_off_force')",
         )
     ds = schema.validate(ds, "solution")
     others = [str(dim) for dim in ds["force"].dims if dim not in ("subregion", "delta")]
     if others:
         ways = [f"{dim}={ds[dim].values.tolist()[-1]!r}" if dim in ds.coords else f"{dim}=…" for dim in others]
-        raise ValueError(
-            f"force: expected one along ('subregion', 'delta'), found also {', '.join(others)}; select one first, for "
-            f"example ds.sel({', '.join(ways)})"
+        raise Refusal(
+            "force",
+            "one along ('subregion', 'delta')",
+            f"also {', '.join(others)}",
+            f"select one first, for example ds.sel({', '.join(ways)})",
         )
     return ds
 

@@ -13,6 +13,7 @@ from ..statistics.laws import fitted_law
 from ..statistics.sampling import SAMPLES
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from .distributions import label_density, law_curves
 from .style import (
     BLACK,
@@ -113,9 +114,11 @@ def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:
     """Return the dimensions of a variable other than its samples, the longest first; raise for too many."""
     parameters = sorted((str(dim) for dim in ds[name].dims if dim != sample), key=lambda dim: -ds.sizes[dim])
     if len(parameters) > 2 or (len(parameters) == 2 and ds.sizes[parameters[1]] > len(STROKES)):
-        raise ValueError(
-            f"{name}: expected places and at most two parameters, the second with at most {len(STROKES)} values, found "
-            f"{', '.join(map(str, ds[name].dims))}; select first, for example ds.isel({parameters[-1]}=0)"
+        raise Refusal(
+            name,
+            f"places and at most two parameters, the second with at most {len(STROKES)} values",
+            ", ".join(map(str, ds[name].dims)),
+            f"select first, for example ds.isel({parameters[-1]}=0)",
         )
     return parameters
 
@@ -219,10 +222,10 @@ def quantile_box(ds: xr.Dataset, name: str = "", *, ax: Axes | None = None):
     numbers = [variable for variable in map(str, ds.data_vars) if bool(ds[variable].notnull().all())]
     name = name or next((main for main in ("pull_off_force", "force", "height", *numbers) if main in numbers), "")
     if not name or ds[name].dims != ("statistic",):
-        raise ValueError("expected a variable along statistic alone; select first, for example ds.isel(delta=0)")
+        raise Refusal("", "a variable along statistic alone", advice="select first, for example ds.isel(delta=0)")
     value = {str(statistic): float(ds[name].sel(statistic=statistic)) for statistic in ds["statistic"].values}
     if not {"q5", "q25", "q50", "q75", "q95"} <= set(value):
-        raise ValueError("expected the quantiles of 5, 25, 50, 75 and 95 %; draw the samples: figures.distribution")
+        raise Refusal("", "the quantiles of 5, 25, 50, 75 and 95 %", advice="draw the samples: figures.distribution")
     ax = axes(ax, aspect=0.4)
     ax.barh(0, value["q75"] - value["q25"], left=value["q25"], height=0.5, color=BLUE, alpha=0.25, label="middle half")
     ax.plot([value["q5"], value["q95"]], [0, 0], color=BLUE, linewidth=1.0, label="5 to 95 %", zorder=0)

@@ -31,6 +31,7 @@ from .. import archive
 from .._version import __version__
 from ..vocabulary import schema
 from ..vocabulary.provenance import as_json, flat
+from ..vocabulary.refusal import FailedSubregions, Refusal
 from . import spread
 from .progress import print_line
 from .spread import Failure, Tasks, contiguous
@@ -311,7 +312,7 @@ class Checkpoint:
         took = time.monotonic() - begun
         self.log(f"{work.name}: {total - lost}/{total} subregions, {lost} failed, {took:.3g} s")
         if failed:
-            raise RuntimeError(
+            raise FailedSubregions(
                 f"{work.name}: {lost} of {total} subregions failed, first {next(iter(failed))}; the "
                 "results of the others are stored: remove the cause and call again"
             )
@@ -388,7 +389,9 @@ def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Pa
             ", ".join(textwrap.shorten(f"{key} {run.get(key)}", 80, placeholder="…") for key in shown)
             for run in (wanted, stored)
         )
-        raise ValueError(
-            f"{path}: expected no file or the same run, found a run with other settings: {existing}, instead of "
-            f"{expected}; choose another output, or remove the file"
+        raise Refusal(
+            path,
+            "no file or the same run",
+            f"a run with other settings: {existing}, instead of {expected}",
+            "choose another output, or remove the file",
         )

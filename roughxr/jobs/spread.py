@@ -25,6 +25,7 @@ import xarray as xr
 from dask.base import get_scheduler
 from dask.delayed import Delayed
 
+from ..vocabulary.refusal import Refusal
 from .progress import print_line, subregion_bar
 
 #: Time (s) without a result after which workers are counted, and between two looks for results.
@@ -200,7 +201,7 @@ def _expect_workers(client: Any) -> None:
     try:
         client.wait_for_workers(1, timeout=dask.config.get("distributed.comm.timeouts.connect"))
     except Exception as error:
-        raise RuntimeError(
+        raise ConnectionError(
             f"{client.scheduler.address}: its workers cannot be used ({error}): "
             "expected at least one 'dask worker' with the same roughxr installed"
         ) from error
@@ -264,9 +265,8 @@ def use_scheduler(scheduler: str | None) -> Any:
     if scheduler in _LOCAL:
         return dask.config.set(scheduler=scheduler)
     if ":" not in scheduler:
-        raise ValueError(
-            f"scheduler: expected {', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786', "
-            f"found {scheduler!r}"
+        raise Refusal(
+            "scheduler", f"{', '.join(map(repr, _LOCAL))} or an address such as 'tcp://node1:8786'", f"{scheduler!r}"
         )
     try:
         import distributed

@@ -24,6 +24,7 @@ from ..statistics.sampling import (
 )
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
+from ..vocabulary.refusal import Refusal
 
 _NAME = "pull_off_force"
 
@@ -113,13 +114,15 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
         raise TypeError(f"{words}: expected a Dataset with {_NAME}, found {type(ds).__name__}")
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
-        raise ValueError(f"{words}: expected {_NAME}, found {names}; take .contact.pull_off() of a solution first")
+        raise Refusal(words, _NAME, names, "take .contact.pull_off() of a solution first")
     refuse_conditions(ds, words)
     sample = without_weights(samples(ds, _NAME, quiet=True), "compare")
     if not (sample.values > 0).any():
-        raise ValueError(
-            f"{words}: expected at least one positive {_NAME}, found none of {sample.values.size}; "
-            "if the file counts adhesion as negative, open it with pulls='negative'"
+        raise Refusal(
+            words,
+            f"at least one positive {_NAME}",
+            f"none of {sample.values.size}",
+            "if the file counts adhesion as negative, open it with pulls='negative'",
         )
     return sample
 

@@ -24,6 +24,7 @@ from ..jobs.spread import finish, task_results
 from ..kernels.asperity import jkr, maugis
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, DMT, DUGDALE, HERTZ, JKR, LONG_RANGE, SHORT_RANGE, law_by_tabor, read_law
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, fraction, positive, single
 from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
@@ -158,7 +159,7 @@ def fit_curve(
         single(error, "1", name, "a relative error from 0 to below 1", lambda value: 0 <= value < 1)
     recorded, stiffness = recorded_curves(ds, spring_constant)
     if np.isinf(stiffness):
-        raise ValueError("spring_constant: expected it in N/m to subtract the bending of the cantilever, found none")
+        raise Refusal("spring_constant", "it in N/m to subtract the bending of the cantilever", "none")
     branches = [name for name in ("retraction", "loading") if "branch" in recorded.dims and name in recorded["branch"]]
     parts = [recorded.sel(branch=name) for name in branches] or [recorded]
     samples = np.stack([[part["piezo"].values, part["force"].values] for part in parts], axis=2)  # (z or F, …, branch)

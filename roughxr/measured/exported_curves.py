@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 
 from ..scans.plain import decoded
+from ..vocabulary.refusal import Refusal
 from . import curve_reader
 
 #: A curve: values stated in its header, and a function that reads its columns.
@@ -103,7 +104,7 @@ def _jpk_segment(lines: list[str], start: int, end: int, known: dict[str, float]
     units = dict(zip(names, stated.get("units", "").split()))
     height = next((name for name in _JPK_HEIGHTS if name in units), None)
     if height is None or units[height] not in _SIZES or units.get("vDeflection") not in _NEEDED:
-        raise ValueError(f"expected columns of height and vDeflection with units, found {', '.join(names)}")
+        raise Refusal("", "columns of height and vDeflection with units", ", ".join(names))
     values = dict(zip(names, np.loadtxt(lines[start:end], ndmin=2).T))
     calibration = _jpk_calibration(stated, known)
     needed = _NEEDED[units["vDeflection"]]
@@ -136,7 +137,7 @@ def _nanoscope_text(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     lines = decoded(path.read_bytes()).splitlines()
     first = next((k for k, line in enumerate(lines) if "_Ex" in line and not line.lstrip('"').startswith("\\")), None)
     if first is None:
-        raise ValueError("expected columns of the extension, such as Calc_Ramp_Ex_nm and Defl_pN_Ex, found none")
+        raise Refusal("", "columns of the extension, such as Calc_Ramp_Ex_nm and Defl_pN_Ex", "none")
     header = _header_values([line.strip().strip('"') for line in lines[:first]])
     table = pd.read_csv(StringIO("\n".join(lines[first:])), sep="\t", skipinitialspace=True, dtype=str)
     table = table.apply(lambda column: pd.to_numeric(column.str.replace(",", "."), errors="coerce"))
@@ -156,7 +157,7 @@ def _text_branch(
     ramp = next((key for prefix in _RAMPS for key in named if key[0] == prefix and key[1] in _SIZES), None)
     deflection = next((("Defl", unit) for unit in _NEEDED if ("Defl", unit) in named), None)
     if ramp is None or deflection is None:
-        raise ValueError(f"expected columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}, found {', '.join(table)}")
+        raise Refusal("", f"columns Calc_Ramp_{branch}_nm and Defl_pN_{branch}", ", ".join(table))
     needed = _NEEDED[deflection[1]]
     factor = _SIZES.get(deflection[1], 1.0) * np.prod([calibration.get(name, np.nan) for name in needed])
     return -named[ramp] * _SIZES[ramp[1]], named[deflection] * factor, needed
@@ -238,7 +239,7 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     sensor = next((image for image in images if "ZSensor" in image.get("image data", "")), None)
     if deflection is None:
         titles = ", ".join(image.get("image data", "unnamed") for image in images) or "none"
-        raise ValueError(f"expected curves of the deflection, found {titles}; capture the deflection")
+        raise Refusal("", "curves of the deflection", titles, "capture the deflection")
     count = _curve_count(header, scans)
     sizes = _sample_counts(header | deflection)
     stored = _stored(path, deflection, count, sum(sizes))
@@ -271,7 +272,7 @@ def _sample_counts(values: dict[str, str]) -> tuple[int, int]:
     """Return the numbers of samples of the extension and of the retraction."""
     counts = [int(word) for word in values.get("samps/line", "").split() if word.isdecimal()]
     if len(counts) not in (1, 2) or not all(counts):
-        raise ValueError(f"expected the samples of extension and retraction, found {values.get('samps/line', 'none')}")
+        raise Refusal("", "the samples of extension and retraction", values.get("samps/line", "none"))
     if values.get("samps/line, retrace") == str(counts[0]):  # of the retraction
         counts = counts[::-1]
     return counts[0], counts[-1]
@@ -290,14 +291,14 @@ def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
 def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Stored:
     """Return a quantity of the curves; the width of its integers is their size over their number."""
     if not all(image.get(key, "").isdecimal() for key in ("data offset", "data length")):
-        raise ValueError("expected a header with offset and length of the data, found none: damaged")
+        raise Refusal("", "a header with offset and length of the data", "none: damaged")
     offset = int(image["data offset"])
     width = int(image["data length"]) // (samples * count)
     scale = _SCALED.match(image.get("z scale", ""))
     if width not in (2, 4) or scale is None or not scale["lsb"]:
-        raise ValueError(f"expected {count} × {samples} integers with a scale in V/LSB, found {width} bytes for each")
+        raise Refusal("", f"{count} × {samples} integers with a scale in V/LSB", f"{width} bytes for each")
     if path.stat().st_size < offset + samples * count * width:
-        raise ValueError(f"expected {samples * count} samples, found a shorter file: cut short?")
+        raise Refusal("", f"{samples * count} samples", "a shorter file: cut short?")
     counts = np.memmap(path, f"<i{width}", "r", offset, (count, samples))
     return _Stored(counts, float(scale["lsb"]), scale["quantity"] or "")
 
@@ -327,7 +328,7 @@ def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     ramp = _SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
     sensitivity = _SENSITIVITY.match(values.get("sens. zsens", ""))
     if ramp is None or sensitivity is None:
-        raise ValueError("expected the size of the ramp and the sensitivity of the piezo, found none")
+        raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
     length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9
     return np.concatenate([np.linspace(0.0, length, size) for size in sizes])
 
@@ -336,7 +337,7 @@ def _sine_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     """Return the heights (m) of a period of PeakForce tapping, as `_ramp_heights`; lowest at the synchronisation."""
     amplitude = values.get("peak force amplitude", "")
     if not _is_number(amplitude.removesuffix("nm")):
-        raise ValueError("expected the amplitude of PeakForce tapping, found none")
+        raise Refusal("", "the amplitude of PeakForce tapping", "none")
     period = sum(sizes)
     lowest = float(sizes[0])
     points = values.get("sample points", "")

@@ -17,6 +17,7 @@ from ..statistics.sampling import limits_in_words, refuse_conditions, samples
 from ..vocabulary import schema
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import percent, quantity, with_interval
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places, fraction
 from .likelihood import CHANGE, Fitted, Predicted, fit_mean
 
@@ -113,14 +114,16 @@ def fit_pair(
     schema.one_of(method, tuple(METHODS), "method")
     fraction(confidence, "confidence")
     if not 0 <= force_std < 1:
-        raise ValueError(f"force_std: expected a relative error from 0 to below 1, found {force_std!r}")
+        raise Refusal("force_std", "a relative error from 0 to below 1", f"{force_std!r}")
     read_pair(ds, "contact_modulus", "work_of_adhesion", dry=True)
     refuse_conditions(measured, "measured")
     forces = samples(measured, "pull_off_force", quiet=True)
     if low := int((forces.values <= 0).sum()):
-        raise ValueError(
-            f"measured: expected positive pull-off forces, found {low} of {forces.values.size} at zero or below; leave "
-            "them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards"
+        raise Refusal(
+            "measured",
+            "positive pull-off forces",
+            f"{low} of {forces.values.size} at zero or below",
+            "leave them out with measured.where(measured.pull_off_force > 0), which biases the mean upwards",
         )
     options = {"subregions": METHODS[method][1] if subregions is None else subregions, **options}
     predict = _Prediction(ds, method, options, extrapolation)
@@ -158,7 +161,7 @@ def _fine_roughness(extrapolation: xr.Dataset | None) -> tuple[float, float]:
     if extrapolation is None:
         return 1.0, 0.0
     if "roughness_factor" not in extrapolation or np.isnan(extrapolation["roughness_factor"]):
-        raise ValueError("extrapolation: expected a result of `extrapolated`, found no roughness_factor")
+        raise Refusal("extrapolation", "a result of `extrapolated`", "no roughness_factor")
     return float(extrapolation["roughness_factor"]), float(extrapolation["relative_std"].sel(entry=UNSEEN))
 
 
@@ -181,9 +184,11 @@ class _Prediction:
             pull = pull.assign(pull_off_force=pull["pull_off_force"] / expectation.RATIO)
         forces = (self.fine[0] * pull["pull_off_force"]).to_dataset(name="pull_off_force")
         if without := int((~(forces["pull_off_force"] > 0)).sum()):  # else each value would have places of its own
-            raise ValueError(
-                f"expected a pull-off at every place, found none at {without} of {forces['pull_off_force'].size} for a "
-                f"work of adhesion of {work:.3g} J/m²; choose other subregions, or begin nearer to the fit"
+            raise Refusal(
+                "",
+                "a pull-off at every place",
+                f"none at {without} of {forces['pull_off_force'].size} for a work of adhesion of {work:.3g} J/m²",
+                "choose other subregions, or begin nearer to the fit",
             )
         error = float(np.hypot(_method_error(pull, self.method), self.fine[1]))
         return Predicted(samples(forces, "pull_off_force", quiet=True), error)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, converted, positive, single
 from .baselines import (
@@ -181,16 +182,16 @@ def recorded_curves(ds: xr.Dataset, spring_constant: Any) -> tuple[xr.Dataset, f
         dims = tuple(ds[axis].dims) if axis in ds else ()
         if "sample" not in dims or not set(dims) <= {"subregion", "branch", "sample"}:
             shape = f"dimensions {dims}" if axis in ds else f"variables {', '.join(map(str, ds.data_vars))}"
-            raise ValueError(f"{axis}: expected it along 'sample' or ('subregion', 'sample'), found {shape}")
+            raise Refusal(axis, "it along 'sample' or ('subregion', 'sample')", shape)
     stiffness = _stiffness(ds, spring_constant)
     if name == "deflection" and np.isinf(stiffness):
-        raise ValueError("spring_constant: expected it in N/m to make forces of deflections, found none")
+        raise Refusal("spring_constant", "it in N/m to make forces of deflections", "none")
     force = converted(ds["force"], "nN", "force") if name == "force" else converted(ds[name], "nm", name) * stiffness
     pair = xr.broadcast(converted(ds["piezo"], "nm", "piezo"), force)
     both = [axis if "subregion" in axis.dims else axis.expand_dims("subregion") for axis in pair]
     out = xr.Dataset(dict(zip(("piezo", "force"), both))).transpose("subregion", ..., "sample")
     if "branch" in out.dims and "retraction" not in out.get_index("branch"):
-        raise ValueError(f"branch: expected 'retraction' among them, found {out['branch'].values.tolist()}")
+        raise Refusal("branch", "'retraction' among them", out["branch"].values.tolist())
     return out.astype(float), stiffness
 
 
@@ -201,7 +202,9 @@ def _stiffness(ds: xr.Dataset, spring_constant: Any) -> float:
         return float(stated)
     stiffness = positive(spring_constant, "nN/nm", "spring_constant")
     if np.isfinite(stated) and not np.isclose(stiffness, stated, rtol=1e-6, atol=0):
-        raise ValueError(f"spring_constant: the curves state {stated:.6g} N/m, found {stiffness:.6g}; leave it out")
+        raise Refusal(
+            "spring_constant", f"{stated:.6g} N/m, as the curves state", f"{stiffness:.6g} N/m", "leave it out"
+        )
     return stiffness
 
 

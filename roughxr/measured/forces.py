@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import one_of, refuse_unused
 from ..vocabulary.units import factor, positive
 
@@ -38,9 +39,11 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
     """Return values in nN or nm; raise from 1 N or 1 m on, which no such instrument measures."""
     largest = float(np.max(np.abs(values[np.isfinite(values)]), initial=0.0))
     if largest >= 1e9:
-        raise ValueError(
-            f"units: expected values below 1 {target[1:]}, found {largest:g} {target} by units {units!r}; prefixes are "
-            "case-sensitive: m is milli, M is mega; correct the units in the file, or those given"
+        raise Refusal(
+            "units",
+            f"values below 1 {target[1:]}",
+            f"{largest:g} {target} by units {units!r}",
+            "prefixes are case-sensitive: m is milli, M is mega; correct the units in the file, or those given",
         )
     return values
 
@@ -48,10 +51,10 @@ def measurable(values: np.ndarray, target: str, units: str) -> np.ndarray:
 def forces(values: np.ndarray, units: str | None, calibration: Calibration) -> tuple[np.ndarray, dict[str, Any]]:
     """Return recorded values as forces in nN, and attributes that describe the conversion."""
     if units and calibration.units and calibration.units != units:
-        raise ValueError(f"units: the file states {units!r}, found {calibration.units!r}; leave units= out")
+        raise Refusal("units", f"{units!r}, as the file states", f"{calibration.units!r}", "leave units= out")
     units = units or calibration.units
     if units is None:
-        raise ValueError("units: the file states none; give them, such as units='nN'")
+        raise Refusal("units", "those of the forces", "none in the file", "give them, such as units='nN'")
     how: dict[str, Any] = {"measured_units": units}
     if converts(units, "nN"):
         refuse_unused(
@@ -63,7 +66,7 @@ def forces(values: np.ndarray, units: str | None, calibration: Calibration) -> t
         stiffness = _stiffness(calibration, units)
         return values * (factor(units, "nm") * stiffness), {**how, "spring_constant": stiffness}
     if not converts(units, "V"):
-        raise ValueError(f"units: expected those of a force, of a deflection, or V, found {units!r}")
+        raise Refusal("units", "those of a force, of a deflection, or V", f"{units!r}")
     per_volt, per_what = _per_volt(calibration.sensitivity, units)
     how |= {"sensitivity": per_volt, "sensitivity_units": per_what}
     values = values * (factor(units, "V") * per_volt)
@@ -77,7 +80,7 @@ def forces(values: np.ndarray, units: str | None, calibration: Calibration) -> t
 def _per_volt(sensitivity: Any, units: str) -> tuple[float, str]:
     """Return the value of one volt and its units, of a force or of a deflection."""
     if sensitivity is None:
-        raise ValueError(f"expected forces, found {units}; {_ADVICE}")
+        raise Refusal("", "forces", units, _ADVICE)
     has_units(sensitivity)
     try:
         return positive(sensitivity, "nN/V", "sensitivity"), "nN/V"
@@ -89,12 +92,12 @@ def has_units(sensitivity: Any) -> None:
     """Raise for a sensitivity that is a plain number, which could be nN/V as well as nm/V."""
     unitless = re.fullmatch(r"[-+.\deE\s]+", sensitivity) if isinstance(sensitivity, str) else None
     if unitless or isinstance(sensitivity, Real):
-        raise ValueError(f"sensitivity: expected its units, such as '12 nN/V' or '50 nm/V', found {sensitivity!r}")
+        raise Refusal("sensitivity", "its units, such as '12 nN/V' or '50 nm/V'", f"{sensitivity!r}")
 
 
 def _stiffness(calibration: Calibration, units: str) -> float:
     if calibration.spring_constant is None:
-        raise ValueError(f"expected forces, found a deflection ({units}); state spring_constant= in N/m")
+        raise Refusal("", "forces", f"a deflection ({units})", "state spring_constant= in N/m")
     return positive(calibration.spring_constant, "nN/nm", "spring_constant")
 
 
@@ -103,15 +106,17 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
     if pulls is None:
         if (values < 0).any() and (values > 0).any():
             below = int((values < 0).sum())
-            raise ValueError(
-                f"expected pull-off forces of one sign, found {below} below zero and {int((values > 0).sum())} above; "
-                "state the sign of a pull-off, pulls='positive' or pulls='negative', or for a force-distance curve its "
-                "part that is the baseline, baseline=1"
+            raise Refusal(
+                "",
+                "pull-off forces of one sign",
+                f"{below} below zero and {int((values > 0).sum())} above",
+                "state the sign of a pull-off, pulls='positive' or pulls='negative', or for a force-distance "
+                "curve its part that is the baseline, baseline=1",
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")
     turned = -values if pulls == "negative" else values
     if (turned < 0).any() and not (turned > 0).any():
         other = next(sign for sign in PULLS if sign != pulls)
-        raise ValueError(f"pulls: expected some {pulls} values, found only {other} ones; give pulls={other!r}, or none")
+        raise Refusal("pulls", f"some {pulls} values", f"only {other} ones", f"give pulls={other!r}, or none")
     return turned, pulls

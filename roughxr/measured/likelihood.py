@@ -25,6 +25,7 @@ import numpy as np
 from ..statistics.censoring import limited_quantile
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, without_weights
+from ..vocabulary.refusal import Refusal
 
 #: Quantiles whose distance and spread are reported, without tails of few places.
 _LEVELS = np.linspace(0.05, 0.95, 19)
@@ -93,7 +94,7 @@ def _log_forces(forces: Samples) -> Measured:
         return Measured(ln_force.mean(), ln_force.var(ddof=1) / independent, independent, _ln_quantiles(ln_force))
     unknown = np.full(_LEVELS.size, np.nan)
     if np.isinf(forces.bounds).any():
-        raise ValueError("measured: expected forces or upper limits, found lower limits; increase the detector's range")
+        raise Refusal("measured", "forces or upper limits", "lower limits", "increase the detector's range")
     median, error = limited_quantile("log_normal", forces.censored, 0.5, independent)
     if np.isnan(median):
         ln_limit = np.log(forces.bounds[1])

@@ -17,6 +17,7 @@ from ..scans.channel import Channel, UnreadableScan, channels_in_direction, chan
 from ..scans.plain import decoded, gwyddion_header
 from ..statistics.sampling import AT_LEAST, AT_MOST, CONDITION, DETECTION, map_samples, sample_bounds
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, factor
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
@@ -115,7 +116,7 @@ def _concatenated(paths: Sequence[Any], datasets: Sequence[xr.Dataset]) -> xr.Da
         return datasets[0]
     kinds = sorted({ds.attrs["measured"] for ds in datasets})
     if len(kinds) != 1:
-        raise ValueError(f"path: expected files of one kind, found {', '.join(kinds) or 'no file'}")
+        raise Refusal("path", "files of one kind", ", ".join(kinds) or "no file")
     common = set.intersection(*(set(map(str, ds.variables)) for ds in datasets))
     named = [
         ds.drop_vars(set(ds.variables) - common).assign_coords(

@@ -28,6 +28,7 @@ from ..asperity.moments import weakest
 from ..statistics.sampling import SHARE, conditions, place_numbers
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, positive
 from .loads import LOADS, Body, Flow, Load, Push, fluid_in_words, read_flow
@@ -140,7 +141,7 @@ def critical_load(
     kind = LOADS[schema.one_of(cause, LOADS, "cause")]
     body = read_body(ds, particle_density, flow)
     if kind.critical != "critical_friction_velocity" and np.isnan(body.density):
-        raise ValueError("particle_density: expected a density in kg/m³ for this cause, found none")
+        raise Refusal("particle_density", "a density in kg/m³ for this cause", "none")
     limit = read_resistance(ds, direction, friction_coefficient, shear_strength)
     strength, mode = critical_strength(kind, body, limit)
     push = kind.push(np.where(np.isfinite(strength), strength, 0.0), body)
@@ -212,16 +213,18 @@ def refuse_varied(ds: xr.Dataset):
     force = ds["pull_off_force"] if "pull_off_force" in ds else xr.DataArray()
     if others := conditions(force):
         ways = ", ".join(f"{dim}=0" for dim in others)
-        raise ValueError(f"expected one condition, found several along {', '.join(others)}; take one by isel({ways})")
+        raise Refusal("", "one condition", f"several along {', '.join(others)}", f"take one by isel({ways})")
 
 
 def read_body(ds: xr.Dataset, density: Any, flow: str | Flow) -> Body:
     """Return the particle of a result, and the fluid around it; raise for menisci in a liquid."""
     fluid = read_flow(flow)
     if schema.is_humid(ds) and fluid.density > _DENSEST_GAS:
-        raise ValueError(
-            f"a flow of {fluid_in_words(fluid)}: expected a dry pair, found one at {percent(ds['humidity'])} relative "
-            "humidity; leave out the humidity, and give the medium, or the work of adhesion under it"
+        raise Refusal(
+            f"a flow of {fluid_in_words(fluid)}",
+            "a dry pair",
+            f"one at {percent(ds['humidity'])} relative humidity",
+            "leave out the humidity, and give the medium, or the work of adhesion under it",
         )
     return Body(schema.sphere_radius(ds), _physical(density, "kg/m^3", "particle_density") or np.nan, fluid)
 
@@ -242,7 +245,7 @@ def read_resistance(ds: xr.Dataset, direction: Any, friction_coefficient: Any, s
     """Return the resistance at each place of a result of `rolling`; raise if an option is missing or impossible."""
     expect_moments(ds)
     if friction_coefficient is not None and shear_strength is not None:
-        raise ValueError("expected either friction_coefficient or shear_strength, found both")
+        raise Refusal("", "either friction_coefficient or shear_strength", "both")
     names = ("resisting_moment", "hinge_distance", "tipping_force", "tipping_hinge_distance")
     moment, hinge, force, tipping_hinge = (ds[name].transpose("subregion", "direction").values for name in names)
     angles = ds["direction"].values
@@ -279,7 +282,7 @@ def expect_moments(ds: xr.Dataset):
     """Raise for anything but a result of `rolling`."""
     if "resisting_moment" not in ds or set(ds["resisting_moment"].dims) != {"subregion", "direction"}:
         names = ", ".join(map(str, ds.data_vars)) or "none"
-        raise ValueError(f"expected resisting moments, from ds.contact.rolling(), found variables: {names}")
+        raise Refusal("", "resisting moments, from ds.contact.rolling()", f"variables: {names}")
 
 
 #: Least and largest physical values, and examples for messages.
@@ -296,7 +299,7 @@ def _physical(quantity: Any, units: str, name: str) -> float | None:
     value = None if quantity is None else positive(quantity, units, name)
     if value is not None and not low <= value <= high:
         stated = f"{value:.4g} {units}; state the units" if units != "1" else f"{value:.4g}"
-        raise ValueError(f"{name}: expected a physical value ({examples}), found {stated}")
+        raise Refusal(name, f"a physical value ({examples})", stated)
     return value
 
 

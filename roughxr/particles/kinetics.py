@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity, factor, magnitude, positive
 from .loads import FLOWS, Flow, lift, read_flow
 
@@ -54,7 +55,7 @@ def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, 
     # largest radius, µm, for which the mean of Biasi's fit is positive
     largest_radius = (0.016 / 0.0023) ** (1 / 0.545)
     if r >= largest_radius:
-        raise ValueError(f"radius: expected less than {largest_radius:.0f} µm for Biasi's fit, found {r:g} µm")
+        raise Refusal("radius", f"less than {largest_radius:.0f} µm for Biasi's fit", f"{r:g} µm")
     z = np.linspace(-8.0, 8.0, count)
     weights = np.exp(-0.5 * z * z)
     return (0.016 - 0.0023 * r**0.545) * (1.8 + 0.136 * r**1.4) ** z, weights / weights.sum()
@@ -116,7 +117,7 @@ def not_negative(values: Any, units: str, name: str) -> np.ndarray:
     """Return ascending values that are not negative."""
     array = schema.ascending(values, units, name)
     if array[0] < 0:
-        raise ValueError(f"{name}: expected values that are not negative, found {array[0]:g} {units}")
+        raise Refusal(name, "values that are not negative", f"{array[0]:g} {units}")
     return array
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.sampling import by_share
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity
 from .force_balance import (
     drive_ratios,
@@ -105,9 +106,11 @@ def _at_rest(body: Any, limit: Any) -> Any:
     """Return the resistance of the places where the sphere rests; raise if there are none."""
     rests = limit.known & ~rolls_off(LOADS["wall_shear"], body, limit)
     if not rests.any():
-        raise ValueError(
-            f"expected at least one place where the sphere rests, found none of {rests.size} "
-            f"({int(limit.known.sum())} in contact); take places of `resting`"
+        raise Refusal(
+            "",
+            "at least one place where the sphere rests",
+            f"none of {rests.size} ({int(limit.known.sum())} in contact)",
+            "take places of `resting`",
         )
     return limit._replace(known=rests)
 

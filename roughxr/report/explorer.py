@@ -21,6 +21,7 @@ from ..jobs.records import BRANCHES
 from ..scans.regions import extent
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .caveats import cautions
 from .report_page import as_uri, render_template, title, write_page
 from .run_tables import METHOD_WORDS, debris_flags
@@ -67,8 +68,8 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
     try:
         text = explorer_page(run, archive_name=path.name)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from error
+    except Refusal as error:
+        raise Refusal(path, error.expected, error.found, error.advice) from error
     return write_page(text, path, output, "explore.html")
 
 
@@ -92,9 +93,11 @@ def page_data(run: Run) -> dict[str, Any]:
     table = by_place(run)
     places = table or run.get("solutions/direct", xr.Dataset())
     if "scan" not in run or places.sizes.get("subregion", 0) == 0:
-        raise ValueError(
-            "expected the archive of a run, with its scan and results at places, found groups: "
-            f"{', '.join(run) or 'none'}; make one with roughxr run"
+        raise Refusal(
+            "",
+            "the archive of a run, with its scan and results at places",
+            f"groups: {', '.join(run) or 'none'}",
+            "make one with roughxr run",
         )
     columns = {name: table[column] for name, column in _PULL_OFFS.items() if column in table}
     return {

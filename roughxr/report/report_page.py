@@ -22,6 +22,7 @@ from ..scans.regions import extent
 from ..statistics import LAWS
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import printable, sentences_on_lines
 from .caveats import cautions
 from .detachment import DETACHMENT, detachment_notes, remaining_fraction, run_moments
@@ -61,7 +62,7 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         groups = ", ".join(run) or "none"
-        raise ValueError(f"{path}: expected the archive of a run, found groups: {groups}; make one with roughxr run")
+        raise Refusal(path, "the archive of a run", f"groups: {groups}", "make one with roughxr run")
     text = page(run, archive_name=path.name, missing=archive.root_attributes(path).get(archive.UNFINISHED, ""))
     return write_page(text, path, output, "report.html")
 

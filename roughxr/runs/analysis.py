@@ -62,6 +62,7 @@ from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ, read_law
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn, without_warnings
 from ..vocabulary.units import Places, Quantities, single, whole_number
 
@@ -198,7 +199,12 @@ def run(
         print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)
         if subregions.sizes["subregion"] == 0:
-            raise ValueError(f"particle: {subregions.attrs['missing']}; leave particle out to run it as a fixed probe")
+            raise Refusal(
+                "particle",
+                "a surface on which the sphere comes to rest",
+                subregions.attrs["missing"],
+                "leave particle out to run it as a fixed probe",
+            )
     wanted = plan(specimen, subregions=subregions, delta=delta, **adhesion)
     output = Path(output)
     alone = output.suffix == ".nc"
@@ -327,9 +333,11 @@ def _surface(task: Task) -> dict[str, xr.Dataset]:
     scan = task.specimen.scan
     catalogue = _catalogue(task.specimen, task.plan.superposed[0])
     if not bool((catalogue["curvature_min"] > 0).any()):
-        raise ValueError(
-            f"scan: expected asperities, found no peak among {catalogue.sizes['asperity']} (is it flat?); use "
-            "JKR's formula for a smooth flat, or roughxr.adhesive"
+        raise Refusal(
+            "scan",
+            "asperities",
+            f"no peak among {catalogue.sizes['asperity']} (is it flat?)",
+            "use JKR's formula for a smooth flat, or roughxr.adhesive",
         )
     return {
         "scan": scan,
@@ -508,9 +516,11 @@ def _need_pull_off(first: xr.Dataset) -> None:
     if bool(first["pull_off_force"].notnull().any()):
         return
     lost, edge = (int(flags.sum()) for flags in (~first["complete"], first["truncated"]))
-    raise ValueError(
-        f"simulation with adhesion: no pull-off at the first {first['pull_off_force'].size} places ({lost} not "
-        f"completed, {edge} in contact at the scan's edge); {_REMEDY}"
+    raise Refusal(
+        "simulation with adhesion",
+        f"a pull-off at one of the first {first['pull_off_force'].size} places",
+        f"none ({lost} not completed, {edge} in contact at the scan's edge)",
+        _REMEDY,
     )
 
 
@@ -521,9 +531,11 @@ def _refuse_soft(specimen: Specimen) -> None:
     x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
     side = min(x_high - x_low, y_high - y_low)
     if wide > _WIDEST_CONTACT * side:
-        raise ValueError(
-            f"sphere_radius: a smooth sphere's contact, {wide:.3g} nm wide, does not fit on a scan of {side:.3g} nm; "
-            f"{_REMEDY}"
+        raise Refusal(
+            "sphere_radius",
+            f"a smooth sphere's contact that fits on a scan of {side:.3g} nm",
+            f"one {wide:.3g} nm wide",
+            _REMEDY,
         )
 
 

@@ -23,6 +23,7 @@ from ..statistics.headline import headline, scalar_values
 from ..tables import to_table
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.table import SCALARS
 
 _FORCE = "pull_off_force"
@@ -51,9 +52,9 @@ def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     reserved = {f"{name}{ending}" for name in ("places", output.name) for ending in (".csv", ".xlsx")} | {_PAGE}
     for scan in map(Path, scans):
         if scan.stem in reserved:
-            raise ValueError(f"{scan}: expected another name than that of the runs' {scan.stem}: rename the scan")
+            raise Refusal(scan, f"another name than that of the runs' {scan.stem}: rename the scan")
         if output / scan.stem in chosen.values():
-            raise ValueError(f"{scan}: expected files of different names, found two called {scan.stem!r}: rename one")
+            raise Refusal(scan, "files of different names", f"two called {scan.stem!r}: rename one")
         chosen[scan] = output / scan.stem
     return chosen
 
@@ -81,13 +82,13 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
         except Exception as error:
             if is_interrupt(error):
                 raise
-            is_in_words = isinstance(error, (ValueError, OSError, ImportError))
+            is_in_words = isinstance(error, (Refusal, OSError, ImportError))
             refused[scan.name] = str(error) if is_in_words else f"{type(error).__name__}: {error}"
             continue
         if not resumed:
             took[scan.name] = time.monotonic() - begun
     if not any(_FORCE in run.summary for run in finished.values()):
-        raise ValueError("expected at least one scan with a pull-off, found none: " + "; ".join(refused.values()))
+        raise Refusal("", "at least one scan with a pull-off", f"none: {'; '.join(refused.values())}")
     return {name: run for name, run in finished.items() if _FORCE in run.summary}, refused
 
 

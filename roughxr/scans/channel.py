@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import printable
 from ..vocabulary.units import factor
 from . import reader_process
@@ -28,7 +29,7 @@ _NO_HEIGHT = re.compile(
 _HEIGHT = re.compile(r"height|topo|z[ _-]*(sensor|axis|range|scan|piezo)|^z$|\bz\b", re.IGNORECASE)
 
 
-class UnreadableScan(ValueError):
+class UnreadableScan(Refusal):
     """A file that is not a scan, or is damaged: the message names the file, the reason and the remedy.
 
     Examples
@@ -46,9 +47,18 @@ class UnreadableScan(ValueError):
     """
 
     def __init__(self, path: Any, reason: str):
-        super().__init__(printable(f"{path}: {reason}"))
+        super().__init__(path, "")
+        self.args = (path, reason)
         self.path = path
-        self.reason = reason
+        self._reason = printable(reason)
+
+    @property
+    def reason(self) -> str:
+        """Return why the file is not read, and what to do."""
+        return self._reason
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
     def recognized(self, name: str) -> UnreadableScan:
         """Return the same error, with the name of the format that was recognized."""
@@ -160,7 +170,7 @@ _STATE_UNITS = "if these are heights, state their units, height_units="
 def choose(channels: list[Channel], channel: str | int | None, direction: str | None, path: Path) -> Channel:
     """Return the channel with this name or number and direction; by default the first image of heights."""
     if direction not in (None, "trace", "retrace"):
-        raise ValueError(f"scan_direction: expected 'trace' or 'retrace', found {direction!r}")
+        raise Refusal("scan_direction", "'trace' or 'retrace'", f"{direction!r}")
     fitting = channels_in_direction(channels_named(channels, channel), direction)
     if not fitting or (isinstance(channel, str) and len(fitting) > 1):
         number = "several" if fitting else "none"

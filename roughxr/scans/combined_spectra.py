@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..kernels.topography.random_surface import HURST, fit_k_correlation
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import label, pixel, record, validate
 from ..vocabulary.units import Quantities, plain, positive, whole_number
 from .spectra import power_spectrum, unit_window
@@ -58,7 +59,7 @@ def combined_spectrum(
     (True, 2)
     """
     if len(scans) == 0:
-        raise ValueError("scans: expected at least one, found none")
+        raise Refusal("scans", "at least one", "none")
     whole_number(per_decade, "per_decade", least=1)
     least = _least(shortest, len(scans))
     parts = [
@@ -66,7 +67,7 @@ def combined_spectrum(
     ]
     bins = [np.floor(per_decade * np.log10(q)).astype(int) for q, _, _ in parts]
     if not sum(scan.size for scan in bins):
-        raise ValueError(f"shortest: expected at most the longest wavelength of some scan, found {min(least):g} nm")
+        raise Refusal("shortest", "at most the longest wavelength of some scan", f"{min(least):g} nm")
     wavevectors = np.unique(np.concatenate(bins))
     sums = np.array(
         [_binned(np.searchsorted(wavevectors, at), *part, wavevectors.size) for at, part in zip(bins, parts)]
@@ -92,7 +93,7 @@ def _least(shortest: Any, count: int) -> list[float]:
     shortest = plain(shortest, "nm", "shortest") if shortest is not None else None
     stated = list(shortest) if isinstance(shortest, (list, tuple, np.ndarray)) else [shortest] * count
     if len(stated) != count:
-        raise ValueError(f"shortest: expected one wavelength, or one for each of {count} scans, found {len(stated)}")
+        raise Refusal("shortest", f"one wavelength, or one for each of {count} scans", len(stated))
     return [0.0 if wavelength is None else positive(wavelength, "nm", "shortest") for wavelength in stated]
 
 
@@ -120,7 +121,7 @@ def _usable_line(line: xr.Dataset, least: float) -> tuple[np.ndarray, np.ndarray
     x = validate(line, "line")["x"].values
     heights = line["height"].values
     if not (np.isfinite(heights).all() and x.size >= 4 and (np.diff(x) > 0).all()):
-        raise ValueError("height: expected four heights of a line or more, none missing, along ascending x")
+        raise Refusal("height", "four heights of a line or more, none missing, along ascending x")
     even, step = np.linspace(x[0], x[-1], x.size, retstep=True)
     weights = unit_window(_WINDOW, (x.size,))
     psd = step / x.size * np.abs(np.fft.rfft(weights * make_interp_spline(x, heights)(even))) ** 2

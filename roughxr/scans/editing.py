@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import is_square, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
@@ -49,7 +50,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
         try:
             method = float(magnitude(method, "nm", "method"))
         except (ValueError, TypeError):
-            raise ValueError(f"method: expected 'linear', 'nearest' or a height in nm, found {method!r}") from None
+            raise Refusal("method", "'linear', 'nearest' or a height in nm", f"{method!r}") from None
         height = height.fillna(method)
     elif missing.any():
         height = height.copy(data=_filled(height.values, missing, method, pixel(scan)))
@@ -62,7 +63,7 @@ def _filled(height: np.ndarray, missing: np.ndarray, method: str, steps: tuple[f
     from scipy.ndimage import binary_dilation
 
     if missing.all():
-        raise ValueError("fill: expected known heights around the missing ones, found none")
+        raise Refusal("fill", "known heights around the missing ones", "none")
     rim = binary_dilation(missing, iterations=2) & ~missing
     places, holes = (np.argwhere(where) * steps for where in (rim, missing))
     values = griddata(places, height[rim], holes, method="nearest")
@@ -102,9 +103,7 @@ def crop(ds: xr.Dataset, *, x: Sequence[Quantity] | None = None, y: Sequence[Qua
         if out.sizes[axis] < 2:
             low = float(scan[axis][0])
             high = float(scan[axis][-1])
-            raise ValueError(
-                f"{axis}: expected a range of two pixels or more in {low:g} to {high:g} nm, found {ranges[axis]}"
-            )
+            raise Refusal(axis, f"a range of two pixels or more in {low:g} to {high:g} nm", ranges[axis])
     return record(out, "crop", **ranges)
 
 
@@ -113,7 +112,7 @@ def _range(value: Any, axis: str) -> tuple[float, float]:
     ends = value if isinstance(value, (tuple, list, np.ndarray)) else ()
     limits = [float(magnitude(end, "nm", axis)) for end in ends]
     if len(limits) != 2 or not limits[0] < limits[1]:
-        raise ValueError(f"{axis}: expected a pair (lowest, highest) in nm, found {value!r}")
+        raise Refusal(axis, "a pair (lowest, highest) in nm", f"{value!r}")
     return limits[0], limits[1]
 
 
@@ -163,5 +162,5 @@ def on_square_pixels(scan: xr.Dataset) -> xr.Dataset:
 def _places(old: np.ndarray, step: float, axis: str) -> np.ndarray:
     count = int(np.floor((old[-1] - old[0]) / step * (1 + 1e-12))) + 1
     if count < 2:
-        raise ValueError(f"size: expected a pixel size below {old[-1] - old[0]:g} nm along {axis}, found {step:g}")
+        raise Refusal("size", f"a pixel size below {old[-1] - old[0]:g} nm along {axis}", f"{step:g}")
     return np.minimum(old[0] + np.arange(count) * step, old[-1])

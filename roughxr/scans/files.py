@@ -21,6 +21,7 @@ import xarray as xr
 
 from ..archive import refuse_other_files
 from ..vocabulary.provenance import flat
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import SMALLEST_LENGTH, history, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor, magnitude
@@ -49,8 +50,8 @@ def regular_file(path: Any) -> Path:
         raise UnreadableScan(path, "expected a scan, found an empty file")
     try:
         refuse_other_files(path)
-    except ValueError as error:
-        raise UnreadableScan(path, str(error).removeprefix(f"{path}: ")) from None
+    except Refusal as error:
+        raise UnreadableScan(path, error.reason) from None
     return path
 
 
@@ -183,7 +184,7 @@ def _labelled_netcdf(path: Path, options: dict[str, Any]) -> xr.Dataset:
     stated = [option for option in ("scan_direction", "size", "height_units") if options[option] is not None]
     if stated:
         opened.close()
-        raise ValueError(f"{stated[0]}: a NetCDF file states it itself; leave {stated[0]}= out")
+        raise Refusal(stated[0], "none for a NetCDF file, which states it", "some", f"leave {stated[0]}= out")
     try:
         ds = _with_origin(validate(opened, "scan"), path, options)
     except BaseException as error:
@@ -209,9 +210,14 @@ def _with_units(channels: list[Channel], height_units: str | None, path: Path) -
     if height_units is None:
         return channels
     if not is_length(height_units):
-        raise ValueError(f"height_units: expected units of a length such as 'nm', found {height_units!r}")
+        raise Refusal("height_units", "units of a length such as 'nm'", f"{height_units!r}")
     if all(channel.units for channel in channels):
-        raise ValueError(f"{path}: height_units: the file states {listing(channels)}; leave height_units= out")
+        raise Refusal(
+            "height_units",
+            f"none for {path}, which states {listing(channels)}",
+            f"{height_units!r}",
+            "leave height_units= out",
+        )
     return [channel if channel.units else channel._replace(units=height_units) for channel in channels]
 
 
@@ -228,7 +234,7 @@ def with_size(channel: Channel, size: Any, path: Path) -> Channel:
             path, "expected a lateral size, found none in the file; give it, for example size=('5 um', '5 um')"
         )
     if stated and wanted and not np.allclose(stated, wanted, rtol=1e-6):
-        raise ValueError(f"{path}: size: expected {stated} nm, as the file states, found {wanted} nm; leave size= out")
+        raise Refusal("size", f"{stated} nm, as {path} states", f"{wanted} nm", "leave size= out")
     if stated and not wanted and not channel.counted:
         _check_square(channel, stated, path)
     smallest_pixel = min(used[0] / columns, used[1] / rows)
@@ -257,7 +263,7 @@ def _given_size(size: Any, shape: tuple[int, int]) -> tuple[float, float]:
     if len(values) == 1 and shape[0] == shape[1]:
         values *= 2
     if len(values) != 2 or min(values) <= 0:
-        raise ValueError(f"size: expected two positive lengths (along x, along y), found {size!r}")
+        raise Refusal("size", "two positive lengths (along x, along y)", f"{size!r}")
     return values[0], values[1]
 
 

@@ -13,6 +13,7 @@ import xarray as xr
 
 from ..kernels.topography.interpolation import band_limited
 from ..kernels.topography.random_surface import HURST, fit_k_correlation, k_correlation, lay_factor, nested_roughness
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import entered, finite, label, pixel, record, validate
 from ..vocabulary.units import Quantity, positive, single, whole_number
 from . import wavelength
@@ -226,13 +227,13 @@ def add_fine_roughness(
     # cells along the shortest added wavelength
     n = int(np.ceil(4 * side / shortest)) if mesh is None else whole_number(mesh, "mesh", least=1)
     if shortest < 2 * side / n * (1 - 1e-9):
-        raise ValueError(f"mesh: expected pixels of at most half of {shortest:g} nm, found {side / n:g} nm")
+        raise Refusal("mesh", f"pixels of at most half of {shortest:g} nm", f"{side / n:g} nm")
     finite(scan["height"].values)
     model = known_spectrum(self_affine_fit(scan))
     if spectrum is not None:
         model = known_spectrum(spectrum, model.shown, model.lay)
     if not np.isfinite(model.plateau):
-        raise ValueError("height: expected a spectrum to extrapolate, found none in a flat or nearly flat scan")
+        raise Refusal("height", "a spectrum to extrapolate", "none in a flat or nearly flat scan")
     out, added = with_fine_roughness(scan, model, shortest, seed, n)
     made = {"shortest": shortest, "longest": model.shown, "hurst": model.hurst, "rms": float(added.std()), "seed": seed}
     made = {f"fine_{name}": value for name, value in made.items()}
@@ -309,7 +310,7 @@ def smooth(ds: xr.Dataset, *, shortest: Quantity) -> xr.Dataset:
     shortest = positive(shortest, "nm", "shortest")
     longest = 2 * max(n * step for n, step in zip(scan["height"].shape, pixel(scan)))
     if shortest > longest:
-        raise ValueError(f"shortest: expected at most twice the scan's length, {longest:g} nm, found {shortest:g} nm")
+        raise Refusal("shortest", f"at most twice the scan's length, {longest:g} nm", f"{shortest:g} nm")
     coefficients, frequency = _cosine_transform(scan)
     coefficients[frequency * shortest > 1 + 1e-12] = 0.0
     height = idctn(coefficients, norm="ortho", overwrite_x=True)
@@ -337,5 +338,5 @@ def _given_wavelength(value: Any, scan: xr.Dataset) -> float | None:
     number = positive(value, "nm", "shown")
     least = 2 * max(pixel(scan))
     if number < least * (1 - 1e-9):
-        raise ValueError(f"shown: expected at least two pixels, {least:g} nm, found {number:g} nm")
+        raise Refusal("shown", f"at least two pixels, {least:g} nm", f"{number:g} nm")
     return number

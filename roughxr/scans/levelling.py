@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.polynomial import legendre
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import entered, history, label, one_of, record, validate
 from ..vocabulary.text import warn
 from .plausibility import ImplausibleScan, faults
@@ -77,9 +78,7 @@ def _mask(exclude: xr.DataArray, height: xr.DataArray) -> np.ndarray:
     """Return a mask of the excluded heights."""
     mask = entered(exclude) if isinstance(exclude, xr.DataArray) else xr.DataArray(exclude, dims=height.dims)
     if mask.dtype != bool or dict(mask.sizes) != dict(height.sizes):
-        raise ValueError(
-            f"exclude: expected bool over {dict(height.sizes)}, found {mask.dtype} over {dict(mask.sizes)}"
-        )
+        raise Refusal("exclude", f"bool over {dict(height.sizes)}", f"{mask.dtype} over {dict(mask.sizes)}")
     xr.align(mask, height, join="exact", copy=False)  # refuse a mask of another region
     return mask.transpose(*height.dims).values
 
@@ -95,9 +94,11 @@ def _flattened(height: xr.DataArray, inside: np.ndarray, degree: int) -> np.ndar
     p, q = np.nonzero(np.add.outer(np.arange(n), np.arange(n)) < n)
     matrix = normal_matrix[p, q][:, p, q]
     if np.linalg.matrix_rank(matrix) < len(p):
-        raise ValueError(
-            f"level: expected enough heights for a background of {len(p)} terms, found too few that are "
-            "neither missing nor excluded; exclude less, or lower the order"
+        raise Refusal(
+            "level",
+            f"enough heights for a background of {len(p)} terms",
+            "too few that are neither missing nor excluded",
+            "exclude less, or lower the order",
         )
     coefficients = np.zeros((n, n))
     coefficients[p, q] = np.linalg.solve(matrix, right[p, q])

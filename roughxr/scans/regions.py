@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places, carries_units, is_whole, magnitude
 from .landings import debris_landings
 
@@ -57,7 +58,7 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     if isinstance(subregions, xr.Dataset):
         places: xr.Dataset = schema.entered(subregions)
         if places["subregion_x"].size == 0:
-            raise ValueError("subregions: expected at least one contact centre, found none")
+            raise Refusal("subregions", "at least one contact centre", "none")
         subregions = places
     edges = extent(ds)
     # largest number of tiles along one axis, where the number of pixels is not known
@@ -109,9 +110,11 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     if "x" not in ds.dims:
         missing = [name for name in EDGES if name not in ds.coords]
         if missing:
-            raise ValueError(
-                f"asperities: expected the scan's edges as coordinates, found no {', '.join(missing)}; make it "
-                "by ds.contact.asperities(), or assign them in nm, ds.assign_coords(scan_x_min=0.0, …)"
+            raise Refusal(
+                "asperities",
+                "the scan's edges as coordinates",
+                f"no {', '.join(missing)}",
+                "make it by ds.contact.asperities(), or assign them in nm, ds.assign_coords(scan_x_min=0.0, …)",
             )
         x_low, x_high, y_low, y_high = (float(ds[name]) for name in EDGES)
         return x_low, x_high, y_low, y_high
@@ -141,21 +144,21 @@ def _positions(subregions: Any, edges: tuple, sizes: tuple[int, int]) -> tuple[n
     try:
         first, second = subregions
     except (TypeError, ValueError):
-        raise ValueError(
-            f"subregions: expected a grid such as (8, 8), or two arrays of centres in nm, found {subregions!r}"
+        raise Refusal(
+            "subregions", "a grid such as (8, 8), or two arrays of centres in nm", f"{subregions!r}"
         ) from None
     if np.ndim(first) == np.ndim(second) == 0 and not carries_units([first, second]):
         return _grid((first, second), edges, sizes)
     x, y = (np.atleast_1d(magnitude(v, "nm", "subregions")) for v in (first, second))
     if x.shape != y.shape or x.ndim != 1 or x.size == 0:
-        raise ValueError(f"subregions: expected two arrays of equal length, found shapes {x.shape} and {y.shape}")
+        raise Refusal("subregions", "two arrays of equal length", f"shapes {x.shape} and {y.shape}")
     return x, y
 
 
 def _grid(counts: tuple[Any, Any], edges: tuple, sizes: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
     for n, size, axis in zip(counts, sizes, "xy"):
         if not is_whole(n) or not 1 <= n <= size:
-            raise ValueError(f"subregions: expected a whole number from 1 to {size} along {axis}, found {n!r}")
+            raise Refusal("subregions", f"a whole number from 1 to {size} along {axis}", f"{n!r}")
     axes = [low + (np.arange(n) + 0.5) * (high - low) / n for n, low, high in zip(counts, edges[::2], edges[1::2])]
     return tuple(axis.ravel() for axis in np.meshgrid(*axes, indexing="ij"))
 
@@ -165,7 +168,8 @@ def _refuse_outside(x: np.ndarray, y: np.ndarray, edges: tuple) -> None:
     outside = (x < x_low) | (x > x_high) | (y < y_low) | (y > y_high)
     if outside.any():
         k = int(np.flatnonzero(outside)[0])
-        raise ValueError(
-            f"subregions: expected centres on the scan, x {x_low:g} … {x_high:g}, y {y_low:g} … {y_high:g} nm, "
-            f"found {int(outside.sum())} outside, the first at ({x[k]:g}, {y[k]:g})"
+        raise Refusal(
+            "subregions",
+            f"centres on the scan, x {x_low:g} … {x_high:g}, y {y_low:g} … {y_high:g} nm",
+            f"{int(outside.sum())} outside, the first at ({x[k]:g}, {y[k]:g})",
         )

@@ -8,6 +8,7 @@ import xarray as xr
 
 from ..archive import open_locked
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 
 #: Folder of the samples in an installed package, and in a checkout.
 _FOLDERS = (Path(__file__).parents[1] / "datasets", Path(__file__).parents[2] / "datasets")
@@ -37,6 +38,6 @@ def open_sample(name: str = "glass") -> xr.Dataset:
     """
     samples = {path.stem: path for folder in _FOLDERS for path in folder.glob("*.nc")}
     if name not in samples:
-        raise ValueError(f"name: expected one of {', '.join(sorted(samples)) or '(none installed)'}, found {name!r}")
+        raise Refusal("name", f"one of {', '.join(sorted(samples)) or '(none installed)'}", f"{name!r}")
     with open_locked(samples[name]) as ds:
         return schema.validate(ds.load().drop_encoding(), "scan")

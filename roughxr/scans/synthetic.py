@@ -9,6 +9,7 @@ import xarray as xr
 
 from ..kernels.topography.random_surface import normal
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity, is_whole, positive, whole_number
 from .fine_scales import hurst_exponent
 
@@ -87,7 +88,7 @@ def unit_surface(shape, pixel, hurst, rolloff, cutoff, seed) -> np.ndarray:
         amplitude[per_nm * cutoff > 1] = 0.0
         if not amplitude.any():
             longest = pixel * max(shape)
-            raise ValueError(f"cutoff: expected at most the scan's length of {longest:g} nm, found {cutoff:g} nm")
+            raise Refusal("cutoff", f"at most the scan's length of {longest:g} nm", f"{cutoff:g} nm")
     surface = irfft2(rfft2(noise) * amplitude, s=shape)
     return surface / surface.std()
 
@@ -103,5 +104,5 @@ def labelled(height: np.ndarray, pixel: float, title: str, made: dict[str, Any])
 def _shape(shape: Any) -> tuple[int, int]:
     sizes = tuple(shape) if isinstance(shape, (tuple, list)) else ()
     if len(sizes) != 2 or not all(is_whole(n) and n >= 2 for n in sizes):
-        raise ValueError(f"shape: expected two whole numbers of pixels of at least 2, found {shape!r}")
+        raise Refusal("shape", "two whole numbers of pixels of at least 2", f"{shape!r}")
     return int(sizes[0]), int(sizes[1])

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..vocabulary.refusal import Refusal
 from . import formats, vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
 from .microscopes import TIFF
@@ -108,7 +109,7 @@ def _channel(path: Path, index: int, image: dict[str, Any], kind: str) -> Channe
 def _rows(path: Path, index: int, units: str | None) -> np.ndarray:
     answer = read_in_process(path, vendor_reader, "SurfaceTopography", index=index)
     if units and answer["unit"] != units:
-        raise ValueError(f"image {index}: expected heights in {units!r}, as listed, found {answer['unit']!r}: damaged")
+        raise Refusal(f"image {index}", f"heights in {units!r}, as listed", f"{answer['unit']!r}: damaged")
     return answer["heights"].T
 
 

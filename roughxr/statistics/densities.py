@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import carries_units, plain
 from .sampling import Samples, density_units, limits_in_words, other_dimensions, samples
 
@@ -103,7 +104,7 @@ def _bin_edges(values: np.ndarray, bins: Any, units: str) -> np.ndarray:
         return np.histogram_bin_edges(values, bins=plain(bins, units, "bins") if carries_units(bins) else bins)
     except (TypeError, ValueError):
         expected = f"a number of bins, NumPy's name of a rule such as 'auto', or ascending edges in {units}"
-        raise ValueError(f"bins: expected {expected}, found {bins!r}; for bins of one width give their edges") from None
+        raise Refusal("bins", expected, f"{bins!r}", "for bins of one width give their edges") from None
 
 
 def _pdf_along(ds: xr.Dataset, name: str, along: str, bins: Any) -> xr.DataArray:

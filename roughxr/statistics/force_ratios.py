@@ -7,6 +7,7 @@ import xarray as xr
 
 from ..jobs.records import converged, loading
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 
 #: Largest difference, relative to the direct force, that counts as agreement.
 _AGREEMENT = 0.1
@@ -80,13 +81,13 @@ def _check_comparable(superposed: xr.Dataset, direct: xr.Dataset):
     sizes = [ds.sizes["subregion"] for ds in (superposed, direct)]
     places = [name for name in ("subregion_x", "subregion_y") if name in superposed.coords and name in direct.coords]
     if sizes[0] != sizes[1] or not all(np.allclose(superposed[name], direct[name]) for name in places):
-        raise ValueError(f"expected the same contact centres in both, found {sizes[0]} and {sizes[1]} that differ")
+        raise Refusal("", "the same contact centres in both", f"{sizes[0]} and {sizes[1]} that differ")
     datums = [ds.attrs.get("datum", "highest_peak") for ds in (superposed, direct)]
     if datums[0] != datums[1]:
-        raise ValueError(f"datum: expected the same for both, found {datums[0]!r} and {datums[1]!r}; solve again")
+        raise Refusal("datum", "the same for both", f"{datums[0]!r} and {datums[1]!r}", "solve again")
     ends = [(float(ds["delta"].min()), float(ds["delta"].max())) for ds in (superposed, direct)]
     if ends[0][0] > ends[1][1] or ends[0][1] < ends[1][0]:
-        raise ValueError(f"delta: expected ranges that overlap, found {ends[0]} and {ends[1]} nm")
+        raise Refusal("delta", "ranges that overlap", f"{ends[0]} and {ends[1]} nm")
 
 
 def _divergence(difference: np.ndarray, delta: np.ndarray) -> float:

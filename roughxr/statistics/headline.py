@@ -17,6 +17,7 @@ from ..vocabulary.numbers import (
     value_and_interval,
     with_interval,
 )
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.table import SCALARS
 from ..vocabulary.text import sentences_on_lines
 from . import bootstrap, pull_off, smooth_pull_off
@@ -94,7 +95,7 @@ def mesh_error(pull: xr.Dataset) -> float:
 def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     """Return the Dataset of `answer` without its sentences."""
     if "pull_off_force" not in ds and "force" not in ds:
-        raise ValueError("expected a solution, or its pull_off, found neither; run adhesive, rigid or superpose first")
+        raise Refusal("", "a solution, or its pull_off", "neither", "run adhesive, rigid or superpose first")
     pull = at_first_preload(ds if "pull_off_force" in ds else pull_off(ds))
     force = pull["pull_off_force"].load()
     bounds = _adhering_bounds(pull)
@@ -142,14 +143,16 @@ def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:
     force = pull["pull_off_force"]
     _refuse_several(force)
     if not force.dims and not {"subregion", "subregion_x"} & set(force.coords):
-        raise ValueError(
-            "expected places along subregion, found a single force; take the answer before the mean over places, or "
-            "of one place, isel(subregion=0)"
+        raise Refusal(
+            "",
+            "places along subregion",
+            "a single force",
+            "take the answer before the mean over places, or of one place, isel(subregion=0)",
         )
     refuse_conditions(pull, "pull_off_force")
     bounds = sample_bounds(pull, "pull_off_force")
     if not (bounds[1] > 0).any():
-        raise ValueError(f"pull_off_force: expected at least one place that adheres, found none of {force.size}")
+        raise Refusal("pull_off_force", "at least one place that adheres", f"none of {force.size}")
     return bounds
 
 
@@ -206,14 +209,16 @@ def _refuse_several(force: xr.DataArray):
     """Raise for several scans or conditions, with advice on how to select or pool them."""
     others = conditions(force)
     if "scan" in others:
-        raise ValueError(
-            "expected one scan, found several; take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"
+        raise Refusal(
+            "", "one scan", "several", "take statistics.pooled(pull, 'pull_off_force') for all, or isel(scan=0)"
         )
     if others:
         ways = ", ".join(f"{dim}=0" for dim in others)
-        raise ValueError(
-            f"expected one condition, found several along {', '.join(others)}; take "
-            f"bootstrap(statistics=['mean']) of its pull_off for all, or one by isel({ways})"
+        raise Refusal(
+            "",
+            "one condition",
+            f"several along {', '.join(others)}",
+            f"take bootstrap(statistics=['mean']) of its pull_off for all, or one by isel({ways})",
         )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from .sampling import samples, without_weights
 
@@ -96,7 +97,7 @@ def fit(
     sample = without_weights(samples(ds, name), "fit")
     values = sample.values
     if values.size < 3 or np.ptp(values) == 0:
-        raise ValueError(f"{name}: expected at least three samples, not all equal, found {values.size}")
+        raise Refusal(name, "at least three samples, not all equal", values.size)
     tested = values  # for the simulated goodness of fit
     simulations = 0 if sample.bounds is not None else simulations
     # largest number of samples for the simulated goodness of fit. All 262,144 pixels of a map would take ten minutes,

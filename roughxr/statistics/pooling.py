@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .sampling import SAMPLES, map_samples
 from .uncertainty import bootstrap
 
@@ -109,14 +110,12 @@ def _need_several(ds: xr.Dataset, name: str, over: str) -> None:
     """Raise unless a variable has samples of several scans, and no further dimension."""
     if name not in ds or over not in ds[name].dims:
         dims = tuple(ds[name].dims) if name in ds else f"variables {', '.join(map(str, ds.data_vars))}"
-        raise ValueError(f"{name}: expected a variable along {over!r}, found {dims}")
+        raise Refusal(name, f"a variable along {over!r}", dims)
     others = [str(dim) for dim in ds[name].dims if dim not in (over, *SAMPLES, "x", "y")]
     if others:
-        raise ValueError(
-            f"{name}: expected only {over!r} and its samples, found also {', '.join(others)}; select one value of each"
-        )
+        raise Refusal(name, f"only {over!r} and its samples", f"also {', '.join(others)}", "select one value of each")
     if ds.sizes[over] < 2:
-        raise ValueError(f"{over}: expected at least two, found {ds.sizes[over]}; for one take `bootstrap`")
+        raise Refusal(over, "at least two", ds.sizes[over], "for one take `bootstrap`")
 
 
 _NAMES = ("pooled", "pooled_low", "pooled_high", "between_std", "between_p_value")

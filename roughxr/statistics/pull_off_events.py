@@ -9,6 +9,7 @@ from ..bodies.pair_record import read_pair
 from ..jobs.records import converged
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 
 #: Variables by which solvers state the error of their pull-off.
@@ -87,15 +88,14 @@ def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
     if "force" not in ds or "delta" not in ds["force"].dims:
         hint = "; it contains pull-off forces already" if "pull_off_force" in ds else ""
         names = ", ".join(map(str, ds.data_vars))
-        raise ValueError(f"expected a solution with 'force' along 'delta', found variables: {names}{hint}")
+        raise Refusal("", "a solution with 'force' along 'delta'", f"variables: {names}{hint}")
     force = ds["force"]
     if force.sizes["delta"] < 2:
-        raise ValueError("delta: expected a sweep of at least two displacements to find the pull-off in, found one")
+        raise Refusal("delta", "a sweep of at least two displacements to find the pull-off in", "one")
     elastic = ds.attrs.get("method") == "direct" or ds.attrs.get("law") == HERTZ
     if elastic and (force.chunks is not None or not (force < 0).any()):
-        raise ValueError(
-            "expected a sweep with adhesion, found one without; solve with adhesion: superpose(…, law='jkr') or "
-            "adhesive(…)"
+        raise Refusal(
+            "", "a sweep with adhesion", "one without", "solve with adhesion: superpose(…, law='jkr') or adhesive(…)"
         )
     return force
 
@@ -189,6 +189,6 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.entered(ds) if "pull_off_force" in ds else schema.validate(ds, "pull_off")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
-        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+        raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")
     out = schema.label(ds.assign(pull_off_ratio=ds["pull_off_force"] / smooth))
     return schema.record(out, "reduction", ds)

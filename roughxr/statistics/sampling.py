@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 
 #: Dimensions along which samples lie, and the coordinates of their places.
@@ -59,7 +60,7 @@ def samples(ds: xr.Dataset, name: str, *, quiet: bool = False) -> Samples:
     values = np.where(np.isinf(bounds[1]), bounds[0], bounds.mean(axis=0))
     finite = np.isfinite(values)
     if finite.sum() < 2:
-        raise ValueError(f"{name}: expected at least two finite samples, found {finite.sum()} of {values.size}")
+        raise Refusal(name, "at least two finite samples", f"{finite.sum()} of {values.size}")
     places = None
     if all(axis in ds.coords for axis in PLACES[dim]):
         places = np.c_[tuple(ds[axis].values[finite] for axis in PLACES[dim])].astype(float)
@@ -205,9 +206,11 @@ def refuse_conditions(ds: xr.Dataset, what: str) -> None:
     if values.size > 1:
         name = ds.attrs.get(CONDITION, CONDITION)
         listed = ", ".join(f"{value:g}" for value in values[:8])
-        raise ValueError(
-            f"{what}: expected one condition, found {values.size} values of {name!r}: {listed}; select one, "
-            f"measured.where(measured.condition == {values[0]:g}, drop=True)"
+        raise Refusal(
+            what,
+            "one condition",
+            f"{values.size} values of {name!r}: {listed}",
+            f"select one, measured.where(measured.condition == {values[0]:g}, drop=True)",
         )
 
 
@@ -227,12 +230,13 @@ def map_samples(ds: xr.Dataset, *names: str) -> xr.Dataset:
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
     """Return the only dimension of a variable's samples; raise if there is none or more than one."""
     if name not in ds:
-        raise ValueError(f"expected one of {', '.join(map(str, ds.data_vars))}, found {name!r}")
+        raise Refusal("", f"one of {', '.join(map(str, ds.data_vars))}", f"{name!r}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
-        raise ValueError(
-            f"{name}: expected one dimension, {' or '.join(SAMPLES)}, or a map along x and y, "
-            f"found {tuple(ds[name].dims)}; "
-            "select first, for example ds.sel(delta=10, method='nearest')"
+        raise Refusal(
+            name,
+            f"one dimension, {' or '.join(SAMPLES)}, or a map along x and y",
+            tuple(ds[name].dims),
+            "select first, for example ds.sel(delta=10, method='nearest')",
         )
     return str(ds[name].dims[0])
 

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from .sampling import SAMPLES, by_share, map_samples, sample_bounds, standard_deviation, warn_of_missing
 
 
@@ -49,7 +50,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     ds = map_samples(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:
-        raise ValueError(f"expected a dimension {' or '.join(SAMPLES)}, found {tuple(ds.dims)}")
+        raise Refusal("", f"a dimension {' or '.join(SAMPLES)}", tuple(ds.dims))
     ds = _with_bounds(ds)
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
     for name, array in wanted.items():

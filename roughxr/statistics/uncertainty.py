@@ -23,6 +23,7 @@ import xarray as xr
 
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction
 from .censoring import (
     CensoredEstimates,
@@ -152,7 +153,7 @@ def bootstrap(
     sample = samples(ds, name)
     fraction(confidence, "confidence")
     if resamples < 1 / (1 - confidence):
-        raise ValueError(f"resamples: expected at least {1 / (1 - confidence):.0f}, found {resamples}")
+        raise Refusal("resamples", f"at least {1 / (1 - confidence):.0f}", resamples)
     labels = list(statistics)
     count = _independent(sample, None if within is None else samples(within, name))
     likelihood: CensoredEstimates | None = None
@@ -237,7 +238,7 @@ def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any
     except ValueError:
         share = np.nan
     if not (label.startswith("q") and 0 <= share <= 1):
-        raise ValueError(f"statistics: expected mean, std or q0 … q100, found {label!r}")
+        raise Refusal("statistics", "mean, std or q0 … q100", f"{label!r}")
     return _quantile(values, share, weights)
 
 

@@ -31,6 +31,7 @@ from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
 from ..vocabulary import schema
 from ..vocabulary.error_sources import MESH, PLACES, SAMPLING, UNSEEN
 from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, Quantity, positive, whole_number
 from .assumptions import CHANGES, noise_limit
@@ -193,7 +194,7 @@ def real_pull_off(
     schema.need_assigned(ds, "sphere_radius")
     _refuse_resting(solved, finer)
     if not float(ds["height"].std()) > 0:
-        raise ValueError("height: expected roughness, found a flat scan; adhesive gives its pull-off")
+        raise Refusal("height", "roughness", "a flat scan", "adhesive gives its pull-off")
     end = _SHORTEST_WAVELENGTH if shortest is None else positive(shortest, "nm", "shortest")
     pull_off = at_first_preload(solved)
     scanned = mean_pull_off(pull_off)
@@ -201,9 +202,11 @@ def real_pull_off(
     if np.isnan(low):
         places = int(scanned["places"])
         independent = float(scanned["independent_places"])
-        raise ValueError(
-            f"subregions: expected enough independent places for an interval, found {places} that adhere, "
-            f"{number(independent, digits=2)} of them independent; take a larger grid or a larger scan"
+        raise Refusal(
+            "subregions",
+            "enough independent places for an interval",
+            f"{places} that adhere, {number(independent, digits=2)} of them independent",
+            "take a larger grid or a larger scan",
         )
     lowering = -float(np.log(scanned["smooth_share"]))
     unseen = _unseen_factor(ds, solved, scanned, end, finer, measured, force_std)
@@ -286,9 +289,11 @@ def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
 def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:
     """Raise where the places are resting positions of free particles, without a second scan."""
     if SHARE in places.coords and finer is None:
-        raise ValueError(
-            "finer: expected a second scan for resting positions, found none; on finer roughness a particle rolls on "
-            "to other ones, and adheres up to several times as much"
+        raise Refusal(
+            "finer",
+            "a second scan for resting positions",
+            "none",
+            "on finer roughness a particle rolls on to other ones, and adheres up to several times as much",
         )
 
 
@@ -342,11 +347,11 @@ def _measured_factor(measured: xr.Dataset, force_std: float) -> RoughnessFactor:
     """Return the effect of unseen roughness as the ratio of measured to simulated pull-offs."""
     measured = schema.entered(measured)
     if "ratio" not in measured or "mean" not in measured["statistic"]:
-        raise ValueError("measured: expected a result of `compare` with the mean, found no ratio of means")
+        raise Refusal("measured", "a result of `compare` with the mean", "no ratio of means")
     mean = measured.sel(statistic="mean")
     ratio, low, high = (float(mean[name]) for name in ("ratio", "ratio_low", "ratio_high"))
     if not np.isfinite([ratio, low, high]).all():
-        raise ValueError("measured: expected an interval of the ratio, found none; measure more places")
+        raise Refusal("measured", "an interval of the ratio", "none", "measure more places")
     scatter = np.log(high / low) / (2 * HALF_WIDTH)
     error = float(np.hypot.reduce([scatter, force_std, _TRANSFER_ERROR]))
     return RoughnessFactor(float(np.log(ratio)), error, "by measured pull-offs")
@@ -417,7 +422,7 @@ def mean_at_rest(scan: xr.Dataset, law: str) -> tuple[float, float]:
 def _need_two(count: int, places_name: str) -> None:
     """Raise where a second scan has fewer than two places that adhere."""
     if count < 2:
-        raise ValueError(f"finer: expected two {places_name} that adhere, found {count}; take a wider second scan")
+        raise Refusal("finer", f"two {places_name} that adhere", count, "take a wider second scan")
 
 
 def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.Dataset]]:
@@ -437,16 +442,17 @@ def _as_shown(finer: xr.Dataset, ds: xr.Dataset, phase: float) -> xr.Dataset:
     step = schema.square_pixel(ds)
     fine = schema.square_pixel(finer)
     if not fine < step:
-        raise ValueError(f"finer: expected pixels smaller than {step:.3g} nm, found {fine:.3g} nm")
+        raise Refusal("finer", f"pixels smaller than {step:.3g} nm", f"{fine:.3g} nm")
     axes = {}
     for axis in "xy":
         low = float(finer[axis][0])
         high = float(finer[axis][-1])
         count = int((high - low) / step)
         if count < _FEWEST_PIXELS:
-            raise ValueError(
-                f"finer: expected a side of {_FEWEST_PIXELS * step:.3g} nm or more, ten pixels of the first scan, "
-                f"found {high - low:.3g} nm"
+            raise Refusal(
+                "finer",
+                f"a side of {_FEWEST_PIXELS * step:.3g} nm or more, ten pixels of the first scan",
+                f"{high - low:.3g} nm",
             )
         axes[axis] = low + step * (phase + np.arange(count))
     return schema.label(finer.interp(axes, assume_sorted=True).assign_attrs(finer.attrs))
@@ -465,10 +471,11 @@ def _refuse_other_surface(ds: xr.Dataset, shown: xr.Dataset) -> None:
         low = rms_of_parts.min() / _LARGEST_RATIO
         high = rms_of_parts.max() * _LARGEST_RATIO
         if not low <= value <= high:
-            raise ValueError(
-                f"finer: expected a scan of the same surface, whose parts as large as this have {name} of rms "
-                f"{number(rms_of_parts.min(), units)} to {number(rms_of_parts.max(), units)} at equal pixels, found "
-                f"{number(value, units)}"
+            raise Refusal(
+                "finer",
+                f"a scan of the same surface, whose parts as large as this have {name} of rms "
+                f"{number(rms_of_parts.min(), units)} to {number(rms_of_parts.max(), units)} at equal pixels",
+                number(value, units),
             )
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 from ..bodies import liquid
 from ..bodies import pair as materials
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities
 
 #: Options of xarray to join results along the varied parameters.
@@ -77,7 +78,7 @@ def vary(
     varied |= {"humidity": humidity}
     axes = {name: _values(values, name, ds) for name, values in varied.items() if values is not None}
     if not axes and indenter is None:
-        raise ValueError(f"expected values of {', '.join(varied)} or several of them, found none")
+        raise Refusal("", f"values of {', '.join(varied)} or several of them", "none")
     _need_possible(ds, axes, options)
     parts: list[xr.Dataset] = []
     for placement, bodies in _placed(ds, indenter, axes):
@@ -85,7 +86,7 @@ def vary(
             part = _solved(bodies, solve, dict(zip(axes, values)), options)
             parts.append(part if placement is None else part.expand_dims(placement=[placement]))
     if any("delta" in part.dims and not part["delta"].equals(parts[0]["delta"]) for part in parts):
-        raise ValueError("delta: expected displacements in nm, since their default differs from one pair to the next")
+        raise Refusal("delta", "displacements in nm, since their default differs from one pair to the next")
     out = xr.combine_by_coords(parts, **_TOGETHER)
     assert isinstance(out, xr.Dataset)
     recorded: dict[str, Any] = {"solve": getattr(solve, "__name__", type(solve).__name__), **axes}
@@ -100,11 +101,13 @@ def vary(
 def _need_possible(ds: xr.Dataset, axes: dict[str, list[float]], options: dict[str, Any]) -> None:
     """Raise for a modulus where a layer has its own, and for fields of several radii."""
     if "contact_modulus" in axes and schema.is_coated(ds):
-        raise ValueError("contact_modulus: expected a half space, found a layer with its own moduli; leave it out")
+        raise Refusal("contact_modulus", "a half space", "a layer with its own moduli", "leave it out")
     if options.get("fields") and len(axes.get("sphere_radius", ())) > 1:
-        raise ValueError(
-            "fields: expected one sphere_radius, since each has windows of its own size, found "
-            f"{len(axes['sphere_radius'])}; vary the other parameters, or leave the fields out"
+        raise Refusal(
+            "fields",
+            "one sphere_radius, since each has windows of its own size",
+            len(axes["sphere_radius"]),
+            "vary the other parameters, or leave the fields out",
         )
 
 
@@ -127,9 +130,9 @@ def _placed(ds: xr.Dataset, indenter: xr.Dataset | None, axes: dict[str, Any]) -
         yield None, ds
         return
     if "sphere_radius" in axes:
-        raise ValueError("sphere_radius: expected none with an indenter, found some; take `placements` of another one")
+        raise Refusal("sphere_radius", "none with an indenter", "some", "take `placements` of another one")
     if not isinstance(indenter, xr.Dataset) or "placement" not in indenter.dims or "indenter_height" not in indenter:
-        raise ValueError("indenter: expected a Dataset from `placements`, with indenter_height along placement")
+        raise Refusal("indenter", "a Dataset from `placements`, with indenter_height along placement")
     bare = ds.drop_vars(["sphere_radius", "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     for k, placement in enumerate(indenter["placement"].values):
         yield (

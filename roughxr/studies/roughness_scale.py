@@ -15,6 +15,7 @@ from ..scans import regions, self_affine_fit, smooth
 from ..scans.fine_scales import Spectrum, known_spectrum, with_fine_roughness
 from ..specimen import specimen_of
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Places, Quantities, Quantity, whole_number
 
 
@@ -87,7 +88,7 @@ def _usual_wavelengths(ds: xr.Dataset, spectrum: xr.Dataset) -> list[float]:
     shown = float(spectrum["shortest_wavelength"])
     pixel = schema.square_pixel(ds)
     if not np.isfinite(float(spectrum["psd_plateau"])) or not np.isfinite(shown):
-        raise ValueError("shortest: expected wavelengths in nm, since this scan has no spectrum to extrapolate")
+        raise Refusal("shortest", "wavelengths in nm, since this scan has no spectrum to extrapolate")
     return [0.5 * shown, 0.5**0.5 * shown, shown, *(n * pixel for n in (2, 4) if n * pixel > 1.02 * shown)]
 
 
@@ -101,7 +102,7 @@ def _simulated(
     cells_per_wavelength = 8
     if cells_per_wavelength * problem.pixel > MOST_REFINED * wavelengths[0]:
         least = cells_per_wavelength / MOST_REFINED * problem.pixel
-        raise ValueError(f"shortest: expected wavelengths of {least:g} nm or more, found {wavelengths[0]:g} nm")
+        raise Refusal("shortest", f"wavelengths of {least:g} nm or more", f"{wavelengths[0]:g} nm")
     half_width = window_half_width(specimen, problem, adhesion)
     windows, _ = regions.windows(ds, centres, half_width)
     largest_cell = min(adhesion.first_cell, resolving_cell(adhesion, problem))

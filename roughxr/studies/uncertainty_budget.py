@@ -30,6 +30,7 @@ from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
 from ..vocabulary.numbers import percent
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
 from ..vocabulary.units import Places, whole_number
 from .assumptions import HUMID, pair_factors, range_deviation
@@ -300,12 +301,10 @@ def _thin_menisci(ds: xr.Dataset, solved: xr.Dataset) -> _Entry:
 def _need_factors(ds: xr.Dataset, settings: Mapping[str, Sequence] | None) -> None:
     """Raise if bodies do not adhere, or a factor does not exist for this pair."""
     if read_pair(ds, "work_of_adhesion").work <= 0:
-        raise ValueError("expected a pair with work_of_adhesion > 0, found 0; assign one with assign_pair")
+        raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")
     for factor, values in (settings or {}).items():
         schema.one_of(factor, CHANGED, "settings")
         if isinstance(values, str):
-            raise ValueError(f"settings: expected a list for {factor!r}, such as [{values!r}], found {values!r}")
+            raise Refusal("settings", f"a list for {factor!r}, such as [{values!r}]", f"{values!r}")
         if factor in HUMID and not schema.is_humid(ds):
-            raise ValueError(
-                f"settings: expected a humid pair for {factor!r}, found a dry one; assign_pair(humidity=…) first"
-            )
+            raise Refusal("settings", f"a humid pair for {factor!r}", "a dry one", "assign_pair(humidity=…) first")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+from .refusal import Refusal
 from .text import did_you_mean
 
 AUTO = "auto"
@@ -116,7 +117,7 @@ def read_law(law: Any, verb: str) -> str:
     others = ", ".join(ADHESION_LAWS[name].verbs) if name in ADHESION_LAWS else ""
     spellings = [spelling for spelling, meant in _NAMES.items() if meant in names]
     hint = f" of {others}" if others else did_you_mean(law, spellings)
-    raise ValueError(f"law: expected one of {', '.join(map(repr, names))}, found {law!r}{hint}")
+    raise Refusal("law", f"one of {', '.join(map(repr, names))}", f"{law!r}{hint}")
 
 
 def law_by_tabor(tabor: float) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from .provenance import height_hash, history, record  # noqa: F401
+from .refusal import Refusal
 from .table import KINDS, PAIR, TRAVELLING, VARIABLES, Variable, attributes, axis_label  # noqa: F401
 from .text import did_you_mean, warn
 from .units import converts, in_units, magnitude, single
@@ -136,13 +137,15 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     for name, dims in KINDS[kind].items():
         if name not in ds:
             names = ", ".join(map(str, ds.data_vars)) or "none"
-            raise ValueError(f"{kind}: expected a variable {name!r}, found {names}")
+            raise Refusal(kind, f"a variable {name!r}", names)
         if not set(dims) <= set(ds[name].dims):
-            raise ValueError(f"{name}: expected dimensions {dims}, found {tuple(ds[name].dims)}")
+            raise Refusal(name, f"dimensions {dims}", tuple(ds[name].dims))
         if ds[name].dtype.kind not in "fiu":
-            raise ValueError(
-                f"{name}: expected real numbers, found values of type {ds[name].dtype}; "
-                f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)"
+            raise Refusal(
+                name,
+                "real numbers",
+                f"values of type {ds[name].dtype}",
+                f"if numbers are meant, convert them, for example ds[{name!r}].astype(float)",
             )
     ds = entered(ds)
     if kind in ("scan", "asperities"):
@@ -154,17 +157,18 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan with height as (x, y) in nm on uniform pixel centres."""
     if set(ds["height"].dims) != {"x", "y"}:
-        raise ValueError(
-            f"height: expected dimensions ('x', 'y'), found {tuple(ds['height'].dims)}; "
-            "choose one image with .isel or .sel first"
+        raise Refusal(
+            "height", "dimensions ('x', 'y')", tuple(ds["height"].dims), "choose one image with .isel or .sel first"
         )
     for axis in ("x", "y"):
         if axis not in ds.coords:
-            raise ValueError(f"{axis}: expected a coordinate of pixel centres in nm, found none; assign one")
+            raise Refusal(axis, "a coordinate of pixel centres in nm", "none", "assign one")
         if spacing(ds[axis]) < SMALLEST_LENGTH:
-            raise ValueError(
-                f"{axis}: expected pixels of at least {SMALLEST_LENGTH:g} nm, found {spacing(ds[axis]):.3g} nm; state "
-                f"their units, for example ds[{axis!r}].attrs['units'] = 'm'"
+            raise Refusal(
+                axis,
+                f"pixels of at least {SMALLEST_LENGTH:g} nm",
+                f"{spacing(ds[axis]):.3g} nm",
+                f"state their units, for example ds[{axis!r}].attrs['units'] = 'm'",
             )
     out = ds.assign(height=_float_heights(ds["height"].variable.transpose("x", "y")))
     bare = [name for name in ("x", "y", "height") if not out[name].attrs.get("units")]
@@ -172,9 +176,11 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
         sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
         relief = np.nan if out.chunks else float(out["height"].max() - out["height"].min())
         if 0 < relief < SMALLEST_LENGTH:
-            raise ValueError(
-                f"height: expected units and heights over at least {SMALLEST_LENGTH:g} nm, found no units and "
-                f"{relief:.3g}; state them, for example ds['height'].attrs['units'] = 'm'"
+            raise Refusal(
+                "height",
+                f"units and heights over at least {SMALLEST_LENGTH:g} nm",
+                f"no units and {relief:.3g}",
+                "state them, for example ds['height'].attrs['units'] = 'm'",
             )
         heights = "" if out.chunks else f" and heights over {relief:.4g} nm"
         warn(
@@ -192,9 +198,11 @@ def _float_heights(height: xr.Variable) -> xr.Variable:
         return _float_heights(height.astype(float))
     data = height.data
     if isinstance(data, np.ndarray) and np.isinf(data).any():
-        raise ValueError(
-            f"height: expected finite heights, found {np.isinf(data).sum()} infinite ones; if they are missing, make "
-            "them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()"
+        raise Refusal(
+            "height",
+            "finite heights",
+            f"{np.isinf(data).sum()} infinite ones",
+            "if they are missing, make them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()",
         )
     return height
 
@@ -204,13 +212,15 @@ def spacing(coordinate: xr.DataArray) -> float:
     values = np.asarray(coordinate.values, dtype=float)
     name = coordinate.name
     if values.size < 2:
-        raise ValueError(f"{name}: expected at least two pixels, found {values.size}")
+        raise Refusal(name, "at least two pixels", values.size)
     steps = np.diff(values)
     step = (values[-1] - values[0]) / (values.size - 1)
     if not np.isfinite(values).all() or step <= 0 or np.abs(steps - step).max() > 1e-6 * abs(step):
-        raise ValueError(
-            f"{name}: expected uniform, ascending pixel centres, found steps from {steps.min():g} to "
-            f"{steps.max():g} nm; sort with .sortby({name!r}) or resample onto a uniform grid with .interp"
+        raise Refusal(
+            name,
+            "uniform, ascending pixel centres",
+            f"steps from {steps.min():g} to {steps.max():g} nm",
+            f"sort with .sortby({name!r}) or resample onto a uniform grid with .interp",
         )
     return float(step)
 
@@ -229,7 +239,7 @@ def square_pixel(ds: xr.Dataset) -> float:
     """Return the pixel size of a scan in nm; raise where its pixels are not square."""
     dx, dy = pixel(ds)
     if not is_square(dx, dy):
-        raise ValueError(f"expected square pixels, found {dx:g} x {dy:g} nm; resample first (roughxr.scans.resample)")
+        raise Refusal("", "square pixels", f"{dx:g} x {dy:g} nm", "resample first (roughxr.scans.resample)")
     return dx
 
 
@@ -252,9 +262,12 @@ def need_assigned(ds: xr.Dataset, *names: str) -> None:
     """Raise unless each of these values of the pair is assigned, as one plausible number."""
     missing = [name for name in names if name not in ds.coords]
     if missing:
-        raise ValueError(
-            f"expected {', '.join(missing)} on the dataset, found no such coordinate; assign the pair of "
-            "bodies first, for example ds.contact.assign_pair(sphere_radius='3 um', materials='glass')"
+        raise Refusal(
+            "",
+            f"{', '.join(missing)} on the dataset",
+            "no such coordinate",
+            "assign the pair of bodies first, for example ds.contact.assign_pair(sphere_radius='3 um', "
+            "materials='glass')",
         )
     for name in names:
         _assigned(ds[name], name)
@@ -269,9 +282,7 @@ def sphere_radius(ds: xr.Dataset) -> float:
 def _assigned(value: xr.DataArray, name: str) -> None:
     """Raise if a value of the pair has been made an array or implausible since assignment."""
     if value.ndim:
-        raise ValueError(
-            f"{name}: expected one value, found {value.size} along {value.dims}; select or solve one at a time"
-        )
+        raise Refusal(name, "one value", f"{value.size} along {value.dims}", "select or solve one at a time")
     adhesion = name == "work_of_adhesion"  # which may be none
     units = VARIABLES[name].units
     least = 0.0 if adhesion else np.nextafter(0.0, 1.0)
@@ -282,10 +293,12 @@ def _assigned(value: xr.DataArray, name: str) -> None:
 def finite(height: np.ndarray) -> np.ndarray:
     """Return a height map; raise where pixels are missing."""
     if missing := int(np.count_nonzero(~np.isfinite(height))):
-        raise ValueError(
-            f"height: expected finite heights, found {missing} missing pixels of {height.size}; "
+        raise Refusal(
+            "height",
+            "finite heights",
+            f"{missing} missing pixels of {height.size}",
             "fill them first (ds.contact.fill(), in a shell --fill linear) or crop them away "
-            "(roughxr.scans.crop(ds, x=…, y=…))"
+            "(roughxr.scans.crop(ds, x=…, y=…))",
         )
     return height
 
@@ -294,12 +307,10 @@ def ascending(values: Any, units: str, name: str) -> np.ndarray:
     """Return values as a float array in ``units``; raise unless they are finite and ascending."""
     array = np.atleast_1d(np.asarray(magnitude(values, units, name), dtype=float))
     if array.ndim != 1 or array.size == 0:
-        raise ValueError(
-            f"{name}: expected at least one value in {units} along one dimension, found shape {array.shape}"
-        )
+        raise Refusal(name, f"at least one value in {units} along one dimension", f"shape {array.shape}")
     if (np.diff(array) <= 0).any():
         first = array[:-1][np.diff(array) <= 0][0]
-        raise ValueError(f"{name}: expected ascending values, found {first:g} before a smaller or equal one; sort them")
+        raise Refusal(name, "ascending values", f"{first:g} before a smaller or equal one", "sort them")
     return array
 
 
@@ -307,14 +318,12 @@ def refuse_unused(where: str, **given: Any) -> None:
     """Raise for options that were given, other than None, where they would change nothing."""
     for name, value in given.items():
         if value is not None:
-            raise ValueError(f"{name}: not used with {where}, found {value!r}; leave it out")
+            raise Refusal(name, f"none with {where}", f"{value!r}", "leave it out")
 
 
 def one_of(value: Any, allowed: Iterable[str], name: str) -> str:
     """Return ``value``; raise with the known names where it is none of them."""
     allowed = tuple(allowed)
     if value not in allowed:
-        raise ValueError(
-            f"{name}: expected one of {', '.join(map(repr, allowed))}, found {value!r}{did_you_mean(value, allowed)}"
-        )
+        raise Refusal(name, f"one of {', '.join(map(repr, allowed))}", f"{value!r}{did_you_mean(value, allowed)}")
     return value

@@ -11,6 +11,8 @@ from typing import Any, SupportsFloat, TypeAlias
 import numpy as np
 import xarray as xr
 
+from .refusal import Refusal
+
 #: A number in the documented units, text such as "3 um", or a pint quantity.
 Quantity: TypeAlias = SupportsFloat | str
 
@@ -51,7 +53,7 @@ def factor(source: str, target: str) -> float:
             raise ValueError
         ratio = float(_registry().Quantity(1.0, source).to(target).magnitude)
     except (pint.errors.PintError, pint.errors.UndefinedUnitError, AttributeError, TypeError, ValueError):
-        raise ValueError(f"expected units that convert to {target!r}, found {source!r}") from None
+        raise Refusal("", f"units that convert to {target!r}", f"{source!r}") from None
     return float(f"{ratio:.15g}")  # 1000.0000000000001 nm per um would spoil exact coordinates
 
 
@@ -74,9 +76,9 @@ def magnitude(value: Any, units: str, name: str) -> Any:
             raise ValueError("a flag is no quantity")
         number = number.astype(float)
     except (TypeError, ValueError):
-        raise ValueError(f"{name}: expected a number in {units}, found {value!r}") from None
+        raise Refusal(name, f"a number in {units}", f"{value!r}") from None
     if not np.isfinite(number).all():
-        raise ValueError(f"{name}: expected finite numbers in {units}, found {value!r}")
+        raise Refusal(name, f"finite numbers in {units}", f"{value!r}")
     return float(number) if number.ndim == 0 else number
 
 
@@ -104,19 +106,19 @@ def plain(value: Any, units: str, name: str) -> Any:
             return in_units(value.variable, units, name).values
         if hasattr(value, "magnitude") and hasattr(value, "units"):
             return value.magnitude * factor(f"{value.units}", units)
-    except ValueError as error:
-        raise ValueError(f"{name}: {str(error).removeprefix(f'{name}: ')}") from None
+    except Refusal as error:
+        raise Refusal(name, error.expected, error.found, error.advice) from None
     except Exception as error:
-        raise ValueError(f"{name}: expected a quantity such as '3 {units}', found {value!r} ({error})") from None
+        raise Refusal(name, f"a quantity such as '3 {units}'", f"{value!r} ({error})") from None
     return value
 
 
 def _quantity(text: str, units: str) -> Any:
     """Return the quantity that a text states; raise for a decimal comma, or where it does not begin with a number."""
     if re.match(r"\s*[-+]?\d*,\d", text):
-        raise ValueError(f"expected a decimal point, found a comma in {text!r}")
+        raise Refusal("", "a decimal point", f"a comma in {text!r}")
     if not _NUMBER.match(text):
-        raise ValueError(f"expected a number with its units such as '3 {units}', found {text!r}")
+        raise Refusal("", f"a number with its units such as '3 {units}'", f"{text!r}")
     return _registry().Quantity(text)
 
 
@@ -124,7 +126,7 @@ def single(value: Any, units: str, name: str, words: str, fits: Callable[[float]
     """Return ``value`` as one float in ``units``; raise, with ``words``, unless it is one number and ``fits`` it."""
     number = magnitude(value, units, name)
     if not isinstance(number, float) or not fits(number):
-        raise ValueError(f"{name}: expected {words}, found {value!r}")
+        raise Refusal(name, words, f"{value!r}")
     return number
 
 
@@ -142,7 +144,7 @@ def whole_number(value: Any, name: str, *, least: int, most: int | None = None) 
     """Return ``value`` as an int; raise unless it is a whole number between bounds."""
     if not is_whole(value) or value < least or (most is not None and value > most):
         bounds = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise ValueError(f"{name}: expected a whole number {bounds}, found {value!r}")
+        raise Refusal(name, f"a whole number {bounds}", f"{value!r}")
     return int(value)
 
 
@@ -164,9 +166,11 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
     try:
         ratio = factor(stated, units)
     except ValueError:
-        raise ValueError(
-            f"{name}: expected units that convert to {units!r}, found {stated!r}; correct its attribute 'units', or "
-            "rename what is something else"
+        raise Refusal(
+            name,
+            f"units that convert to {units!r}",
+            f"{stated!r}",
+            "correct its attribute 'units', or rename what is something else",
         ) from None
     if data is None and ratio == 1.0:
         out = variable.copy(deep=False)
@@ -179,9 +183,11 @@ def in_units(variable: xr.Variable, units: str, name: str) -> xr.Variable:
 def converted(array: xr.DataArray, units: str, name: str) -> xr.DataArray:
     """Return ``array`` in ``units``, lazily where it is lazy; raise where its ``units`` are missing or wrong."""
     if not array.attrs.get("units"):
-        raise ValueError(
-            f"{name}: expected a 'units' attribute that converts to {units!r}, found none; "
-            f"set it, for example ds[{name!r}].attrs['units'] = {units!r}"
+        raise Refusal(
+            name,
+            f"a 'units' attribute that converts to {units!r}",
+            "none",
+            f"set it, for example ds[{name!r}].attrs['units'] = {units!r}",
         )
     variable = in_units(array.variable, units, name)
     return array if variable is array.variable else array.copy(data=variable.data).assign_attrs(variable.attrs)

@@ -12,6 +12,7 @@ from ...kernels.adhesion import potentials
 from ...specimen import Specimen
 from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import HAMAKER
+from ...vocabulary.refusal import Refusal
 from ..problem import Problem
 
 #: Largest share of the adhesion force from beyond the scan; otherwise a place is truncated.
@@ -36,7 +37,7 @@ def read_options(specimen: Specimen, law: str) -> Options:
     w = pair.solid_work
     menisci = pair.menisci
     if not w > 0 and menisci is None:
-        raise ValueError(f"work_of_adhesion: expected more than 0 J/m² for bodies that attract, found {w:g}")
+        raise Refusal("work_of_adhesion", "more than 0 J/m² for bodies that attract", f"{w:g}")
     length = pair.closest_approach if law == HAMAKER else pair.range_of(law)
     potential = potentials.potential(law, w, length if w > 0 else DEFAULT_RANGE, pair.retardation)
     if menisci is not None:
