@@ -43,7 +43,7 @@ def two_bumps(pixel, offset):
     return scan(np.maximum(np.maximum(*summits), -30), pixel).contact.assign_pair(**bodies)
 
 
-@pytest.mark.filterwarnings("ignore::roughxr.contact.adhesion.UnresolvedContact")
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}

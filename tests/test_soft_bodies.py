@@ -10,8 +10,8 @@ from scipy import special
 
 import roughxr
 from roughxr.contact import adhesive_options, refinement
-from roughxr.contact.adhesion import UnresolvedContact
 from roughxr.contact.adhesive_options import snap_in_gap
+from roughxr.contact.mesh import UnresolvedContact
 from roughxr.contact.refinement import coarser_mesh_error
 from roughxr.statistics.headline import mesh_error
 from tests import surfaces

@@ -6,8 +6,8 @@ import pytest
 import roughxr
 from roughxr import Layer
 from roughxr.bodies.layer import film_of
-from roughxr.contact.adhesion import UnresolvedContact
 from roughxr.contact.adhesive_options import usual_step
+from roughxr.contact.mesh import UnresolvedContact
 from roughxr.kernels.halfspace.layered import contact_at_pull_off
 from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of

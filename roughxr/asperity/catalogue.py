@@ -33,6 +33,10 @@ _MOST_REFINED, _LEAST_WIDTH = 16, 0.8
 _FITTED = ("height", "curvature_min", "curvature_max", "orientation", "fit_rms", "saddle", "edge", "vertex_fixed")
 
 
+class DoubtfulAsperities(UserWarning):
+    """Asperities whose curvatures or sums may differ from those of the surface."""
+
+
 class _Setup(NamedTuple):
     """Pixels and patch of the search for asperities and of their fits."""
 
@@ -264,7 +268,8 @@ def _warn(out: xr.Dataset) -> None:
         remedy = "the scan does not resolve them" if auto else "take patch='auto', which follows the surface"
         warn(
             f"patch: {100 * share:.0f} % of the asperities do not fit a paraboloid on a patch of "
-            f"{2 * float(out['patch_radius']):.3g} nm: these are not the curvatures of the summits; {remedy}"
+            f"{2 * float(out['patch_radius']):.3g} nm: these are not the curvatures of the summits; {remedy}",
+            DoubtfulAsperities,
         )
 
 

@@ -14,7 +14,7 @@ import xarray as xr
 from ..bodies.pair_record import read_pair
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
 from ..vocabulary.text import warn
-from .catalogue import RESOLVED
+from .catalogue import RESOLVED, DoubtfulAsperities
 
 #: Superposed pull-off over that of the simulation: the median, and the ends of the range.
 RATIO, LOW, HIGH = 0.8, 0.3, 1.4
@@ -48,5 +48,6 @@ def warn_above_smooth(force: np.ndarray, catalogue: xr.Dataset, law: str) -> Non
             cause = f"a patch of {width:.3g} nm may be too wide for this surface; take asperities(patch='auto')"
         warn(
             f"{int(above.sum())} of {above.size} superposed pull-offs exceed that of the sphere on a smooth flat, "
-            f"{smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): {cause}"
+            f"{smooth:.4g} nN (by up to {100 * np.nanmax(force) / smooth - 100:.2g} %): {cause}",
+            DoubtfulAsperities,
         )

@@ -25,6 +25,7 @@ from .asperity_sum import (
     law_attributes,
     read_summands,
 )
+from .catalogue import DoubtfulAsperities
 from .expectation import expectation, warn_above_smooth
 
 _STATES = {
@@ -123,7 +124,8 @@ def superpose(
     if "hardness" in ds.coords:
         warn(
             "hardness: superposed asperities stay elastic, found an assigned hardness; take `direct` or `adhesive`, "
-            "which let the bodies yield, or drop the hardness"
+            "which let the bodies yield, or drop the hardness",
+            DoubtfulAsperities,
         )
     centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")

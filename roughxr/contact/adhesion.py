@@ -23,7 +23,7 @@ from ..specimen import Specimen, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .adhesive_options import (
@@ -37,14 +37,10 @@ from .adhesive_options import (
 )
 from .adhesive_record import cycle_layout, cycle_record
 from .cycle import LEAST_RADIUS, MOST_CELLS
-from .mesh import Mesh, read_mesh
+from .mesh import Mesh, UnresolvedContact, read_mesh
 from .problem import Problem, ask_about_depth, read_problem
 from .refinement import LARGEST_SETTLING, settling_changes
 from .solving import solve
-
-
-class UnresolvedContact(UserWarning):
-    """A pull-off of one mesh that does not resolve the contacts, or states no error."""
 
 
 def adhesive(
@@ -269,16 +265,18 @@ def _warn(out: xr.Dataset, adhesion: Adhesion, problem: Problem) -> None:
         what = "cycles contain states that" if "preload_delta" in out else "states"
         warn(
             f"{int(rough.sum())} of {rough.size} {what} have not converged (converged is False); results that depend "
-            "on them are NaN: compare with a smaller step or a finer mesh"
+            "on them are NaN: compare with a smaller step or a finer mesh",
+            IncompleteResult,
         )
     short = out["truncated"].values & out["complete"].values
     if short.any():
         warn(
             f"{int(short.sum())} of {short.size} subregions have contact or liquid at the edge of the scan or of the "
             "indenter's map (truncated is True): their forces do not include the surface beyond; take a larger scan, "
-            "a smaller sphere or places farther inside"
+            "a smaller sphere or places farther inside",
+            IncompleteResult,
         )
     lost = int((~out["complete"].values).sum())
     if lost:
         what = "did not reach their preload or " if adhesion.preloads.size else ""
-        warn(f"{lost} subregions {what}needed more than {MOST_CELLS:g} cells; their results are NaN")
+        warn(f"{lost} subregions {what}needed more than {MOST_CELLS:g} cells; their results are NaN", IncompleteResult)

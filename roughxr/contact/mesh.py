@@ -12,6 +12,10 @@ from ..vocabulary.units import fraction, positive, whole_number
 MOST_REFINED = 16
 
 
+class UnresolvedContact(UserWarning):
+    """A pull-off of one mesh that does not resolve the contacts, or states no error."""
+
+
 class TooManyCells(Refusal):
     """The mesh has more cells within reach of the law than can be solved."""
 

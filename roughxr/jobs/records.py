@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.text import warn
+from ..vocabulary.text import IncompleteResult, warn
 
 #: The two branches of a cycle.
 BRANCHES = ("loading", "retraction")
@@ -82,7 +82,10 @@ def warn_unconverged(out: xr.Dataset, remedy: str) -> None:
     """Warn once about computed solves that did not meet their tolerance, with the remedy."""
     lost = int((~out["converged"].astype(bool)).sum())
     if lost:
-        warn(f"{out.attrs['method']}: {lost} of {out['converged'].size} solutions have not converged; {remedy}")
+        warn(
+            f"{out.attrs['method']}: {lost} of {out['converged'].size} solutions have not converged; {remedy}",
+            IncompleteResult,
+        )
 
 
 def loading(ds: xr.Dataset) -> xr.Dataset:

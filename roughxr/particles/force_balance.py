@@ -29,7 +29,7 @@ from ..statistics.sampling import SHARE, conditions, place_numbers
 from ..vocabulary import schema
 from ..vocabulary.numbers import percent
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Quantity, magnitude, positive
 from .loads import LOADS, Body, Flow, Load, Push, fluid_in_words, read_flow
 
@@ -149,7 +149,8 @@ def critical_load(
     if restless := int((mode == NO_REST).sum()):
         warn(
             f"{restless} of {mode.size} places are no resting positions: the sphere rolls off by itself, and "
-            f"{kind.critical} is NaN; take places of `resting`"
+            f"{kind.critical} is NaN; take places of `resting`",
+            IncompleteResult,
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     values["critical_load_error"] = _strength_error(kind, body, limit, strength)

@@ -32,10 +32,10 @@ from ..asperity.catalogue import asperities
 from ..asperity.reconstruction import reconstruct
 from ..asperity.superposition import superpose
 from ..bodies.pair import elastic
-from ..contact.adhesion import UnresolvedContact, adhesive
+from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import LONG_STEP, longest_step, usual_step
 from ..contact.elastic import direct
-from ..contact.mesh import MOST_REFINED, Mesh, TooManyCells, read_mesh
+from ..contact.mesh import MOST_REFINED, Mesh, TooManyCells, UnresolvedContact, read_mesh
 from ..contact.problem import default_deltas
 from ..contact.refinement import coarser_mesh_error
 from ..contact.regimes import formulas, regime

@@ -10,7 +10,7 @@ from ..jobs.records import converged
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import DUGDALE, HERTZ
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import IncompleteResult, warn
 
 #: Variables by which solvers state the error of their pull-off.
 _ERRORS = ("pull_off_resolution", "pull_off_error", "pressed_pull_off_force", "mesh", "cell_error")
@@ -79,7 +79,8 @@ def _warn_of_short_sweep(out: xr.Dataset, delta: np.ndarray) -> None:
         warn(
             f"the sweep from {delta[0]:g} to {delta[-1]:g} nm is too short for {short + never} of {pulls.size} places: "
             f"at {short} the adhesion force is largest at its end, at {never} there is none; take a longer sweep, or "
-            "leave delta out"
+            "leave delta out",
+            IncompleteResult,
         )
 
 

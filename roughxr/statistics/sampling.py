@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import warn
+from ..vocabulary.text import IncompleteResult, warn
 
 #: Dimensions along which samples lie, and the coordinates of their places.
 PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
@@ -195,7 +195,10 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
     """Warn if samples are missing."""
     if missing:
         reason = f" ({why})" if why else ""
-        warn(f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}")
+        warn(
+            f"{name}: computed from {total - missing} of {total} samples, the others are missing{reason}",
+            IncompleteResult,
+        )
 
 
 def refuse_conditions(ds: xr.Dataset, what: str) -> None:

@@ -36,6 +36,10 @@ def did_you_mean(value: Any, allowed: Iterable[Any]) -> str:
     return f" (did you mean {near[0]}?)" if near else ""
 
 
+class IncompleteResult(UserWarning):
+    """A result without some of its places or samples, or without the surface beyond an edge."""
+
+
 def warn(words: str, category: type[Warning] = UserWarning) -> None:
     """Warn at the line of the user's code that called the package."""
     frame = sys._getframe().f_back

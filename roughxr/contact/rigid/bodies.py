@@ -13,6 +13,7 @@ from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import HAMAKER, read_law
 from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
+from ..mesh import UnresolvedContact
 from ..problem import first_touches, read_problem
 from .attraction import Options, read_options
 from .rigid_places import solve_places
@@ -132,7 +133,8 @@ def _warn(out: xr.Dataset, options: Options) -> None:
     if share > 0.2:
         warn(
             f"rigid: a single cell at closest approach gives {min(share, 1):.0%} of the median pull-off, which "
-            "therefore depends on the size of the cells; set mesh=, or use a scan with add_fine_roughness"
+            "therefore depends on the size of the cells; set mesh=, or use a scan with add_fine_roughness",
+            UnresolvedContact,
         )
 
 
