@@ -84,6 +84,7 @@ def test_a_misspelt_synonym_is_answered_with_the_nearest():
         roughxr.superpose(surface(), law="mauguis", delta=[1.0])
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_other_functions_take_synonyms():
     options = {"rms": 0.3, "length": 0.3}
     assert reference.gaussian_work(law="LJ", **options) == reference.gaussian_work(law=LENNARD_JONES, **options)

@@ -13,6 +13,12 @@ from roughxr.contact.elastic import LIMITS, direct
 from roughxr.kernels.asperity import jkr, maugis
 from tests import surfaces
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = [
+    pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair"),
+    pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact"),
+]
+
 #: The limit without range on the pixels as they are.
 by_cells = partial(adhesive, law="jkr", mesh=1)
 

@@ -7,6 +7,9 @@ import roughxr
 
 from .surfaces import glass_pair, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+
 RADIUS, W = 3000.0, 2 * 0.6747
 CELLS = np.array([2.5, 4.0, 6.0, 10.0])  # to the radius of the contact at zero load
 
@@ -43,6 +46,7 @@ def two_bumps(pixel, offset):
     return scan(np.maximum(np.maximum(*summits), -30), pixel).contact.assign_pair(**bodies)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""

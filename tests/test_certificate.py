@@ -13,6 +13,9 @@ from roughxr.kernels.halfspace import displacement_control, working_set
 from . import half_space
 from .surfaces import rough, scan, sphere_gap
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 PIXEL, MODULUS, WORK, RANGE = 4.0, 40.0, 0.1, 0.3
 
 
@@ -112,6 +115,7 @@ def tampered(solution):
     yield "geometry", {"gap": solution.gap.where(~(solution.gap > 1e-3), solution.gap + 0.5)}
 
 
+@pytest.mark.filterwarnings("ignore:.*cut off")
 @pytest.mark.parametrize("law", ["direct", "exponential", "jkr", "dugdale", "lennard_jones"])
 def test_a_solution_that_solves_nothing_is_refused(surface, law):
     at = {"delta": [1.5, 2.0], "subregions": ([0.0], [0.0]), "fields": True}

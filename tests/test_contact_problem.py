@@ -62,6 +62,7 @@ def test_default_displacements_suit_the_scan():
     np.testing.assert_array_equal(direct(surface.chunk(48), subregions=(4, 4)).force, solved.force)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
     surface = glass_pair(scan(rough(96)))
     exact = pull_off_map(surface, subregions=(4, 4))
@@ -75,6 +76,7 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
     assert float(part.max()) <= 1 + 1e-12 and float(part.min()) > 0.9
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_what_speaks_for_some_places_says_so():
     surface = glass_pair(scan(rough(96)))
     found = superpose(surface, subregions=(4, 4))

@@ -38,6 +38,7 @@ def test_direct_warns_once_and_what_rests_on_it_is_missing(surface, monkeypatch)
     np.testing.assert_array_equal(beside.force_direct.isnull(), ~poor.converged)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_a_sweep_has_no_pull_off_where_its_largest_pull_has_not_converged():
     force = xr.DataArray([[1.0, -5.0, -2.0], [1.0, -5.0, -2.0]], dims=("subregion", "delta"))
     solved = xr.DataArray([[True, True, False], [True, False, True]], dims=("subregion", "delta"))

@@ -16,6 +16,9 @@ from roughxr.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE
 
 from .verb_calls import unlabelled
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 QUICK = {"law": "exponential", "mesh": roughxr.Mesh(1, step=0.8)}
 
 

@@ -16,6 +16,9 @@ from roughxr.vocabulary.error_sources import UNSEEN
 
 from .surfaces import rigid_pull_off
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 PAIR = {"sphere_radius": 300, "materials": "glass"}
 QUICK = {"subregions": (3, 3), "mesh": 2, "places": 1}
 
@@ -52,6 +55,7 @@ def real(scan):
     return roughxr.extrapolated(scan, **QUICK)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_with_nothing_unseen_it_is_the_pull_off_as_scanned(scan, scanned):
     known = roughxr.extrapolated(scan, shortest=2 * 8, **QUICK)
     np.testing.assert_allclose(known.pull_off_force, scanned.pull_off_force, rtol=1e-9)
@@ -133,6 +137,7 @@ def test_a_measured_factor_and_that_of_one_scan_are_weighted_by_their_inverse_va
     assert unsure.relative_std.sel(entry=UNSEEN) > both.relative_std.sel(entry=UNSEEN)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_material(true_surface, scan, scanned, truth):
     measured = roughxr.compare(scanned, truth, statistics=["mean"])
     other = {"sphere_radius": 150, "materials": "polystyrene"}
@@ -285,6 +290,7 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
     np.testing.assert_allclose(pull / pull[-1], np.divide(left, left[-1]), rtol=0.08)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 def test_between_stiff_bodies_it_is_the_rigid_sum_over_the_same_waves():
     ground = synthetic.self_affine((96, 96), 4, rms=1, hurst=0.7, rolloff=150, cutoff=40, seed=4)
     pair = {"sphere_radius": 500, "contact_modulus": 4e3, "work_of_adhesion": 0.06, "adhesion_range": 0.4}

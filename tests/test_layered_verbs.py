@@ -13,6 +13,9 @@ from roughxr.studies.assumptions import pair_factors
 
 from . import bonded_layer
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 #: Glass pressed on silica on silicon: of two bodies the scan's is the second.
 OXIDE = {"sphere_radius": 500, "materials": "glass/silicon", "layer": Layer("20 nm", "silica")}
 
@@ -194,6 +197,7 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
         thin.contact.vary(roughxr.direct, contact_modulus=[30, 40])
 
 
+@pytest.mark.filterwarnings("ignore:delta")
 def test_a_run_on_a_layer_does_all_but_the_sums_over_half_spaces(scan, tmp_path, capsys):
     ds = scan.contact.assign_pair(sphere_radius=30, materials="silica/silicon", layer="5 nm silica")
     groups = roughxr.run(ds, tmp_path / "run.nc", subregions=(2, 1), budget=0, mesh=1)

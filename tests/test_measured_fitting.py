@@ -13,6 +13,9 @@ from roughxr.statistics.sampling import Samples
 
 from .surfaces import glass_pair, rough, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 TRUE = 0.3
 QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential"}
 

@@ -8,6 +8,9 @@ import roughxr
 from roughxr.scans.synthetic import self_affine
 from roughxr.vocabulary.error_sources import UNSEEN
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
 SUMMED = {"subregions": (6, 6)}
 

@@ -23,6 +23,7 @@ def written(tmp_path, text, name="curves.csv", encoding="utf-8"):
     return path
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_a_table_brings_its_units_and_places(tmp_path):
     found = roughxr.open_pull_off(written(tmp_path, TABLE))
     np.testing.assert_allclose(found.pull_off_force, [12.5, np.nan, 9.5])

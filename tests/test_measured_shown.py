@@ -77,6 +77,7 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     assert said.count("agree") == 1 and "they agree" in said and "p =" not in said
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys, monkeypatch):
     fits = []
 

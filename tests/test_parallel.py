@@ -43,6 +43,7 @@ def test_views_give_the_same_results_in_every_process(scheduler, order, lazy):
     np.testing.assert_array_equal(found[:, 0], [2.0 * np.ascontiguousarray(part).sum() for (part,) in parts(array, 9)])
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 @pytest.mark.parametrize("scheduler", SCHEDULERS)
 def test_progress_counts_subregions(surface, scheduler, capsys):
     with dask.config.set(scheduler=scheduler), progress():

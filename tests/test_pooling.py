@@ -8,6 +8,9 @@ import roughxr
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics.pooling import random_effects
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+
 
 def several(rng, *, scans=4, places=100, within=2.0, between=1.0, mean=20.0):
     values = mean + between * rng.standard_normal((scans, 1)) + within * rng.standard_normal((scans, places))

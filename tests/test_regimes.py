@@ -27,6 +27,7 @@ def bumps(radius, distance, n=96, pixel=2.0):
     return scan(np.sqrt(np.clip(radius**2 - r2, 0, None)), pixel)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
     def of(modulus, work):
         pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": work}
@@ -96,6 +97,8 @@ def by_each_model(ground, place, refine):
     return recommended, *(float((one / simulated).mean()) for one in (stiff, summed))
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_what_is_recommended_is_near_the_simulation_and_the_rest_is_not(rough):
     """All three are computed: on stiff ground, on one soft cap, and between."""
     place = ([600.0], [600.0])

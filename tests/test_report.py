@@ -54,6 +54,7 @@ class Page(html.parser.HTMLParser):
         self.links += [value for name, value in attrs if name in ("src", "href", "data", "srcset")]
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_page_holds_everything_itself(written):
     text = written.read_text(encoding="utf-8")
     page = Page(text)
@@ -224,6 +225,7 @@ def test_cautions_say_what_is_wrong(run):
     assert "Superposed asperities: at 1 of 9 places the sphere does not adhere" in found
 
 
+@pytest.mark.filterwarnings("ignore:.*expected units")
 def test_a_clean_run_has_no_cautions(run):
     clean = {"scan": run["scan"].drop_attrs(), "solutions/direct": run["solutions/direct"].copy(deep=True)}
     clean["solutions/direct"]["truncated"][:] = False

@@ -15,6 +15,9 @@ from roughxr.scans.synthetic import self_affine
 from .closed_forms import rigid_sphere, sphere_attraction
 from .surfaces import rotated, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 RADIUS = 3000.0
 LAWS = ("hamaker", "lennard_jones", "exponential", "dugdale")
 
@@ -195,6 +198,7 @@ def test_smaller_cells_converge_and_coarse_ones_warn(rough):
     assert abs(pulls[2] / pulls[1] - 1) < 0.02 and abs(pulls[2] / pulls[0] - 1) < 0.1
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 def test_the_adhesive_simulation_of_stiff_bodies_is_rigid():
     """Of diamond's stiffness ten times over: summits hardly bend, and two wholly different solvers agree within 1 %."""
     ground = self_affine((96, 96), 4.0, rms=1.0, hurst=0.7, rolloff=150, cutoff=40, seed=4)

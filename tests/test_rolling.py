@@ -123,6 +123,7 @@ def test_rounding_does_not_decide_whether_an_asperity_at_the_end_of_its_branch_h
         np.testing.assert_allclose(other, pulls[0], rtol=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_isotropic_ground_has_an_isotropic_rose_and_a_stretched_one_has_not():
     roses = []
     for stretch in (1, 6):
@@ -216,6 +217,8 @@ def test_the_lever_of_a_contact_with_a_range_is_that_of_maugis_and_dugdale(param
     np.testing.assert_allclose(moments.lever[0], expected, atol=float(moments.lever_error[0]) * expected)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_them_beyond_their_errors():
     """Between DMT's lever, the largest (2πwR − 4E*a³/3R) a over 2πwR, and JKR's; pixels wider than the contact."""
     reference = simulated_levers(bump(1.0), "auto", 2)
@@ -230,6 +233,7 @@ def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_the
         np.testing.assert_allclose(moments.lever[0], expected, rtol=error + float(reference.lever_error[0]))
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
     surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
     x, y = np.array([200.0, 203.0]), np.array([200.0, 198.0])

@@ -114,6 +114,7 @@ def log(path):
 KILLS = [pytest.param(seed, marks=[] if seed in (1, 2, 5) else pytest.mark.soak) for seed in range(20)]
 
 
+@pytest.mark.filterwarnings("ignore:.*the run is not finished")
 @pytest.mark.parametrize("seed", KILLS)
 def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
     """The parent under threads or processes, or one of its workers; some are killed twice, some store by stages."""

@@ -42,6 +42,7 @@ def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
             np.testing.assert_allclose(values, expected, rtol=1e-5 if solve is direct else 1e-9, atol=1e-7 * scale)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_a_function_with_bound_options_is_varied_and_named(surface):
     bound = functools.partial(pull_off_map, subregions=(2, 2))
     found = vary(surface, bound, work_of_adhesion=[0.5, 1.0])

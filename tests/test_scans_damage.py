@@ -306,6 +306,7 @@ def test_a_mark_for_missing_pixels_is_no_height(tmp_path, mark, form):
         open_scan(path).load()
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
 def test_a_value_far_off_on_a_wide_scan_is_a_doubt(tmp_path):
     heights = np.random.default_rng(1).normal(0.0, 3.0, (40, 40))
     heights[7, 9] = -9999.0

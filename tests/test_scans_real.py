@@ -7,6 +7,9 @@ from roughxr import asperities
 from roughxr.kernels.topography.peaks import search
 from roughxr.scans import ImplausibleScan, crop, level, open_scan, roughness
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
+
 #: file -> pixels (x, y), size (nm), range (nm), rms about the plane and about the quadratic (nm).
 MEASURED = {
     "bruker_10um_512_rough.di": ((512, 512), (10000, 10000), 123.890308, 14.32, 14.29),
@@ -85,6 +88,7 @@ def test_a_quarter_of_a_rough_scan(shared_scans):
     assert 13.5 < float(quarter["s_q"]) < 14.8
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.parametrize(
     "name", ["bruker_10um_512_rough.di", "park_1um_512_grains.tiff", "gwyddion_ascii_10um_256.txt"]
 )

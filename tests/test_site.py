@@ -106,6 +106,7 @@ def _with_few_places(recipe: str) -> str:
     return recipe.replace("(8, 8)", "(2, 2)").replace("(4, 4)", "(2, 2)").replace("count=16", "count=2")
 
 
+@pytest.mark.filterwarnings("ignore:.*expected units")
 @pytest.mark.parametrize("number", range(len(RECIPES)))
 def test_each_recipe_runs_from_its_first_line(number, readers_files, monkeypatch):
     monkeypatch.chdir(readers_files)

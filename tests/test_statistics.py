@@ -24,6 +24,7 @@ def sweep(force):
     )
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_pull_off_is_the_largest_pull():
     found = pull_off(sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1]]))
     np.testing.assert_array_equal(found.pull_off_force, [5, np.nan, 4])
@@ -56,6 +57,7 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
     np.testing.assert_array_equal(table.force.sel(statistic="count"), [3, 3, 3])
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
     ds = sweep([[0, -3, -5, 2], [0, 1, 2, 3]])
     xr.testing.assert_equal(pull_off(ds.chunk(subregion=1)).compute(), pull_off(ds))

@@ -104,6 +104,7 @@ def test_saturated_curves_leave_the_mean_without_an_upper_end():
     assert table.low.sel(statistic="mean") < values.mean() < table.likelihood_high.sel(statistic="mean")
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_distributions_contain_limited_forces(weak):
     density = statistics.pdf(weak[0])
     edges = density.attrs["bin_edges"]

@@ -15,6 +15,9 @@ from roughxr.statistics import bootstrap, fit, pdf, pull_off, reduction, summary
 
 from .surfaces import glass_pair, rough, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
+
 #: The limit without range on the pixels as they are.
 by_cells = partial(adhesive, law="jkr", mesh=1)
 
@@ -67,6 +70,7 @@ def one_sphere():
     return glass_pair(scan(-(x[:, None] ** 2 + x[None, :] ** 2) / 400, pixel=5.0))
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 @pytest.mark.parametrize("method", ["sweep", "cycle"])
 def test_statistics_take_the_result_of_every_method(ground, cycle, method):
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.1), subregions=(2, 2))

@@ -211,6 +211,7 @@ def test_intervals_are_labelled_and_repeatable():
     assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_missing_places_and_lazy_data_do_not_matter():
     ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
     holes = ds.where(ds.pull_off_force > 9)

@@ -15,6 +15,9 @@ from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals
 
 from .surfaces import glass_pair, paraboloids, rough, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+
 E, W, R = contact_modulus(75, 0.22), 2 * 0.6747, 3000.0
 
 

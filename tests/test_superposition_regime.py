@@ -9,6 +9,9 @@ import pytest
 
 from roughxr.asperity import expectation
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+
 FOLDER = Path(__file__).parent / "benchmarks"
 
 
@@ -46,6 +49,7 @@ def test_patches_of_waves_are_no_rule_at_all(rows):
     assert np.median(ratio) > 2 and ratio.max() > 10
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 def test_a_row_can_be_measured_again(regime):
     """The cheapest: weak adhesion on a rough ground."""
     table = pd.read_csv(regime.TABLE)

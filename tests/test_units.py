@@ -172,6 +172,8 @@ TABLE = {
 MORE = {"kg/m^3": ("g/cm^3",), "m/s^2": ("km/s^2",), "m^2/s": ("cm^2/s",)}
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize(("verb", "of", "name", "value", "others"), OPTIONS)
 def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others):
     known = TABLE.get(name) or (VARIABLES[name].units if name in VARIABLES else "nm")
@@ -226,6 +228,7 @@ def test_the_door_costs_nothing_where_units_agree_and_stays_lazy():
     assert schema.entered(alike).height.values is ground.height.values and schema.entered(alike).height.units == "nm"
 
 
+@pytest.mark.filterwarnings("ignore:.*expected units")
 def test_what_states_no_units_is_in_the_tables():
     bare = made()["scan"].copy()
     for name in bare.variables:

@@ -19,6 +19,9 @@ from roughxr.kernels.halfspace.yielding import residual_heights
 from .closed_forms import flattened_pull_off, punch_pull_off
 from .surfaces import rough, scan
 
+# Surfaces and meshes of these tests are coarse, which warns.
+pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+
 E, W = 39.4, 0.1
 
 
@@ -83,6 +86,7 @@ def test_weak_adhesion_loads_as_the_direct_simulation(heights, law):
     np.testing.assert_allclose(weak.yielded_fraction.sel(branch="loading"), bare.yielded_fraction[:, 0], atol=0.02)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 @pytest.mark.parametrize("law", LAWS)
 def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
     elastic, hard = (
@@ -92,6 +96,7 @@ def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
     assert (hard.plastic_work == 0).all() and (hard.yielded_area == 0).all()
 
 
+@pytest.mark.filterwarnings("ignore:.*have a range")
 @pytest.mark.parametrize("law", LAWS)
 def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights, law):
     loads, bodies = [0, 100.0, 1000.0, 5000.0], pair(heights, hardness=2.0)
@@ -105,6 +110,7 @@ def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights,
     assert float(hard.pull_off_force[0, -1]) > 10 * float(elastic.pull_off_force[0, -1])
 
 
+@pytest.mark.filterwarnings("ignore:.*have a range")
 @pytest.mark.parametrize("law", LAWS)
 def test_shakedown(heights, law):
     """The second cycle finds the shape that bears its preload: it yields no more and pulls off alike."""
@@ -311,6 +317,7 @@ def test_a_flattened_asperity_is_made_of_punches():
     assert -force.min() == pytest.approx(flattened_pull_off(hardness=H, **flat), rel=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 @pytest.mark.parametrize(
     ("assigned", "options", "says"),
     [

@@ -114,10 +114,10 @@ def adhesive(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> cycle = scan.contact.adhesive(delta=[5, 10, 15], subregions=([312.5], [937.5]), mesh=1, law="jkr")
-    >>> dict(cycle.force.sizes), bool(cycle.pull_off_force[0] > 0)
-    ({'subregion': 1, 'branch': 2, 'delta': 3}, True)
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, materials="glass")
+    >>> settled = scan.contact.adhesive(subregions=(2, 2), law="jkr", mesh=16)
+    >>> dict(settled.pull_off_force.sizes), bool((settled.pull_off_force > 0).all())
+    ({'subregion': 4}, True)
     """
     specimen = specimen_of(ds)
     if preload is not None and delta is not None:

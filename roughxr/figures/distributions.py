@@ -70,7 +70,7 @@ def distribution(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, materials="glass")
     >>> pull_offs = scan.contact.pull_off_map(subregions=(8, 8))
     >>> roughxr.figures.distribution(pull_offs, laws=["normal", "weibull"]).get_xlabel()
     'pull-off force [nN]'

@@ -107,7 +107,7 @@ def checkpointed(
     >>> import roughxr, tempfile
     >>> scan = roughxr.assign_pair(
     ...     roughxr.open_sample("glass"), sphere_radius=3000, young_modulus=75, poisson_ratio=0.22)
-    >>> options = {"delta": [5.0, 10.0], "subregions": (2, 2)}
+    >>> options = {"delta": [20.0, 40.0], "subregions": (2, 2)}
     >>> groups = roughxr.checkpointed(
     ...     lambda: {"solutions/direct": roughxr.direct(scan, **options)},
     ...     Path(tempfile.mkdtemp()) / "run.nc", scan=scan, arguments=options)

@@ -37,9 +37,9 @@ def progress(stream: TextIO | None = None) -> Iterator[None]:
     Examples
     --------
     >>> import io, roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, contact_modulus=39.4)
+    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> with roughxr.progress(stream := io.StringIO()):
-    ...     elastic = roughxr.direct(scan, delta=[10.0], subregions=(2, 2))
+    ...     elastic = roughxr.direct(scan, delta=[40.0], subregions=(2, 2))
     >>> "4/4" in stream.getvalue()
     True
     """

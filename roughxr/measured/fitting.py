@@ -101,11 +101,11 @@ def fit_pair(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(
-    ...     sphere_radius=3000, young_modulus=75, poisson_ratio=0.22, work_of_adhesion=0.1)
-    >>> measured = scan.assign_coords(work_of_adhesion=0.5).contact.pull_off_map(subregions=(5, 5))
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(
+    ...     sphere_radius=500, young_modulus=75, poisson_ratio=0.22, work_of_adhesion=0.1)
+    >>> measured = scan.assign_coords(work_of_adhesion=0.2).contact.pull_off_map(subregions=(5, 5))
     >>> fitted = scan.contact.fit_pair(measured, method="superposed")
-    >>> bool(fitted.fitted_work_low < 0.5 < fitted.fitted_work_high)
+    >>> bool(fitted.fitted_work_low < 0.2 < fitted.fitted_work_high)
     True
     """
     ds = schema.entered(ds)

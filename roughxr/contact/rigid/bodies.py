@@ -96,9 +96,9 @@ def rigid(
     Examples
     --------
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = scan.contact.rigid(subregions=(2, 2))
-    >>> dict(found.force.sizes), bool((found.pull_off_force > 0).all())
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=500, materials="glass")
+    >>> stiff = scan.contact.rigid(subregions=(2, 2), mesh=4)
+    >>> dict(stiff.force.sizes), bool((stiff.pull_off_force > 0).all())
     ({'subregion': 4, 'delta': 60}, True)
     """
     specimen = specimen_of(ds)
