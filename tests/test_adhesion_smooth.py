@@ -6,7 +6,8 @@ import scipy.fft
 from scipy.optimize import minimize
 
 from roughxr.kernels.adhesion import traction_laws as laws
-from roughxr.kernels.adhesion.path import AT_DISPLACEMENTS, follow_path
+from roughxr.kernels.adhesion.path import follow_path
+from roughxr.kernels.adhesion.steps import AT_DISPLACEMENTS
 from roughxr.kernels.halfspace.love import love_coefficients
 from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from roughxr.kernels.adhesion.path import AT_DISPLACEMENTS, CONVERGED, follow_path
+from roughxr.kernels.adhesion.path import CONVERGED, follow_path
+from roughxr.kernels.adhesion.steps import AT_DISPLACEMENTS
 from roughxr.kernels.adhesion.traction_laws import smooth_law
 from roughxr.kernels.halfspace import products
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kernels.adhesion.path import AT_DISPLACEMENTS
+from ..kernels.adhesion.steps import AT_DISPLACEMENTS
 from ..vocabulary.adhesion_laws import DUGDALE, JKR
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .cycle import LARGEST_CORRECTION, LARGEST_DIFFERENCE, MOST_CELLS, RIM_ERROR, Cycles, cycles_on, overlapping_cells

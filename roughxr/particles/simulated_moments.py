@@ -23,7 +23,7 @@ from ..contact.problem import places as placed_at
 from ..contact.refinement import REFINEMENTS
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
-from ..kernels.adhesion.path import ON_RETRACTION
+from ..kernels.adhesion.steps import ON_RETRACTION
 from ..specimen import Specimen
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS
