@@ -13,7 +13,7 @@ from ..jobs.records import Layout, labelled
 from ..kernels.halfspace.products import surface_displacement
 from ..scans import regions
 from ..specimen import Specimen
-from .problem import Place, Problem, Surface, places
+from .problem import Problem, Surface, places
 
 
 def solve(
@@ -38,10 +38,9 @@ def solve(
     if fields:
         layout = layout._replace(window=cells)
     records = spread.task_results(
-        _solve_one,
-        placed,
-        layout.dtype,
         solver,
+        [(place,) for place in placed],
+        layout.dtype,
         problem,
         layout,
         options,
@@ -50,11 +49,6 @@ def solve(
     )
     out = labelled(records, layout, specimen.bodies, positions)
     return out.assign_coords(window_axes([place.window for place in placed], problem, cells)) if fields else out
-
-
-def _solve_one(height, datum, window, ends, solver, problem, layout, options) -> np.ndarray:
-    """Solve one place, as a task."""
-    return solver(Place(height, datum, window, ends), problem, layout, options)
 
 
 def state_fields(pressure: np.ndarray, surface: Surface, deltas: np.ndarray, problem: Problem) -> dict[str, np.ndarray]:

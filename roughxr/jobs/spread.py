@@ -227,7 +227,9 @@ def _batch_results(task: Callable[..., np.ndarray], arguments: list[tuple], dtyp
 
 
 def contiguous(value: Any) -> Any:
-    """Return an array in C order, any other value unchanged."""
+    """Return an array, or the arrays of a record, in C order; any other value unchanged."""
+    if isinstance(value, tuple) and hasattr(value, "_make"):
+        return value._make(map(contiguous, value))
     return np.ascontiguousarray(value) if isinstance(value, np.ndarray) and value.ndim else value
 
 

@@ -70,7 +70,7 @@ def simulated_moments(
         steps = np.array([deepest]) if np.isfinite(deepest) else problem.steps
         place_problem = problem._replace(steps=steps, refine=int(place["mesh"].max()))
         (placed,), _ = placed_at(specimen, place, window_half_width(specimen, place_problem, adhesion))
-        arguments.append((*placed, place_problem, adhesion))
+        arguments.append((placed, place_problem, adhesion))
     layout = states_layout(2 * np.pi * np.arange(directions) / directions)
     records = spread.task_results(_moments_at, arguments, layout.dtype, layout, name="moments")
     positions = xr.Dataset(coords={name: solved[name] for name in ("subregion_x", "subregion_y")})
@@ -81,9 +81,8 @@ def simulated_moments(
     return schema.record(out, "simulated_moments", specimen.bodies, directions=directions)
 
 
-def _moments_at(height, datum, window, ends, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
+def _moments_at(place: Place, problem: Problem, adhesion: Adhesion, layout: Layout) -> np.ndarray:
     """Return the record of one place, as a task: of the finest mesh, with the errors of its levers."""
-    place = Place(height, datum, window, ends)
     solved_on = problem.refine
     coarser = record = layout.blank()
     pixels = problem._replace(refine=1)

@@ -36,7 +36,7 @@ def solve_places(specimen, positions, problem, options, *, fields) -> xr.Dataset
     liquid_names = _OF_LIQUID if "humidity" in specimen.bodies.coords else {}
     layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | liquid_names, cells if fields else None)
     mean = specimen.heights.mean()
-    arguments = [(*place, mean) for place in solved_places]
+    arguments = [(place, mean) for place in solved_places]
     shared = problem, layout, options
     records = spread.task_results(_solve_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
     out = labelled(records, layout, specimen.bodies, positions)
@@ -48,7 +48,7 @@ class _Setting(NamedTuple):
 
     surface: Surface
     mean_plane: float  # nm below the datum, the surface beyond the window
-    rectangle: tuple[float, float, float, float]  # sides of the window from the centre, nm
+    rectangle: tuple[float, ...]  # sides of the window from the centre, nm
     problem: Problem
     options: Options
     cells: kernels.Cells
@@ -75,15 +75,15 @@ class _Setting(NamedTuple):
         return float(self.surface.separation.min())
 
 
-def _solve_place(height, datum, window, ends, mean, problem, layout, options) -> np.ndarray:
+def _solve_place(place: Place, mean: float, problem: Problem, layout: Layout, options: Options) -> np.ndarray:
     """Solve one place, as a task."""
-    surface = surface_at(Place(height, datum, window, ends), problem)
-    low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(window.origin, window.missing)]
-    sides = [(a, n * problem.pixel - a) for a, n in zip(low, height.shape)]
+    surface = surface_at(place, problem)
+    low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(place.window.origin, place.window.missing)]
+    sides = [(a, n * problem.pixel - a) for a, n in zip(low, place.height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
-    setting = _Setting(
-        surface, float(datum) - float(mean), rectangle, problem, options, kernels.cells(surface.separation, options.law)
-    )
+    mean_plane = float(place.datum) - float(mean)
+    cells = kernels.cells(surface.separation, options.law)
+    setting = _Setting(surface, mean_plane, rectangle, problem, options, cells)
     record = layout.blank()
     deltas = problem.steps + surface.zero
     closest, pull = _pull_off(setting)
@@ -101,7 +101,7 @@ def _solve_place(height, datum, window, ends, mean, problem, layout, options) ->
         exact = setting.attractions(np.array([pull[1] - minimum_below_cells(surface.separation)]))[0]
         record["cell_error"] = pull[0] / exact - 1 if exact > 0 else np.nan
     record["share_beyond_contact"] = 1 - _contact_attraction(setting, pull[1]) / pull[0]
-    record["truncated"] = any(ends) and setting.attractions_beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
+    record["truncated"] = any(place.ends) and setting.attractions_beyond(np.array([pull[1]]))[0] > BEYOND_EDGE * pull[0]
     if layout.window is not None:
         put_fields(record, surface, _fields(setting, np.where(within, deltas, np.nan)))
     return record
