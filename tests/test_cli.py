@@ -507,7 +507,10 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
     groups = {name: ds for name, ds in archive.load(finished[1]).items() if "extrapolated" not in name}
     archive.save(groups, finished[1].with_name("other.nc"))
     assert main(["detach", str(finished[1].with_name("other.nc")), "--method", "extrapolated"]) == 1
-    assert "--method extrapolated: the run has no such pull-off forces" in capsys.readouterr().err
+    assert (
+        "--method: expected a run with pull-off forces of this method, found none of extrapolated; take --method adhesive"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize(
@@ -553,6 +556,6 @@ def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "a.nc")
     words = ["run", str(tmp_path / "a.nc"), "--radius", "300", "--materials", "glass"]
     assert main([*words, "--film", "5nm", "-o", str(tmp_path / "o")]) == 1
-    assert "--humidity: needed by --film" in capsys.readouterr().err
+    assert "--humidity: expected one with --film, found none" in capsys.readouterr().err
     assert main([*words, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
     assert capsys.readouterr().err.rstrip().endswith("found '160%'")

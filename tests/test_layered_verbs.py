@@ -188,7 +188,7 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
     bare = scan.contact.assign_pair(sphere_radius=500, materials="glass/silica")
     delta = np.linspace(0, 3, 7)
     np.testing.assert_allclose(thick.contact.superpose(delta=delta).force, bare.contact.superpose(delta=delta).force)
-    with pytest.raises(ValueError, match="take the surface as a half space"):
+    with pytest.raises(ValueError, match="for which it counts as a half space"):
         thin.contact.superpose(delta=delta)
     for refused in ("pull_off_map", "rolling", "regime"):
         with pytest.raises(ValueError, match="layer: expected a half space, found a layer of 20 nm"):

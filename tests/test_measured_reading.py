@@ -85,7 +85,7 @@ def test_what_is_written_as_a_table_opens_again(tmp_path):
         ("adhesion [V]\n1\n2\n", {"sensitivity": 50.0}, "expected its units"),
         ("adhesion [V]\n1\n2\n", {"sensitivity": "50 nm/V"}, "state spring_constant="),
         ("deflection [nm]\n1\n2\n", {}, "state spring_constant="),
-        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "not used with values in nN"),
+        ("adhesion [nN]\n1\n2\n", {"spring_constant": 0.2}, "spring_constant: expected none with values in nN"),
         ("adhesion [nN]\n-1\n2\n", {}, "pulls='positive' or pulls='negative'"),
         ("x [nm],y [nm],adhesion [nN]\n0,0,1\n,1,2\n", {}, "expected a place in every row"),
         ("F1 [nN],F2 [nN]\n1,2\n3,4\n", {}, "found 2 among 'F1' .nN., 'F2' .nN."),

@@ -41,6 +41,8 @@ def test_no_name_is_vague():
         names = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
         names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
         names |= {node.name for node in nodes if isinstance(node, (ast.FunctionDef, ast.ClassDef))}
+        if module == "roughxr.vocabulary.refusal":  # a field of every message
+            names.remove("found")
         assert not {name for name in names if name.strip("_") in VAGUE}, module
         assert not {name for name in names if name.strip("_").startswith("of_")}, module
 

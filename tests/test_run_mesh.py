@@ -81,7 +81,7 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
         surfaces.scan(surfaces.rough(32, seed=3)), sphere_radius=800, contact_modulus=2e-2, work_of_adhesion=0.2
     )
     for refine in ("auto", 2):
-        with pytest.raises(ValueError, match=r"places \(4 not completed, 4 in contact at.*use a larger scan"):
+        with pytest.raises(ValueError, match=r"found none \(4 not completed, 4 in contact at.*use a larger scan"):
             roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], mesh=refine, budget=0)
     assert solved == [4, 4]
     with pytest.raises(ValueError, match=r"smooth sphere's contact, 2.44e\+03 nm wide, does not fit on a scan"):

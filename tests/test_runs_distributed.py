@@ -119,7 +119,7 @@ def test_a_cluster_without_workers_is_told(surface):
         cluster,
         distributed.Client(cluster),
         dask.config.set({"distributed.comm.timeouts.connect": "500ms"}),
-        pytest.raises(RuntimeError, match=r"its workers cannot be used \(.*expected at least one 'dask worker'"),
+        pytest.raises(ConnectionError, match=r"its workers cannot be used \(.*expected at least one 'dask worker'"),
     ):
         direct(surface, **OPTIONS)
 

@@ -83,7 +83,7 @@ def test_parameters_are_a_run(tmp_path, surface):
     [
         ({}, "expected values of sphere_radius"),
         ({"sphere_radius": [3000.0, 2000.0]}, "ascending"),
-        ({"work_of_adhesion": [0.1, 100.0]}, "no body has"),
+        ({"work_of_adhesion": [0.1, 100.0]}, "as bodies have"),
     ],
 )
 def test_bad_parameters_are_refused_in_words(surface, values, says):

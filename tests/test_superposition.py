@@ -235,5 +235,5 @@ def test_more_than_the_smooth_sphere_is_never_given_without_a_word():
 
 
 def test_a_formulation_of_adhesion_is_refused_without_adhesion():
-    with pytest.raises(ValueError, match="not used by law='hertz'"):
+    with pytest.raises(ValueError, match="expected none with law='hertz'"):
         superpose(one_asperity(1 / 300, 1 / 100), delta=[5.0], law="hertz", formulation="self_similar")

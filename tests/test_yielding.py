@@ -322,7 +322,7 @@ def test_named_materials_bring_an_estimate_at_which_nothing_yields():
         ({"hardness": 0}, "hardness: expected one positive number in GPa"),
         ({"hardness": -6}, "hardness: expected one positive number in GPa"),
         ({"hardness": "6 nm"}, "hardness"),
-        ({"hardness": 6e9}, "hardness: 6000000000.0 is 6e\\+09 GPa, which no body has"),
+        ({"hardness": 6e9}, "hardness: .* as bodies have, found 6e\\+09 GPa"),
         (
             {"hardness": 1.0, "work_of_adhesion": 1.35, "adhesion_range": 0.3},
             "hardness: 1 GPa does not exceed the adhesive traction w/rho = 4.5 GPa",

@@ -460,7 +460,7 @@ def _plausible(value: float, quantity: str, stated: Any, name: str = "") -> floa
         raise Refusal(
             name or quantity,
             f"{possible.least:g} to {possible.greatest:g} {possible.units}, as bodies have",
-            f"{stated!r}, {value:.4g} {possible.units}",
+            f"{value:.4g} {possible.units} by {stated!r}",
             advice,
         )
     if not possible.low <= value <= possible.high:

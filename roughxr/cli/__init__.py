@@ -48,6 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
             printed: set[str] = set()
+            warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
             warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 module, _, name = options.command.partition(":")

@@ -20,9 +20,10 @@ class Refusal(ValueError):
     @property
     def reason(self) -> str:
         """Return the text without the input's name."""
-        found = f", found {self.found}" if str(self.found) else ""
-        advice = f"; {self.advice}" if self.advice else ""
-        return f"expected {self.expected}{found}{advice}"
+        expectation = (
+            f"expected {self.expected}, found {self.found}" if str(self.found) else f"expected {self.expected}"
+        )
+        return f"{expectation}; {self.advice}" if self.advice else expectation
 
     def __str__(self) -> str:
         return f"{self.what}: {self.reason}" if str(self.what) else self.reason
