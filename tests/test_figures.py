@@ -373,7 +373,7 @@ def test_a_single_place_of_a_sweep_draws_itself():
     place = adhering(1000.0).isel(subregion=1).assign(pull_off_force=2.0)
     ax = figures.plot(place)
     assert [line.get_text() for line in ax.get_legend().get_texts()] == ["place 5"]
-    with pytest.raises(ValueError, match="pull_off_force: .*found a single number"):
+    with pytest.raises(ValueError, match=r"pull_off_force: .*found a single number"):
         figures.plot(place, "pull_off_force")
 
 

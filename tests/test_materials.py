@@ -53,7 +53,7 @@ def test_surface_energy_is_half_the_work_of_adhesion():
         ({"sphere_radius": 3000, "young_modulus": 75}, "poisson_ratio"),
         (
             {"sphere_radius": 3000, "materials": "glass", "poisson_ratio": 0.2},
-            "poisson_ratio: expected none without young_modulus, found 0.2",
+            "expected none without young_modulus",
         ),
         ({"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.7}, "poisson_ratio"),
         ({"sphere_radius": 3000, "young_modulus": (1, 2, 3), "poisson_ratio": 0.2}, "pair"),

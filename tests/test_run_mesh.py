@@ -84,7 +84,7 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
         with pytest.raises(ValueError, match=r"found none \(4 not completed, 4 in contact at.*use a larger scan"):
             roughxr.run(soft, tmp_path / f"{refine}.nc", delta=[1.0], mesh=refine, budget=0)
     assert solved == [4, 4]
-    with pytest.raises(ValueError, match=r"smooth sphere's contact, 2.44e\+03 nm wide, does not fit on a scan"):
+    with pytest.raises(ValueError, match=r"contact that fits on a scan of 313 nm, found one 2.44e\+03 nm wide"):
         roughxr.run(soft.assign_coords(contact_modulus=1e-3), tmp_path / "run.nc", delta=[1.0], budget=0)
 
 

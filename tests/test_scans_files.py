@@ -176,7 +176,7 @@ def test_units_come_from_the_file_or_from_the_caller_and_never_from_nowhere(tmp_
 def test_a_size_that_the_file_states_is_not_overruled(tmp_path):
     rows = picture()
     path = write_gsf(tmp_path, rows, image_size(rows))
-    with pytest.raises(ValueError, match="as .* states"):
+    with pytest.raises(ValueError, match=r"as .* states"):
         open_scan(path, size=(100, 100))
     with pytest.raises(ValueError, match="leave height_units= out"):
         open_scan(path, height_units="nm")

@@ -20,10 +20,9 @@ class Refusal(ValueError):
     @property
     def reason(self) -> str:
         """Return the text without the input's name."""
-        expectation = (
-            f"expected {self.expected}, found {self.found}" if str(self.found) else f"expected {self.expected}"
-        )
-        return f"{expectation}; {self.advice}" if self.advice else expectation
+        text = f"expected {self.expected}"
+        text += f", found {self.found}" if str(self.found) else ""
+        return f"{text}; {self.advice}" if self.advice else text
 
     def __str__(self) -> str:
         return f"{self.what}: {self.reason}" if str(self.what) else self.reason
