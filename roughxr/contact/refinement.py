@@ -135,7 +135,8 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     """Return each pull-off (nN) after the sphere was pressed as hard as it holds; NaN where that is not solved.
 
     A law without range closes gaps up to `snap_in_gap` only, a preload the others. The sphere may then hold more than
-    the preload, and is pressed again. The ratio to the pull-off as it settles is that of larger cells.
+    the preload, and is pressed again. The ratio to the pull-off as it settles is that of larger cells. If the sphere
+    settles there on other summits, which hold more, the pull-off itself is.
     """
     if not _is_pressed(adhesion):
         return np.full(cycles.pull_offs.size, np.nan)
@@ -150,7 +151,9 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
         harder = adhesion._replace(preloads=np.array([load]), cycles=1)
         (pressed,) = _solved(place, problem, harder, on_larger.problem.refine).pull_offs
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.where(light, cycles.pull_offs * pressed / pulls, cycles.pull_offs)
+        scaled = cycles.pull_offs * pressed / pulls
+        is_elsewhere = pulls > (1 + LARGEST_DIFFERENCE) * cycles.pull_offs
+        return np.where(light, np.where(is_elsewhere, pressed, scaled), cycles.pull_offs)
 
 
 def _is_pressed(adhesion: Adhesion) -> bool:
