@@ -51,12 +51,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--surfaces", nargs="+", choices=table, default=list(CHOSEN))
     parser.add_argument("--cache", type=Path, help="a file of solved surfaces")
-    given = parser.parse_args()
-    solved = Solved(given.cache)
+    options = parser.parse_args()
+    solved = Solved(options.cache)
     scatters = []
     results = {"image": [], "one scan": [], "one scan and measured": []}
     print("surface       ln(truth / image): mean, scatter between pairs and radii")
-    for name in given.surfaces:
+    for name in options.surfaces:
         surface, end = true_surface(table[name])
         pixel = PIXELS * float(surface.x[1] - surface.x[0])
         cases = [
@@ -69,7 +69,7 @@ def main():
         for (_, measured), (lowering, log) in itertools.permutations(cases, 2):
             one = extrapolation.one_scan_factor(lowering, pixel, end)
             calibrated = extrapolation.RoughnessFactor(measured, extrapolation._TRANSFER_ERROR, "")
-            both = extrapolation._combined_factor([one, calibrated])
+            both = extrapolation._combined_factor(one, calibrated, are_independent=True)
             results["image"].append((-log, np.nan))
             results["one scan"].append((one.log - log, one.error))
             results["one scan and measured"].append((both.log - log, both.error))
