@@ -11,6 +11,7 @@ from roughxr import checkpointed
 from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.elastic import direct
+from roughxr.jobs import checkpoint
 from roughxr.jobs.checkpoint import Checkpoint
 from roughxr.jobs.spread import use_scheduler
 from roughxr.statistics import pull_off
@@ -51,7 +52,8 @@ def run(output, *, seed=3, arguments=ARGUMENTS, stages=False, scheduler=None, **
 
 
 def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, workers_by="spawn", **options):
-    """Run as a child process, which ends itself after ``stops_after`` stored batches."""
+    """Run as a child process, a file a batch, which ends itself after ``stops_after`` stored batches."""
+    checkpoint._BETWEEN_FILES = -1.0
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if stops_after is not None:
         put, stored = Checkpoint.put, []

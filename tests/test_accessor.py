@@ -56,6 +56,22 @@ def test_results_share_one_line_of_history(surface):
     assert steps == ["assign_pair", "level", "superpose"]
 
 
+def test_a_name_that_the_package_lacks_is_answered_with_the_nearest():
+    with pytest.raises(AttributeError, match=r"no 'read_scan' \(did you mean open_scan\?\)"):
+        roughxr.read_scan  # noqa: B018
+
+
+def test_the_name_of_a_file_is_no_dataset_of_measured_forces():
+    ds = glass_pair(scan(rough(16)))
+    with pytest.raises(ValueError, match=r"measured: expected a Dataset of pull-off forces, found str 'm.csv'; open"):
+        ds.contact.fit_pair("m.csv")
+
+
+def test_a_scan_has_no_pull_off_before_a_simulation():
+    with pytest.raises(ValueError, match="found variables: height; run superpose, adhesive or rigid first"):
+        scan(rough(16)).contact.pull_off()
+
+
 def test_import_takes_little_more_than_that_of_xarray():
     """What reads, solves and draws is imported by the first name that is used; the shell's help needs none of it."""
     program = """

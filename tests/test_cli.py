@@ -465,8 +465,13 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
 def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
     path = tmp_path / "notes.md"
     path.write_text("kept", encoding="utf-8")
-    assert main(["run", "scan.nc", "--radius", "1 um", "-o", str(path)]) == 1
-    assert "notes.md: expected a folder or a file ending in .nc for -o" in capsys.readouterr().err
+    file = str(tmp_path / "scan.nc")
+    scan(rough(32), pixel=10.0).to_netcdf(file)
+    words = ["--radius", "300", "--materials", "glass", "-o", str(path)]
+    wanted = {1: "a folder or a file ending in .nc", 2: "a folder for several scans"}
+    for count, expected in wanted.items():
+        assert main(["run", *[file] * count, *words]) == 1
+        assert f"--output: expected {expected}, found " in capsys.readouterr().err
     assert path.read_text(encoding="utf-8") == "kept"
 
 
@@ -513,6 +518,7 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
+        (["run", "a.nc", "--radius", "3", "um"], "unexpected um after --radius 3: quote values that contain spaces"),
         (["rnu", "a.nc"], r"unknown command rnu \(did you mean run\?\)"),
         (["run", "@wafer.toml"], "read by --config wafer.toml"),
         (["run", "a.nc", "--diameter", "5 um"], "give half of it, --sphere-radius"),

@@ -168,6 +168,7 @@ def wait_for(path, results):
 )
 def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, resumes, monkeypatch):
     """Too small for the checkpoint at all, for all results, for the archive beside them; trying again says so too."""
+    monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", -1.0)  # each batch has its file
     path = small_disk(size) / "run.nc"
     for expected in (says, "run.nc.*could not be .*: make room"):
         with pytest.raises(OSError, match=expected):
@@ -306,6 +307,36 @@ def test_a_place_that_two_solves_share_is_solved_once(tmp_path):
     assert said == [f"direct: {kept} subregions kept" for kept in ("0 of 4", "4 of 12", "0 of 4")]
     alone = direct(ds, delta=[4.0, 6.0], subregions=places)
     assert groups["solutions/every"].force.values.tobytes() == alone.force.values.tobytes()
+
+
+def test_results_of_one_second_share_a_file(tmp_path, monkeypatch):
+    put = checkpoint.Checkpoint.put
+    files = []
+    monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", np.inf)
+    monkeypatch.setattr(
+        checkpoint.Checkpoint, "put", lambda self, items, results: files.append(len(items)) or put(self, items, results)
+    )
+    a_run.run(tmp_path / "run.nc")
+    assert files[:2] == [30, 30]  # both simulations
+
+
+def test_an_interrupt_stores_all_finished_results(tmp_path, monkeypatch):
+    path = tmp_path / "run.nc"
+    solve = elastic._sweep
+    solved = []
+
+    def interrupted(place, *rest):
+        if len(solved) == 7:
+            raise KeyboardInterrupt
+        solved.append(place)
+        return solve(place, *rest)
+
+    interrupted.__module__, interrupted.__qualname__ = solve.__module__, solve.__qualname__
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(elastic, "_sweep", interrupted)
+        a_run.run(path, scheduler="synchronous")
+    a_run.run(path)
+    assert "direct: 7 of 30 subregions kept" in log(path)
 
 
 def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):

@@ -17,7 +17,7 @@ import xarray as xr
 from roughxr import archive, checkpointed
 from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.contact.elastic import direct
-from roughxr.jobs import spread
+from roughxr.jobs import checkpoint, spread
 from roughxr.jobs.progress import progress
 from roughxr.jobs.spread import use_scheduler
 from roughxr.runs import several
@@ -70,8 +70,9 @@ def solve(path, surface, scheduler):
 
 
 @pytest.mark.soak
-def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster):
+def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster, monkeypatch):
     """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
+    monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", -1.0)  # each batch has its file
     address, workers = cluster
     path, opened = tmp_path / "far.nc", []
 

@@ -37,7 +37,6 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
-_COMMANDS = ("paper", "run", "report", "explore", "info", "convert", "measured", "compare", "fit", "detach")
 _DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 
 _BODIES = (
@@ -77,15 +76,17 @@ BODIES, AIR = ([flag.removeprefix("--").replace("-", "_") for flag, *_ in rows] 
 class Parser(argparse.ArgumentParser):
     """A parser whose options may also stand in a file, ``--config``; it names the option nearest to a misspelt one."""
 
+    commands: argparse._SubParsersAction | None = None  # of a parser that has them
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
         args = _with_negative_values(config.with_file(args, self))
         options = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
         for word in args or ():
             option = word.partition("=")[0]
-            if not option.startswith("-") and "COMMAND" in self.format_usage():
-                if option not in _COMMANDS:
-                    self.error(f"unknown command {option}{did_you_mean(option, _COMMANDS)}: {', '.join(_COMMANDS)}")
+            if self.commands is not None and not option.startswith("-"):
+                if option not in (names := self.commands.choices):
+                    self.error(f"unknown command {option}{did_you_mean(option, names)}: {', '.join(names)}")
                 break  # the options after the command are its own
             if word.startswith("@") and not Path(word).exists():
                 self.error(f"{word}: expected a file; options in a file are read by --config {word[1:]}")
@@ -93,7 +94,14 @@ class Parser(argparse.ArgumentParser):
                 self.error("unknown option --diameter: give half of it, --sphere-radius")
             if option.startswith("--") and not any(name.startswith(option) for name in options):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
-        return super().parse_known_args(args, namespace)
+        parsed, surplus = super().parse_known_args(args, namespace)
+        if surplus:
+            before = " ".join(args[: args.index(surplus[0])][-2:])
+            self.error(
+                f"unexpected {surplus[0]} after {before}: quote values that contain spaces, such as '3 um', and join "
+                "two bodies, as glass/silicon"
+            )
+        return parsed, surplus
 
     def error(self, message: str) -> Any:
         """Print one line, and end."""
@@ -118,9 +126,9 @@ def command_line() -> argparse.ArgumentParser:
     """Return the parser of all commands."""
     parser = Parser(prog="roughxr", description=_DESCRIPTION, epilog=_DOCUMENTATION)
     parser.add_argument("--version", action="version", version=_VERSION)
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    parser.commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for add in (_paper, _run, _pages, _files, _measurements, _detach):
-        add(commands)
+        add(parser.commands)
     return parser
 
 

@@ -36,8 +36,6 @@ def paper(options: Namespace) -> None:
 def run(options: Namespace) -> None:
     """Analyse a scan, or each of several."""
     output = Path(options.output)
-    if output.is_file() and output.suffix != ".nc":
-        raise Refusal(options.output, "a folder or a file ending in .nc for -o", "another file")
     if len(options.scan) == 1:
         _print_answer(_run_one(options, options.scan[0], options.output), options.output)
     else:
@@ -45,6 +43,8 @@ def run(options: Namespace) -> None:
 
 
 def _run_each(options: Namespace, output: Path) -> None:
+    if output.is_file():
+        raise Refusal("output", "a folder for several scans", f"a file, {output}")
     unread: dict[str, str] = {}
     for file in options.scan:  # before minutes are spent on the others
         try:

@@ -1,9 +1,9 @@
-"""Runs with checkpoints: an interruption loses only the batches being computed, and the next call resumes.
+"""Runs with checkpoints: a kill loses the batches being computed and those of the last second; the next call resumes.
 
 Until the archive ``OUTPUT`` is complete, the folder ``OUTPUT.checkpoint`` next to it contains the identity of the run,
-its log, and one file for each batch of results. An item is identified by a hash of everything that its result depends
-on, a batch by the hash of its items. Each file is written under a temporary name and renamed. Only the main process
-writes, under a lock that is released when the process ends.
+its log, and files of results, one for the batches of a second. An item is identified by a hash of everything that its
+result depends on, a file by the hash of its items. Each file is written under a temporary name and renamed. Only the
+main process writes, under a lock that is released when the process ends.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import errno
 import functools
 import hashlib
+import itertools
 import json
 import os
 import shutil
@@ -38,6 +39,9 @@ from .spread import Failure, Tasks, contiguous
 
 #: Results larger than this many bytes stay on the disk until the archive is written.
 _IN_MEMORY = 2**24
+
+#: Time (s) between two files of a solve's results: writing safely to a disk takes some 10 ms.
+_BETWEEN_FILES = 1.0
 
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
@@ -295,6 +299,16 @@ class Checkpoint:
         failed = dict[str, int]()
         total = work.each * len(items)
         begun = time.monotonic()
+        written = begun
+        unwritten: list[tuple[list[str], np.ndarray]] = []  # items and results of batches
+
+        def write() -> None:
+            nonlocal written
+            if unwritten:
+                names, results = zip(*unwritten)
+                self.put([*itertools.chain(*names)], np.concatenate(results))
+            unwritten.clear()
+            written = time.monotonic()
 
         def receive(batch: Sequence[int], result: Any) -> None:
             if isinstance(result, Failure):
@@ -304,10 +318,16 @@ class Checkpoint:
                 failed[f"{label}: {result.reason}"] = work.each * len(batch)
                 self.log(f"{work.name}: {label} failed: {result.reason}")
             else:
-                self.put([items[k] for k in batch], result)
+                unwritten.append(([items[k] for k in batch], result))
+                is_large = len(unwritten) * result.nbytes > _IN_MEMORY
+                if is_large or time.monotonic() - written > _BETWEEN_FILES:
+                    write()
 
         self.log(f"{work.name}: {total - work.each * len(missing)} of {total} subregions kept")
-        spread.compute_each(work, missing, receive)
+        try:
+            spread.compute_each(work, missing, receive)
+        finally:
+            write()
         lost = sum(failed.values())
         took = time.monotonic() - begun
         self.log(f"{work.name}: {total - lost}/{total} subregions, {lost} failed, {took:.3g} s")

@@ -183,6 +183,9 @@ def run(
     >>> dict(groups["solutions/direct"].force.sizes), "asperities" in printed.getvalue()
     ({'subregion': 2, 'delta': 2}, True)
     """
+    output = Path(output)
+    if output.is_file() and output.suffix != ".nc":
+        raise Refusal("output", "a folder or a file ending in .nc", f"another file, {output}")
     if schema.one_of(levelling, (*METHODS, "none"), "levelling") != "none":
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
@@ -206,7 +209,6 @@ def run(
                 "leave particle out to run it as a fixed probe",
             )
     wanted = plan(specimen, subregions=subregions, delta=delta, **adhesion)
-    output = Path(output)
     alone = output.suffix == ".nc"
     return execute(specimen, wanted, output if alone else output / "run.nc", None if alone else output, command=command)
 

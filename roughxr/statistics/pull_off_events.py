@@ -87,9 +87,11 @@ def _warn_of_short_sweep(out: xr.Dataset, delta: np.ndarray) -> None:
 def _adhesive_force(ds: xr.Dataset) -> xr.DataArray:
     """Return the force of a sweep with adhesion; raise for other solutions."""
     if "force" not in ds or "delta" not in ds["force"].dims:
-        hint = "; it contains pull-off forces already" if "pull_off_force" in ds else ""
+        advice = "run superpose, adhesive or rigid first"
         names = ", ".join(map(str, ds.data_vars))
-        raise Refusal("", "a solution with 'force' along 'delta'", f"variables: {names}{hint}")
+        if "pull_off_force" in ds:
+            advice = "it contains pull-off forces already"
+        raise Refusal("", "a solution with 'force' along 'delta'", f"variables: {names}", advice)
     force = ds["force"]
     if force.sizes["delta"] < 2:
         raise Refusal("delta", "a sweep of at least two displacements to find the pull-off in", "one")

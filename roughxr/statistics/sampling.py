@@ -202,7 +202,10 @@ def warn_of_missing(name: str, missing: int, total: int, why: str | None = None)
 
 
 def refuse_conditions(ds: xr.Dataset, what: str) -> None:
-    """Raise for measured forces of several conditions, such as loads."""
+    """Raise for measured forces that are no Dataset, or of several conditions, such as loads."""
+    if not isinstance(ds, xr.Dataset):
+        advice = "open a file of measured forces by roughxr.open_pull_off"
+        raise Refusal(what, "a Dataset of pull-off forces", f"{type(ds).__name__} {ds!r}", advice)
     if CONDITION not in ds.coords:
         return
     values = np.unique(ds[CONDITION].values)
