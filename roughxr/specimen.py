@@ -95,4 +95,4 @@ def specimen_of(given: xr.Dataset | Specimen) -> Specimen:
     if isinstance(given, Specimen):
         return given
     scan = schema.validate(given, "scan")
-    return Specimen(on_square_pixels(scan.compute()), is_lazy(scan))
+    return Specimen(on_square_pixels(schema.in_memory(scan)), is_lazy(scan))

@@ -114,6 +114,21 @@ def test_an_active_client_is_used_and_counts_subregions(surface, capsys):
     assert "196/196" in capsys.readouterr().err
 
 
+def test_a_chunked_scan_of_this_process_is_not_sent_to_the_scheduler(surface, monkeypatch):
+    cluster = distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="inproc://", **NO_DASHBOARD
+    )
+    with cluster, distributed.Client(cluster) as client:
+        remote = surface.chunk().persist()
+        sent = []
+        monkeypatch.setattr(client, "get", lambda *arguments, **options: sent.append(arguments))
+        leveled = surface.chunk().contact.level()
+        lazy = direct(leveled, **OPTIONS)
+        assert lazy.chunks and not sent
+        monkeypatch.undo()
+        xr.testing.assert_identical(remote.contact.level().compute(), leveled.compute())  # its chunks are the cluster's
+
+
 def test_a_cluster_without_workers_is_told(surface):
     cluster = distributed.LocalCluster(n_workers=0, processes=False, protocol="inproc://", **NO_DASHBOARD)
     with (

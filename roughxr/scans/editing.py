@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import is_square, label, pixel, record, validate
+from ..vocabulary.schema import in_memory, is_square, label, pixel, record, validate
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, magnitude, plain, positive
 
@@ -44,7 +44,7 @@ def fill(ds: xr.Dataset, *, method: Quantity = "linear") -> xr.Dataset:
     False
     """
     scan = validate(ds, "scan")
-    height = scan["height"].compute()
+    height = in_memory(scan["height"])
     missing = height.isnull().values
     if not isinstance(method, str) or method not in ("linear", "nearest"):
         try:
@@ -145,7 +145,7 @@ def resample(ds: xr.Dataset, *, size: Quantity | None = None) -> xr.Dataset:
     scan = validate(ds, "scan")
     step = min(pixel(scan)) if size is None else positive(size, "nm", "size")
     places = {axis: _places(scan[axis].values, step, axis) for axis in ("x", "y")}
-    out = scan.compute().interp(places, kwargs={"bounds_error": False})
+    out = in_memory(scan).interp(places, kwargs={"bounds_error": False})
     out = out.assign_coords({axis: (axis, places[axis], scan[axis].attrs) for axis in ("x", "y")})
     return record(label(out.transpose("x", "y", ...)), "resample", size=step)
 

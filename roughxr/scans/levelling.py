@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.polynomial import legendre
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import entered, history, label, one_of, record, validate
+from ..vocabulary.schema import entered, history, in_memory, label, one_of, record, validate
 from ..vocabulary.text import warn
 from .plausibility import ImplausibleScan, faults
 
@@ -56,7 +56,7 @@ def level(ds: xr.Dataset, *, method: str = "plane", exclude: xr.DataArray | None
     """
     exclude = entered(exclude)
     scan = validate(ds, "scan")
-    height = scan["height"].compute()
+    height = in_memory(scan["height"])
     if not history(scan):  # open_scan has checked its scans already
         for fault in faults(height.values):
             warn(f"{fault}", ImplausibleScan)

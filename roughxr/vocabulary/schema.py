@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -95,6 +96,17 @@ def entered(data: Any) -> Any:
         return data
     pint_indexed = [name for name in coords if hasattr(data.xindexes.get(name), "units")]
     return data.drop_vars(pint_indexed).assign(variables).assign_coords(coords)
+
+
+def in_memory(data: Any) -> Any:
+    """Return a Dataset or DataArray with its values, computed in this process unless a cluster contains them.
+
+    With an active client, dask would first send all heights to the scheduler.
+    """
+    distributed = sys.modules.get("distributed")
+    if distributed is None or distributed.client.futures_of(data):
+        return data.compute()
+    return data.compute(scheduler="threads")
 
 
 def _in_table(variables: Mapping[Any, xr.Variable]) -> dict[str, xr.Variable]:
