@@ -103,7 +103,7 @@ def asperities(ds: xr.Dataset, *, patch: Quantity = "auto") -> xr.Dataset:
     """
     ds = schema.validate(ds, "scan")
     is_paper = isinstance(patch, str) and patch == "paper"
-    height = ds["height"].values
+    height = schema.in_memory(ds["height"]).values
     pixel = schema.pixel(ds)
     patch_size = _patch(height.shape, pixel, patch)
     measures = wavelength.spectral_measures(height, pixel) if patch_size == "auto" else None

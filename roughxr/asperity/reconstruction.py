@@ -53,7 +53,7 @@ def reconstruct(ds: xr.Dataset, catalogue: xr.Dataset | None = None) -> xr.Datas
     if len(rows) == 0:
         raise Refusal("", "at least one asperity with curvature_min > 0", f"none of {catalogue.sizes['asperity']}")
     envelope = upper_envelope(ds["x"].values.astype(float), ds["y"].values.astype(float), rows)
-    residual = envelope - ds["height"].values
+    residual = envelope - schema.in_memory(ds["height"]).values
     out = ds.assign(height=(("x", "y"), envelope))
     out.attrs |= {"residual_rms": float(np.sqrt(np.nanmean(residual**2))), "residual_mean": float(np.nanmean(residual))}
     return schema.record(schema.label(out), "reconstruct", ds)
