@@ -109,6 +109,30 @@ def test_a_level_is_extrapolated_along_the_polynomial_that_it_follows():
     assert np.isnan(extrapolated_level(x[:6], 1, 0.1)[0])
 
 
+def test_a_sharp_minimum_has_the_error_of_its_sampling():
+    """A few samples on two steep flanks miss the lowest force by up to half a step, with two of them nearly equal."""
+    rng, x, off = np.random.default_rng(9), np.arange(1500.0), []
+    for _ in range(60):
+        lowest = 600 + rng.uniform()
+        flanks = np.where(x < lowest, 0.4 * (lowest - x), 0.5 * (x - lowest)) - 20
+        force = np.minimum(flanks, np.where(x < lowest, 100.0, 0.0)) + rng.normal(0, 0.005, x.size)
+        result = evaluated_retraction(-x, force, np.inf, 1.0)
+        off.append((result.pull_off_force - 20) / result.pull_off_standard_error)
+    assert (np.abs(off) < 2).mean() >= 0.95 and np.sqrt(np.mean(np.square(off))) > 0.2
+
+
+def test_waves_are_the_error_of_a_jump_beside_them():
+    """One period after the jump: the level beside the jump and the mean of the free part differ by the waves."""
+    z, rng = np.linspace(1200.0, 0.0, 1200), np.random.default_rng(10)
+    for phase in np.linspace(0, 6, 7):
+        wave = 6e-4 * np.sin(2 * np.pi * z / 400 + phase)
+        force = np.where(z > 490, 3e-5 * (z - 490) - 0.0129, 0.0) + wave + rng.normal(0, 5e-5, z.size)
+        result = evaluated_retraction(z, force, np.inf, 1.0)
+        assert 3e-4 < result.pull_off_standard_error < 9e-4
+        by_mean = force[z < 490].mean() - force.min()
+        assert abs(result.pull_off_force - by_mean) < 2 * result.pull_off_standard_error
+
+
 def test_a_late_loss_of_tension_is_a_step_but_interference_is_none():
     rng, x = np.random.default_rng(6), np.arange(2000)
     step = np.where(x < 800, -5.0, 0.0) + rng.normal(0, 2.0, x.size)

@@ -17,6 +17,8 @@ from .baselines import (
     extrapolated_level,
     last_step,
     least_error_line,
+    line_through,
+    median,
     sample_noise,
     straight_baseline,
     white_noise,
@@ -121,7 +123,7 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     -----
     A line through the longest straight stretch from the far end is the baseline of a curve that has one. Interference
     bends it: then a jump is read beside itself, against the force of the free cantilever just after it, which a local
-    polynomial extrapolates; half of the interference about a straight line is added to the error. Without a jump, the
+    polynomial extrapolates; the error contains the rms of the interference about a straight line. Without a jump, the
     line is the one whose error is least. So each curve gives a force with an error, or a limit: leaving out curves
     with a large error would leave out the small pulls.
 
@@ -366,7 +368,7 @@ def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], n
     span = _span(force.size - first)
     while first <= latest:
         following = force[first : first + span]
-        rising = int(np.argmax(following >= np.median(following) - _SAMPLE_SPREAD * noise)) if following.size else 0
+        rising = int(np.argmax(following >= median(following) - _SAMPLE_SPREAD * noise)) if following.size else 0
         if rising == 0:
             return first + _ringing(force[first:], noise)
         first += rising
@@ -391,9 +393,10 @@ def _has_jumped(z: np.ndarray, force: np.ndarray, lowest: int, first: int) -> bo
     span = _span(force.size - first)
     if force.size - first < 4 * span:
         return False
-    flat = force[first:] - np.polyval(np.polyfit(z[first:], force[first:], 1), z[first:])
-    jump = float(np.median(force[first : first + span])) - force[lowest]
-    later = float(np.max(flat[: flat.size // span * span].reshape(-1, span).mean(axis=1)) - np.median(flat[:span]))
+    tilt, offset = line_through(z[first:], force[first:])
+    flat = force[first:] - offset - tilt * z[first:]
+    jump = median(force[first : first + span]) - force[lowest]
+    later = float(bin_means(flat, span).max()) - median(flat[:span])
     # a jump is complete if it is this share of the depth of the lowest sample
     return jump >= 0.5 * (jump + later)
 
@@ -410,11 +413,11 @@ def _line_after_jump(
     """Return the baseline at the lowest sample by the force after the jump.
 
     A later loss of tension shows that the jump was not the last: then either the samples after it are extrapolated,
-    or its height is added, with half of it as the error. Half of the interference about a straight line is an error,
-    too. Where a long stretch is straight within the noise, the curve may have a tail, and the middle is taken.
+    or its height is added, with half of it as the error. The interference about a straight line is an error, too.
+    Where a long stretch is straight within the noise, the curve may have a tail, and the middle is taken.
     """
     at = z[lowest]
-    tilt, offset = np.polyfit(z[first:] - at, force[first:], 1)
+    tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
     count, height = last_step(flat[first:], noise)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
@@ -428,7 +431,7 @@ def _line_after_jump(
     error, level = min(levels)
     if not error < np.inf or (beyond > first and straight.error(at) < error):
         return straight
-    doubt = max(abs(level) if beyond == first else 0.0, float(flat[beyond:].std())) / 2
+    doubt = max(abs(level) / 2 if beyond == first else 0.0, float(flat[beyond:].std()))
     tail = straight.force(at) - offset - level
     # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
     is_long = straight.longest - z[-1] > 0.4 * (at - z[-1])
@@ -454,15 +457,19 @@ def _ruptures(force: np.ndarray) -> list[_Rupture]:
     """Return the sudden rises of the force on retraction."""
     n = _RUPTURE_SAMPLES
     noise = white_noise(force)
-    sums = np.r_[0.0, np.cumsum(force)]
+    sums = np.cumsum(np.append(0.0, force))
     means = (sums[n:] - sums[:-n]) / n
     rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
-    padding = np.zeros(2 * n + 1)
-    neighbour = np.maximum(np.r_[rise[2 * n + 1 :], padding], np.r_[padding, rise[: -2 * n - 1]])
-    spread = float(np.median(np.abs(rise - np.median(rise)))) / 0.6745  # larger than white noise gives if correlated
+    apart = 2 * n + 1
+    neighbour = np.zeros(rise.size)
+    neighbour[:-apart] = rise[apart:]
+    neighbour[apart:] = np.maximum(neighbour[apart:], rise[:-apart])
+    spread = median(np.abs(rise - median(rise))) / 0.6745  # larger than white noise gives if correlated
     significant = rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)
-    sudden = np.r_[False, significant & (neighbour < np.maximum(_STEADY * rise, 3 * noise)), False]
-    edges = np.flatnonzero(np.diff(sudden))
+    sudden = significant & (neighbour < np.maximum(_STEADY * rise, 3 * noise))
+    if not sudden.any():
+        return []
+    edges = np.flatnonzero(np.diff(sudden, prepend=False, append=False))
     return [_Rupture(int(end) + n, float(rise[start:end].max())) for start, end in zip(edges[::2], edges[1::2])]
 
 
@@ -491,7 +498,7 @@ def _contact(z: np.ndarray, flat: np.ndarray, zero: int, line: Baseline) -> dict
     point = float(z[zero] + (z[zero + 1] - z[zero]) * (flat[zero] / drop if drop > 0 else 0.0))
     upper = np.flatnonzero(flat[: zero + 1] > 0.5 * flat[: zero + 1].max())
     enough = upper.size >= _LEAST_PRESSED and np.ptp(z[upper]) > 0
-    slope = float(np.polyfit(z[upper] - z[upper[0]], flat[upper], 1)[0]) if enough else np.nan
+    slope = line_through(z[upper], flat[upper])[0] if enough else np.nan
     return {"contact_point": point, "contact_slope": slope, "baseline_offset": float(line.force(point))}
 
 
@@ -531,7 +538,7 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
         if steep or last - first < _LEAST_LOW:
-            step = abs(force[at] - force[at - 1])
+            step = np.abs(np.diff(force[at - 1 : min(at + 2, end)])).max()
             return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
         low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=ends[1] == end)
         best = low if low.error < best.error else best
