@@ -159,3 +159,40 @@ def test_pulls_just_above_their_limit_are_not_overestimated(slope):
         force += np.random.default_rng(seed).normal(0, 1, z.size)
         pulls.append(evaluated_retraction(z, force, np.inf, 1.0).pull_off_force)
     assert abs(np.nanmean(pulls) - 6.0) < 0.5
+
+
+def jumping(rng, pull=20.0, noise=0.05):
+    """Return piezo and force of a retraction on a spring of 1 N/m that ends with a jump from a pull."""
+    z = np.linspace(1000.0, 0.0, 2000)
+    return z, np.where(z > 700 - pull, z - 700, 0.0) + rng.normal(0, noise, z.size)
+
+
+def test_a_jump_is_read_on_waves_that_rise_after_it():
+    """Waves of 30 % of the pull in all phases; where they rise after the jump, the limit was seven times the pull."""
+    for phase in np.linspace(0, 6, 13):
+        z, force = jumping(np.random.default_rng(11))
+        result = evaluated_retraction(z, force + 6 * np.sin(2 * np.pi * z / 250 + phase), np.inf, 1.0)
+        assert abs(result.pull_off_force - 20) < 2 * result.pull_off_standard_error < 14
+
+
+def test_samples_missing_before_a_jump_widen_its_error():
+    z, force = jumping(np.random.default_rng(12))
+    lowest = int(np.argmin(force))
+    force[lowest - 7 : lowest + 1] = np.nan
+    result = evaluated_retraction(z, force, np.inf, 1.0)
+    assert abs(result.pull_off_force - 20) < 2 * result.pull_off_standard_error < 6
+
+
+def test_noise_of_the_height_changes_no_pull():
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        z, force = jumping(rng)
+        quiet = evaluated_retraction(z, force, np.inf, 1.0)
+        noisy = evaluated_retraction(z + rng.normal(0, 2, z.size), force, np.inf, 1.0)
+        assert noisy.pull_off_force == pytest.approx(quiet.pull_off_force, rel=0.005)
+
+
+def test_a_force_of_the_opposite_sign_is_no_pull():
+    z, force = jumping(np.random.default_rng(13))
+    result = evaluated_retraction(z, -force, np.inf, 1.0)
+    assert np.isnan(result.pull_off_force) and "opposite sign" in result.reason

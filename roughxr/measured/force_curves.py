@@ -46,7 +46,7 @@ _HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0,
 _DETACHED = 6.0
 
 _SATURATED = "the detector's range ends before the largest pull"
-
+_NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
 
 #: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
 #: of the force is at most this part as high on either side.
@@ -212,8 +212,9 @@ def _stiffness(ds: xr.Dataset, spring_constant: Any) -> float:
 
 def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, share: float) -> _CurveResults:
     """Return the results of one retraction."""
-    finite = np.isfinite(z) & np.isfinite(force)
-    z, force = z[finite], force[finite]
+    time = np.flatnonzero(np.isfinite(z) & np.isfinite(force))
+    z = z[time]
+    force = force[time]
     reason = _unusable(z, share)
     if reason:
         return _CurveResults(reason=reason)
@@ -236,7 +237,9 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         return result._replace(reason="the force does not rise in contact")
     if not pull.is_measured:
         return result._replace(pull_off_at_most=pull.limit, reason="no pull exceeds the noise")
-    minimum, own_error = _minimum(z, flat, lowest, line.noise)
+    if zero is None and lowest < flat.size // 100:
+        return result._replace(reason=_NOT_PRESSED)
+    minimum, own_error = _minimum(time, flat, lowest, line.noise)
     if _is_saturated(force, lowest, z <= line.end):
         return result._replace(pull_off_at_least=-minimum, reason=_SATURATED)
     result = result._replace(pull_off_force=-minimum, pull_off_standard_error=float(np.hypot(own_error, pull.error)))
@@ -364,15 +367,15 @@ def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], n
     if first > lowest + longest:
         later = [rupture for rupture in losses if rupture.end > lowest]
         first = max(later, key=lambda rupture: rupture.height).end if later else force.size
-    latest = first + longest
+    after_jump = first
     span = _span(force.size - first)
-    while first <= latest:
+    while first <= after_jump + longest:
         following = force[first : first + span]
         rising = int(np.argmax(following >= median(following) - _SAMPLE_SPREAD * noise)) if following.size else 0
         if rising == 0:
             return first + _ringing(force[first:], noise)
         first += rising
-    return force.size
+    return after_jump  # interference rises on
 
 
 def _ringing(force: np.ndarray, noise: float) -> int:
@@ -524,10 +527,11 @@ class _Minimum(NamedTuple):
     reach: tuple[int, int]  # range of the samples whose force is nearly as low
 
 
-def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
+def _minimum(time: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[float, float]:
     """Return the lowest force and its standard error, by a parabola through the samples around it.
 
     Select samples by the parabola, not by their own noise: dropping those lifted by noise would bias the result.
+    ``time`` is the recorded number of each sample, which has gaps where samples are missing, and no noise.
     """
     end = _detachment_sample(force, at, noise)
     ends = max(at - _HALF_WIDTH, 0), min(at + _HALF_WIDTH, end)
@@ -538,9 +542,15 @@ def _minimum(z: np.ndarray, force: np.ndarray, at: int, noise: float) -> tuple[f
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
         if steep or last - first < _LEAST_LOW:
-            step = np.abs(np.diff(force[at - 1 : min(at + 2, end)])).max()
-            return float(force[at]), float(np.hypot(noise, step / np.sqrt(12)))
-        low = _parabola(z, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=ends[1] == end)
+            steps = np.abs(np.diff(force[max(at - 1, 0) : min(at + 2, end)]))
+            step = float(steps.max(initial=0.0))
+            below = 0.0
+            if end < force.size:  # the jump begins up to a step below the last sample
+                step *= time[end] - time[end - 1]
+                below = step / 2
+            return float(force[at]) - below, float(np.hypot(noise, step / np.sqrt(12)))
+        is_detached = ends[1] == end < force.size
+        low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best
         if (first, last) == low.reach:
             break
@@ -566,11 +576,12 @@ def _detachment_sample(force: np.ndarray, at: int, noise: float) -> int:
 
 
 def _parabola(
-    z: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, detached: bool
+    time: np.ndarray, force: np.ndarray, used: slice, ends: tuple[int, int], noise: float, *, detached: bool
 ) -> _Minimum:
     """Return the lowest point, between the ends, of a parabola through the used samples."""
-    scale = float(np.abs(z[used] - z[used].mean()).max())
-    x = (z[slice(*ends)] - z[used].mean()) / scale
+    centre = (time[used.start] + time[used.stop - 1]) / 2
+    scale = time[used.stop - 1] - centre
+    x = (time[slice(*ends)] - centre) / scale
     design = x[:, None] ** np.arange(3)
     window = slice(used.start - ends[0], used.stop - ends[0])
     covariance = np.linalg.inv(design[window].T @ design[window])
@@ -587,7 +598,7 @@ def _parabola(
     reach = (int(before[-1]) + 1 if before.size else 0), (int(after[0]) if after.size else x.size)
     row, unseen = _parabola_terms(where), 0.0
     if detached:
-        beyond = _parabola_terms(2 * x[-1] - x[-2])
+        beyond = _parabola_terms((time[ends[1]] - centre) / scale)
         unseen = max(float((row - beyond) @ coefficients), 0.0)
         row = (row + beyond) / 2 if unseen else row
     error = noise * np.sqrt(row @ covariance @ row)
