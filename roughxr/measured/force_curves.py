@@ -422,18 +422,24 @@ def _line_after_jump(
     at = z[lowest]
     tilt, offset = line_through(z[first:] - at, force[first:])
     flat = force - offset - tilt * (z - at)
-    count, height = last_step(flat[first:], noise)
     later = [rupture for rupture in losses if rupture.end > first + _RUPTURE_SAMPLES]
+    level, error = extrapolated_level(flat[first:], first - lowest, noise)
+    tension = straight.force(at) - offset - level  # that is left after the jump, if the line is right
+    count, height = last_step(flat[first:], noise) if later or tension > 0 else (0, 0.0)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
-    level, error = extrapolated_level(flat[first:], first - lowest, noise)
     levels = [(float(np.hypot(error, tension_after / 2)), level + tension_after)]
     if beyond > first:
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
     error, level = min(levels)
-    if not error < np.inf or (beyond > first and straight.error(at) < error):
+    if not error < np.inf:
         return straight
+    if beyond > first and straight.error(at) < error:
+        # a kink of interference looks like a slow step: the middle is taken
+        unsure = 0.0 if later else tension / 2
+        error = float(np.hypot(straight.level_error, unsure))
+        return straight._replace(level=straight.level - unsure, level_error=error)
     doubt = max(abs(level) / 2 if beyond == first else 0.0, float(flat[beyond:].std()))
     tail = straight.force(at) - offset - level
     # a stretch this long, as a share of the free part, may end in the tail of a weak tension that no jump ends
