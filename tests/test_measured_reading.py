@@ -343,6 +343,7 @@ def test_measured_forces_that_only_push_are_not_compared():
         "force [nN],nombre",
         "force [nN],N",
         "force [nN],Häufigkeit",
+        "force [nN],度数",
     ],
 )
 def test_a_histogram_is_refused_by_any_name(tmp_path, heading):

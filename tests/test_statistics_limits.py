@@ -52,6 +52,20 @@ def test_a_likelihood_with_censoring_covers_the_mean():
     assert sum(inside) >= 7
 
 
+def test_a_reading_below_the_detection_limit_is_a_limit_of_the_likelihood():
+    """Noise lets some of the pulls below the limit be read: taken as known beside the others, they raise the mean."""
+    readings = np.random.default_rng(5).exponential(4.0, 64)
+    few_read = (readings > 5) | (np.arange(64) % 4 == 0)
+    made = with_limits(np.where(few_read, readings, 0.0), 1e-9).assign(pull_off_at_most=("subregion", [np.nan] * 64))
+    made["pull_off_at_most"] = made.pull_off_at_most.where(few_read, 5.0).assign_attrs(units="nN")
+    made["detection_limit"] = ("subregion", np.full(64, 5.0), {"units": "nN"})
+    ends = [
+        statistics.bootstrap(forces, statistics=["mean"]).squeeze().likelihood_high
+        for forces in (made, with_limits(readings, 5.0))
+    ]
+    assert float(ends[0]) == pytest.approx(float(ends[1]), rel=1e-6)
+
+
 def test_censored_parameters_have_the_highest_likelihood():
     values = np.random.default_rng(0).weibull(1.5, 60)
     bounds = np.array([np.where(values < 0.7, 0, values), np.maximum(values, 0.7)])

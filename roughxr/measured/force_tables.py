@@ -33,7 +33,7 @@ _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--
 _DISTRIBUTION = re.compile(
     r"cumul|cdf|pdf|fraction|probab|percent|quantile|density|frequency|(?<!debris_)share|"
     r"^(counts?|occurrences?|events?|hits)$|^(number|no\.?|#) of|^(anzahl|nombre|effectifs?|numero|número|cantidad|n)$|"
-    r"h(ä|ae)ufigkeit|fr[ée]quence|frecuencia|"
+    r"h(ä|ae)ufigkeit|fr[ée]quence|frecuencia|frequenza|частота|度数|頻度|频数|频率|"
     r"wahrscheinlichkeit|dichte|densit[ée]|densidad",
     re.IGNORECASE,
 )

@@ -81,7 +81,10 @@ def _censored_bounds(ds: xr.Dataset, bounds: np.ndarray) -> np.ndarray:
     censored = bounds.copy()
     if DETECTION in ds:
         limits = ds[DETECTION].values
-        is_below = (bounds[0] < bounds[1]) & np.isfinite(bounds[1]) & np.isfinite(limits)
+        # noise decides which pulls below the limit are read; the law would take the few that are for all
+        is_limit = (bounds[0] < bounds[1]) | (bounds[1] < limits)
+        is_below = is_limit & np.isfinite(bounds[1]) & np.isfinite(limits)
+        censored[0, is_below] = 0.0
         censored[1, is_below] = limits[is_below]
     return censored
 
