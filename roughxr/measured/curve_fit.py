@@ -127,7 +127,9 @@ def fit_curve(
     The intervals contain noise and interference with their correlation in time, the baseline with the choice of its
     stretch, and the given errors of the calibration. They are wider by the rms of the residuals over the noise where
     the law fits worse than that, and by the difference of the laws where "auto" uses JKR's or DMT's. The radius,
-    roughness and viscosity are not included. A soft cantilever on a stiff contact gives no upper limit of the modulus;
+    roughness and viscosity are not included, nor is interference in contact: with fringes of 5 % of the pull the
+    intervals contain the modulus in about 90 % of soft and 85 % of stiff contacts, the work in 95 %
+    (``tests/benchmarks/fitted_curves.py``). A soft cantilever on a stiff contact gives no upper limit of the modulus;
     the work of adhesion then lies between those of both laws.
 
     References

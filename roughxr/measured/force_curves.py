@@ -127,11 +127,11 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     line is the one whose error is least. So each curve gives a force with an error, or a limit: leaving out curves
     with a large error would leave out the small pulls.
 
-    On made curves with interference of 0.5 to 20 % of the pull, tilt and drift, 98 to 100 % of the pulls lie within two
-    standard errors, and the bias of their mean is at most 1.0 %. Pulls of 6 to 20 standard deviations of the noise do
-    in 91 to 95 %; their bias falls from 4 to −0.7 % (``tests/benchmarks/made_curves.py``, which shows what is worse:
-    interference with kinks, 86 %; and interference of three standard deviations of the noise without a pull, where
-    12 % of the curves give a force).
+    On made curves with interference of 0.5 to 20 % of the pull, tilt and drift, 99 to 100 % of the pulls lie within two
+    standard errors (93 to 97 % if the interference has kinks), and the bias of their mean is at most 1.2 %. Pulls of 6
+    to 20 standard deviations of the noise do in 91 to 95 %; their bias falls from 4 to −0.7 %. Interference of three
+    standard deviations of the noise without a pull is worse: 12 % of the curves give a force
+    (``tests/benchmarks/made_curves.py``).
     The uncertainty does not include that of the parabola through the samples before the jump, about 0.1 % for a sphere
     on a soft lever.
 

@@ -121,7 +121,7 @@ def bootstrap(
     on log-normal, normal, uniform, gamma and bimodal fields 91 to 100 %.
 
     With 0 to 90 % of 64 curves below the detection limit, bounds contain the true mean in 95 to 100 % of trials, the
-    interval of the likelihood in 88 to 97 % (``tests/benchmarks/censored_curves.py``).
+    interval of the likelihood in 97 to 100 % (``tests/benchmarks/censored_curves.py``).
 
     Results of a scan have ``on_debris`` and ``debris_share`` (`regions.centres`). The mean is then that of the places
     on and off debris, weighted by their areas, and its interval that of both. Of a pull-off force with fewer than two
