@@ -469,10 +469,10 @@ def _ruptures(force: np.ndarray) -> list[_Rupture]:
     sums = np.cumsum(np.append(0.0, force))
     means = (sums[n:] - sums[:-n]) / n
     rise = means[n + 1 :] - means[: -n - 1]  # over one sample, which may be from within the rupture
-    apart = 2 * n + 1
+    distance = 2 * n + 1
     neighbour = np.zeros(rise.size)
-    neighbour[:-apart] = rise[apart:]
-    neighbour[apart:] = np.maximum(neighbour[apart:], rise[:-apart])
+    neighbour[:-distance] = rise[distance:]
+    neighbour[distance:] = np.maximum(neighbour[distance:], rise[:-distance])
     spread = median(np.abs(rise - median(rise))) / 0.6745  # larger than white noise gives if correlated
     significant = rise > _RUPTURE_SIGNIFICANCE * max(noise * np.sqrt(2 / n), spread)
     sudden = significant & (neighbour < np.maximum(_STEADY * rise, 3 * noise))
