@@ -37,6 +37,12 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
+#: Names that people give to options, with the option and what to do.
+_OTHER_NAMES = {
+    "--diameter": ("--sphere-radius", "give half of it, --sphere-radius"),
+    "--load": ("--cause", f"what detaches the sphere is --cause: {', '.join(CAUSES)}"),
+}
+
 _DIRECTIONS, _QUIET = ("trace", "retrace"), "show no progress"
 
 _BODIES = (
@@ -90,8 +96,9 @@ class Parser(argparse.ArgumentParser):
                 break  # the options after the command are its own
             if word.startswith("@") and not Path(word).exists():
                 self.error(f"{word}: expected a file; options in a file are read by --config {word[1:]}")
-            if option == "--diameter":
-                self.error("unknown option --diameter: give half of it, --sphere-radius")
+            (usual, advice) = _OTHER_NAMES.get(option, ("", ""))
+            if usual in options and option not in options:
+                self.error(f"unknown option {option}: {advice}")
             if option.startswith("--") and not any(name.startswith(option) for name in options):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
         parsed, surplus = super().parse_known_args(args, namespace)

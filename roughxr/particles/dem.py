@@ -10,6 +10,7 @@ from ..bodies.pair_record import read_pair
 from ..statistics import cdf, reduction, smooth_pull_off
 from ..statistics.sampling import by_share, shares, standard_deviation
 from ..vocabulary import schema
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import fraction, whole_number
 from .adhesion_parameters import parameters
 from .force_balance import places_in_words, refuse_varied, scope_words
@@ -61,7 +62,10 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
     >>> [line.split()[:4] for line in text.splitlines() if line.startswith("fix wall1")]
     [['fix', 'wall1', 'class1', 'wall/gran']]
     """
-    schema.one_of(code, CODES, "code")
+    if code not in CODES:
+        raise Refusal(
+            "code", f"one of {', '.join(CODES)}", f"{code!r}", "for other codes write the table of parameters"
+        )
     refuse_varied(ds)
     ds = reduction(ds)
     if code == TABLE:
