@@ -197,7 +197,6 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
         thin.contact.vary(roughxr.direct, contact_modulus=[30, 40])
 
 
-@pytest.mark.filterwarnings("ignore:delta")
 def test_a_run_on_a_layer_does_all_but_the_sums_over_half_spaces(scan, tmp_path, capsys):
     ds = scan.contact.assign_pair(sphere_radius=30, materials="silica/silicon", layer="5 nm silica")
     groups = roughxr.run(ds, tmp_path / "run.nc", subregions=(2, 1), budget=0, mesh=1)

@@ -12,6 +12,7 @@ from roughxr import archive, cli, report
 from roughxr.jobs.progress import Stages, progress
 from roughxr.runs import analysis, several
 from roughxr.scans.synthetic import self_affine
+from roughxr.specimen import specimen_of
 
 from .surfaces import bare_runs
 
@@ -144,3 +145,14 @@ def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkey
         "scan 4 of 5: d.nc, about 3 min left for all of them",
         "scan 5 of 5: e.nc, about 4 min left (more than before: d.nc took about 10 min) for all of them",
     ]
+
+
+@pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
+def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface):
+    for modulus, places in ((40, 2), (0.1, 1)):
+        pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": 0.05}
+        specimen = specimen_of(roughxr.assign_pair(surface, **pair))
+        plan = analysis.plan(specimen, subregions=(2, 1))
+        solved = roughxr.adhesive(specimen.scan, subregions=(2, 1), mesh=1)
+        groups = analysis._curves_around_pull_off(analysis.Task(specimen, plan, groups={"solutions/adhesive": solved}))
+        assert groups["solutions/curves"].sizes["subregion"] == places

@@ -103,6 +103,8 @@ class Parser(argparse.ArgumentParser):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
         parsed, surplus = super().parse_known_args(args, namespace)
         if surplus:
+            if surplus[0].startswith("-"):
+                self.error(f"unknown option {surplus[0]}")
             before = " ".join(args[: args.index(surplus[0])][-2:])
             self.error(
                 f"unexpected {surplus[0]} after {before}: quote values that contain spaces, such as '3 um', and join "

@@ -72,7 +72,9 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
 
 
 def _median_percent(ds: xr.Dataset, name: str) -> float:
-    return 100 * float(by_share(ds[name]).quantile(0.5)) if name in ds else np.nan
+    if name not in ds or not bool(ds[name].notnull().any()):  # such as where the sphere rolls off by itself
+        return np.nan
+    return 100 * float(by_share(ds[name]).quantile(0.5))
 
 
 def _unstable(moments: xr.Dataset) -> xr.DataArray:

@@ -72,6 +72,9 @@ _RIGID_CELL = 2.5
 #: Places of the pull-off over the shortest wavelength, of the usual formulas, and of force over displacement.
 _SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 3, 16, 4
 
+#: Number of steps from which force over displacement, of soft bodies, is computed at one place only.
+_MANY_STEPS = 20
+
 #: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
 _CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
 
@@ -364,7 +367,7 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     groups = {
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),
-        "solutions/smooth": loading(direct(flat, delta=plan.direct_deltas)),
+        "solutions/smooth": loading(without_warnings(direct, flat, delta=plan.direct_deltas)),
     }
     if not task.is_coated:  # without yield, to show its effect by comparison
         dry = {"law": HERTZ, "formulation": plan.superposed[0]}
@@ -479,7 +482,8 @@ def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
     median_place = adhering.sortby("pull_off_force").isel(subregion=[adhering.sizes["subregion"] // 2])
     mesh = replace(task.plan.mesh, cells=int(median_place["mesh"].max()), accuracy=None)
     how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
-    sample = regions.sample(adhering, _CURVE_PLACES)
+    steps = (deltas[-1] - deltas[0]) / longest_step(specimen, mesh)
+    sample = regions.sample(adhering, _CURVE_PLACES if steps < _MANY_STEPS else 1)
     at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
     try:
         curves = without_warnings(adhesive, specimen, subregions=sample, delta=deltas, **how)
