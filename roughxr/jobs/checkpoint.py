@@ -64,11 +64,11 @@ def checkpointed(
     title: str = "",
     missing: Callable[[], str] = lambda: "some of its groups are missing",
 ) -> dict[str, xr.Dataset]:
-    """Compute the groups of an archive so that a crash costs only the batches in flight.
+    """Compute the groups of an archive so that a kill costs only the places in progress and those of the last second.
 
     The results of every solve within ``compute`` (`direct`, `superpose`, `pull_off_map`, …) are stored in
-    ``OUTPUT.checkpoint`` as they finish. Called again after a crash, the run resumes from there; a finished run is
-    read, not repeated. The values are bit by bit those that the same calls return without checkpoints.
+    ``OUTPUT.checkpoint`` once a second, and at an interrupt. Called again after a crash, the run resumes from there; a
+    finished run is read, not repeated. The values are bit by bit those that the same calls return without checkpoints.
 
     Parameters
     ----------
