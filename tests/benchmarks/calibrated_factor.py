@@ -4,8 +4,9 @@
 
 Surfaces and images (every 4th pixel) are those of ``real_below_the_pixel.py``. Truth and image are solved at 2 × 2
 places for six pairs and two radii. The ratio truth / image of each is the measured factor that predicts the truth of
-all others, combined with the factor of one scan as in `roughxr.extrapolated`. The places of all are the same, so that
-their choice adds no error. The scatter is that of ln(truth / image) between pairs and radii on one surface.
+all others, beside the factor of one scan. The places of all are the same, so that their choice adds no error. The
+transfer is the root mean square of the difference of ln(truth / image) between two pairs or radii on one surface, and
+on all other surfaces.
 """
 
 import argparse
@@ -53,9 +54,9 @@ def main():
     parser.add_argument("--cache", type=Path, help="a file of solved surfaces")
     options = parser.parse_args()
     solved = Solved(options.cache)
-    scatters = []
-    results = {"image": [], "one scan": [], "one scan and measured": []}
-    print("surface       ln(truth / image): mean, scatter between pairs and radii")
+    results = {"image": [], "one scan": [], "measured": []}
+    differences = {}
+    print("surface       ln(truth / image): mean; transfer on this surface")
     for name in options.surfaces:
         surface, end = true_surface(table[name])
         pixel = PIXELS * float(surface.x[1] - surface.x[0])
@@ -63,21 +64,26 @@ def main():
             solved.get(f"{name}/{pair}/{radius}", solved_pair, table[name], PAIRS[pair], radius)
             for pair, radius in itertools.product(PAIRS, RADII)
         ]
-        logs = np.array([log for _, log in cases])
-        scatters.append(logs.std(ddof=1))
-        print(f"{name:12s} {logs.mean():6.2f} {scatters[-1]:6.2f}", flush=True)
+        differences[name] = []
         for (_, measured), (lowering, log) in itertools.permutations(cases, 2):
             one = extrapolation.one_scan_factor(lowering, pixel, end)
-            calibrated = extrapolation.RoughnessFactor(measured, extrapolation._TRANSFER_ERROR, "")
-            both = extrapolation._combined_factor(one, calibrated, are_independent=True)
+            differences[name].append(measured - log)
             results["image"].append((-log, np.nan))
             results["one scan"].append((one.log - log, one.error))
-            results["one scan and measured"].append((both.log - log, both.error))
-    print(f"scatter of all surfaces: {np.sqrt(np.mean(np.square(scatters))):.2f}")
+            results["measured"].append((measured - log, extrapolation._TRANSFER_ERROR))
+        print(f"{name:12s} {np.mean([log for _, log in cases]):6.2f} {rms(differences[name]):6.2f}", flush=True)
+    for name in options.surfaces:
+        others = [differences[other] for other in options.surfaces if other != name]
+        print(f"transfer on all but {name}: {rms(np.concatenate(others or [[np.nan]])):.2f}")
     for way, rows in results.items():
         off, error = np.transpose(rows)
         inside = np.mean(np.abs(off) < 1.96 * error)
-        print(f"{way:22s} rms of ln {np.sqrt(np.mean(off**2)):.2f}, inside 95 %: {inside:.0%} of {len(rows)}")
+        print(f"{way:10s} rms of ln {rms(off):.2f}, inside 95 %: {inside:.0%} of {len(rows)}")
+
+
+def rms(values):
+    """Return the root mean square."""
+    return np.sqrt(np.mean(np.square(values)))
 
 
 if __name__ == "__main__":
