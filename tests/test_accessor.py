@@ -36,6 +36,11 @@ def test_every_verb_is_the_public_function_of_its_name(verb):
     assert "Parameters" in function.__doc__ and "Returns" in function.__doc__
 
 
+def test_the_help_of_adhesive_takes_250_words_before_its_sources():
+    text, _, _ = roughxr.adhesive.__doc__.partition("References")
+    assert len(text.split()) <= 250
+
+
 def test_misspelt_options_and_verbs_name_the_nearest(surface):
     with pytest.raises(TypeError, match=r"load: adhesive has no such option \(did you mean preload\?\)"):
         surface.contact.adhesive(load=3)
@@ -114,3 +119,14 @@ def test_the_accessor_shows_the_sentence_of_an_answer_and_of_a_certificate(surfa
         assert repr(ds.contact).splitlines()[1:][: ds.sentence.count("\n") + 1] == ds.sentence.splitlines()
     assert mean.sentence.splitlines()[0] not in repr(xr.concat([mean, mean], "scan").contact)
     assert ".plot" in repr(surface.height.contact)
+
+
+def test_concatenated_answers_keep_the_wavelength_of_each_whatever_the_defaults_of_xarray():
+    forces = {"pull_off_force": ("subregion", [388.0, 575.0, 817.0], {"units": "nN"})}
+    shortest = [39.0, 76.0]
+    solutions = [xr.Dataset(forces, {"sphere_radius": 500.0, "shortest_wavelength": nm}) for nm in shortest]
+    answers = [solution.contact.answer() for solution in solutions]
+    for new_defaults in (False, True):
+        with xr.set_options(use_new_combine_kwarg_defaults=new_defaults):
+            together = xr.concat(answers, "scan", coords="different", compat="equals")
+        assert together.shortest_wavelength.values.tolist() == shortest

@@ -60,56 +60,49 @@ def adhesive(
     Parameters
     ----------
     ds : Dataset
-        A scan with square pixels and an assigned pair with a work of adhesion.
+        A scan with an assigned pair.
     preload : number, quantity or array of them, optional
-        Force (nN) at which the indenter turns back; at 0, the default, it settles under its own adhesion. Several,
-        ascending, lie along ``preload``.
+        Force (nN) at which the indenter turns back, by default 0. Several, ascending, lie along ``preload``.
     delta : array_like, optional
-        Displacements, nm, ascending, in place of a preload.
+        Displacements (nm), ascending, in place of a preload.
     subregions : (int, int), (array, array) or Dataset, optional
-        Contact centres: a grid, x and y (nm), or a Dataset with them, see `regions.centres`. By default those on
-        ``ds``, else one in its middle.
+        Contact centres, see `regions.centres`. By default those on ``ds``, else one in its middle.
     law : {"auto", "exponential", "jkr", "dugdale", "lennard_jones"}
-        Traction across a gap, with the same work of adhesion: of finite range, or without ("jkr"). "auto" chooses by
-        Tabor's parameter.
+        Traction across a gap. "auto" chooses by Tabor's parameter.
     mesh : "auto", int or Mesh
-        "auto": cells and steps are halved until the pull-off changes by less than 5 %. Or the cells along a side of a
-        pixel, as ``mesh=4``, or a `Mesh`.
+        Cells along a side of a pixel. "auto" halves them until the pull-off changes by less than 5 %.
     datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0; by default first contact with a preload, else the highest peak.
     cycles : int
-        Number of cycles with a preload, each on the shape left by the last.
+        Cycles with a preload.
     fields : bool
-        Keep pressure, displacement and gap at the displacements of ``delta``; needs one mesh for all places.
+        Keep pressure, displacement and gap at ``delta``; needs one mesh.
 
     Returns
     -------
     Dataset
-        Along subregion: ``pull_off_force`` (nN), its relative error ``pull_off_error``, meant to hold at 95 % of
-        places, ``pull_off_delta``, ``snap_in_force``, ``work_of_separation``, ``hysteresis``, ``mesh``, ``truncated``
-        (contact at the scan's edge), ``complete``; NaN without contact or a complete cycle. With ``delta``, ``force``
-        and ``contact_area`` along (subregion, branch, delta).
+        Along subregion: ``pull_off_force`` (nN), its relative error ``pull_off_error`` (95 %), ``pull_off_delta``,
+        ``snap_in_force``, ``hysteresis`` and more. With ``delta``, ``force`` and ``contact_area`` on both branches.
 
     Raises
     ------
     ValueError
-        If no pair or work of adhesion is assigned, the cells are too large for the law, or a mesh has too many.
+        Without a work of adhesion, or with cells too large for the law or too many.
 
     Warns
     -----
     UserWarning
-        If a place missed the accuracy, or contact reaches the scan's edge (input in memory).
+        If a place missed the accuracy, or contact reaches the scan's edge.
     UnresolvedContact
-        If one mesh does not resolve the contacts, or gives no error.
+        If one mesh does not resolve the contacts.
 
     Notes
     -----
-    The page of physics states the laws, the solution, its errors and all variables.
+    The page of physics states laws, solution, errors and all variables.
 
     References
     ----------
-    Johnson, Kendall & Roberts, Proc. R. Soc. A 324 (1971) 301, doi:10.1098/rspa.1971.0141; Maugis, J. Colloid Interface
-    Sci. 150 (1992) 243, doi:10.1016/0021-9797(92)90285-T.
+    Johnson, Kendall & Roberts, doi:10.1098/rspa.1971.0141; Maugis, doi:10.1016/0021-9797(92)90285-T.
 
     Examples
     --------
