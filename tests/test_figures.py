@@ -399,7 +399,7 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     assert [bar.get_width() for bar in ax.patches] == pytest.approx([3.0, 3.0])
     assert [text.get_text() for text in ax.texts] == ["−3.0 ± 1.0", "not computed", "3.0 ± 1.0"]
     rose = figures.moment_rose(moments(1))
-    assert rose.get_xlabel() == "resisting moment [nN nm]\nmedian and middle half of 2 places"
+    assert rose.get_xlabel().startswith("resisting moment [nN nm]\nmedian and middle half of 2 places\ndashed: median")
     left, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
     words = [text.get_text() for text in left.get_legend().get_texts()]
     assert words == ["mean of 8, 95 % interval", "predicted", "measured"]
@@ -547,7 +547,7 @@ def assert_ticks_are_true(figure):
 
 def test_a_variable_over_a_parameter_is_its_mean_and_its_places():
     ds = over_parameters(1.0, ("preload", [0.0, 10.0, 1000.0]))
-    *places, _, mean = figures.plot(ds).lines
+    *places, _, mean, _ = figures.plot(ds).lines
     np.testing.assert_array_equal([line.get_ydata() for line in places], ds.pull_off_force)
     np.testing.assert_allclose(mean.get_ydata(), ds.pull_off_force.mean("subregion"))
     two = figures.plot(over_parameters(1.0, ("preload", [0.0, 1.0]), ("load", [1.0, 2.0, 90.0])))

@@ -162,9 +162,12 @@ def _densities(array: xr.DataArray, ax: Any, **options: Any):
     """Draw a density or a cumulative probability as steps; along another dimension, those of each entry."""
     *others, name = map(str, array.dims)
     cases = array.stack(case=others, create_index=False) if others else array.expand_dims(case=1)
+    sampling = f"{array.attrs['samples']} samples" if "samples" in array.attrs else None
+    if sampling and array.attrs.get("method") == "histogram":
+        sampling += f", {array.sizes[name]} bins"
     for order in range(cases.sizes["case"]):
         case = cases.isel(case=order)
-        label = ", ".join(_entry(case[other]) for other in others) or None
+        label = ", ".join(_entry(case[other]) for other in others) or sampling
         look = {"label": label, **stroke(order), **options}
         if "bin_edges" in array.attrs:
             ax.stairs(case.values, np.asarray(array.attrs["bin_edges"]), **look)

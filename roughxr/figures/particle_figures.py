@@ -42,7 +42,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     >>> moments = scan.contact.rolling(directions=8, subregions=(3, 3))
     >>> roughxr.figures.moment_rose(moments).get_xlabel()
-    'resisting moment [nN nm]\\nmedian and middle half of 9 places'
+    'resisting moment [nN nm]\\nmedian and middle half of 9 places\\ndashed: median of all directions'
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -66,7 +66,7 @@ def moment_rose(ds: xr.Dataset, *, ax: Axes | None = None):
         label.set_bbox({"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.5})
     unit, size = prefixed(rose.get_rmax(), "nN nm")
     ticks_in_unit(rose.yaxis, size)
-    places = f"median and middle half of {moment.sizes['subregion']} places"
+    places = f"median and middle half of {moment.sizes['subregion']} places\ndashed: median of all directions"
     rose.set_xlabel(f"{printed_label('resisting_moment', unit)}\n{places}")
     return rose
 
@@ -104,14 +104,17 @@ def fraction_remaining(ds: xr.Dataset, *, ax: Axes | None = None):
     speed = ds["friction_velocity"].values
     valid = ds["in_range"].values if "in_range" in ds else np.ones(speed.size, bool)
     outside = ~valid | np.r_[~valid[1:], False] | np.r_[False, ~valid[:-1]]  # with neighbours: the lines meet
+    band: str | None = "95 % interval"
     for order in range(ds.sizes["time"]):
         now = ds.isel(time=order)
         look = stroke(order)
         if "remaining_low" in ds:
             ends = now["remaining_low"], now["remaining_high"]
-            ax.fill_between(speed, *ends, color=look["color"], alpha=0.2, linewidth=0)
-        ax.plot(speed, np.where(valid, now["remaining"], np.nan), label=f"{float(now['time']):g} s", **look)
-        ax.plot(speed, np.where(outside, now["remaining"], np.nan), color=look["color"], linestyle=":")
+            ax.fill_between(speed, *ends, color=look["color"], alpha=0.2, linewidth=0, label=band)
+            band = None
+        ax.plot(speed, np.where(valid, now["remaining"], np.nan), label=f"after {float(now['time']):g} s", **look)
+        beyond = "drag formulas not valid" if outside.any() and order == ds.sizes["time"] - 1 else None
+        ax.plot(speed, np.where(outside, now["remaining"], np.nan), color=look["color"], linestyle=":", label=beyond)
     if speed.max() > 20 * speed[speed > 0].min(initial=np.inf):
         ax.set_xscale("log")
         log_ticks(ax.xaxis)

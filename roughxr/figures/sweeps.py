@@ -59,12 +59,17 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.plot(ds["pull_off_delta"], -ds["pull_off_force"], label="pull-off", **style)
         tension = float(ds["pull_off_force"].median())  # a sweep may step over it
     # smallest tension, over the largest force, that is visible on a linear axis
-    if 0 < tension < 0.05 * float(force.max()):
+    is_logarithmic = 0 < tension < 0.05 * float(force.max())
+    if is_logarithmic:
         ax.set_yscale("symlog", linthresh=tension, linscale=1.0)
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
+    label_axes(ax, "delta", "force")
+    if is_logarithmic:  # curves fill the axes
+        above = {"loc": "lower left", "bbox_to_anchor": (-0.15, 1), "ncols": 2}
+        return legend(ax, columnspacing=1.0, handlelength=1.8, **above)
     background = {"frameon": True, "framealpha": 0.85, "edgecolor": "none"}  # curves of single places cross the legend
-    return legend(label_axes(ax, "delta", "force"), loc="upper left", **background)
+    return legend(ax, loc="upper left", **background)
 
 
 def _places_and_bands(ax, force: xr.DataArray) -> None:
@@ -139,6 +144,10 @@ def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | 
     shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // 20)))
     intervals = statistics.bootstrap(shown, "force", statistics=[statistic], resamples=399)
     low, high = (intervals[end].sel(statistic=statistic).values for end in ("low", "high"))
+    if statistic == "q50":  # widened for dependent places, it may leave the range of all of them
+        force = shown["force"]
+        low = np.maximum(low, force.min("subregion").values)
+        high = np.minimum(high, force.max("subregion").values)
     ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8, label=label)
 
 

@@ -49,21 +49,25 @@ def named_values(ds: xr.Dataset, name: str, *, ends: tuple[str, str] | None = No
     rows = ds.isel({dim: ds[name].notnull().values})
     values = rows[name].values
     low, high = (rows[end].values for end in ends) if ends else (values, values)
-    return _rows(rows[dim].values, (values, low, high), str(ds.attrs.get("variable", name)), ax)
+    confidence = float(ds.attrs.get("confidence", 0.95))
+    return _rows(rows[dim].values, (values, low, high), str(ds.attrs.get("variable", name)), ax, confidence)
 
 
-def _rows(names: Any, columns: tuple[Any, Any, Any], label: str, ax: Axes | None):
+def _rows(names: Any, columns: tuple[Any, Any, Any], label: str, ax: Axes | None, confidence: float = 0.95):
     """Draw values with the ends of their intervals, one row for each name."""
     values, low, high = (np.asarray(column, dtype=float) for column in columns)
     ax, order = _row_axes(names, ax)
     ax.hlines(order, low, high, color=BLUE, linewidth=1.2)
     ax.plot(values, order, "o", color=BLUE)
+    with_interval = bool((high > low).any())
     if _is_wide(np.concatenate([values, low, high])):
         ax.set_xscale("log")
         log_ticks(ax.xaxis)
     elif min(values.min(), np.nanmin(low, initial=0.0)) >= 0:
         ax.set_xlim(left=0)
     label_axis(ax.xaxis, label)
+    if with_interval:
+        ax.set_xlabel(f"{100 * confidence:g} % interval of the {ax.get_xlabel()}")
     return ax
 
 
@@ -105,8 +109,12 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
             ax.plot(x, places, color=GREY, linewidth=0.35, alpha=0.6)
             ax.plot([], [], color=GREY, linewidth=0.6, label=f"{case.sizes[sample]} places")
         mean = statistics.bootstrap(case, name, statistics=["mean"], resamples=_RESAMPLES).isel(statistic=0)
-        ax.plot(x, mean["estimate"], label=label or "mean, 95 % interval", **look)
-        ax.vlines(x, mean["low"], mean["high"], color=look["color"], linewidth=0.9)
+        meaning = "95 % interval" if bool(np.isfinite(mean["low"]).any()) else "too few independent for an interval"
+        ax.plot(x, mean["estimate"], label=label or f"mean, {meaning}", **look)
+        # one line, which the legend avoids as it does not avoid the collection of `vlines`
+        gaps = np.full(x.size, np.nan)
+        ends = np.column_stack([mean["low"], mean["high"], gaps]).ravel()
+        ax.plot(np.repeat(x, 3), ends, color=look["color"], linewidth=0.9)
     return legend(_labelled(ax, ds[along], name), title=_title(others))
 
 
