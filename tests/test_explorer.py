@@ -86,7 +86,8 @@ def test_curves_and_pull_offs_are_the_archives(data, run):
     solved = run["solutions/adhesive"]
     np.testing.assert_allclose(np.array(pulls["values"], float), solved.pull_off_force, rtol=1e-4)
     for k, (points,) in enumerate(events["lines"]):
-        assert points["delta"][0] == pytest.approx(float(solved.pull_off_delta[k]) + touch[k], rel=1e-4)
+        assert points["delta"] == pytest.approx([float(solved.pull_off_delta[k]) + touch[k]], rel=1e-4)
+        assert points["force"] == pytest.approx([-float(solved.pull_off_force[k])], rel=1e-4)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")

@@ -200,7 +200,7 @@ def test_noise_is_bounded_by_neighbouring_lines():
 
 def test_noise_beyond_the_range_of_adhesion_is_a_caution_and_below_it_an_entry(scan, scanned, real):
     assert noise_limit(scan) > 0.3 and "noise" not in real.entry
-    assert "Noise cannot be told from roughness" in real.attrs["known"]
+    assert "Noise cannot be distinguished from roughness" in real.attrs["known"]
     flatter = scan.assign(height=0.05 * scan.height)
     assert "Noise" not in real_pull_off(flatter, scanned, None).attrs["known"]
     words, noisy = CHANGES["noise"](flatter, 1.0)

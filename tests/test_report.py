@@ -281,7 +281,7 @@ def test_intervals_that_explode_are_not_printed_as_numbers():
 
 
 def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written):
-    text = html.unescape(written.read_text(encoding="utf-8"))
+    text, _, _ = html.unescape(written.read_text(encoding="utf-8")).partition('<section id="repeat">')
     assert "simplest valid model</dt><dd>simulation with adhesion" in text and "law=" not in text
     assert "Rabinovich, two scales" in text
     table = report.formula_table(run)
@@ -292,6 +292,16 @@ def test_the_model_that_suits_is_named_and_formulas_stand_beside_it(run, written
     assert report.contact_table(run).loc["places that adhere", "rigid"] == 9
     at_places = float(run["statistics/rigid"].pull_off_force.median())  # the same places, the same sum: one number
     assert float(table.iloc[0, 0]) * size == pytest.approx(at_places, rel=1e-6)
+
+
+def test_the_page_states_the_calls_of_a_run_made_in_python_and_the_instrument_of_its_scan(run):
+    header = "acquisition_time: 2016-02-03 17:40:34\ninstrument.name: Dimension V\nno value"
+    text = html.unescape(report.page(run | {"scan": run["scan"].assign_attrs(header=header)}))
+    _, _, repeated = text.partition('<section id="repeat">')
+    assert "assign_pair(contact_modulus=40.0, sphere_radius=500.0, work_of_adhesion=0.5)" in repeated
+    assert "run(subregions=[3, 3], preload=0.0" in repeated
+    assert "<dt>instrument</dt><dd>Dimension V</dd>" in text
+    assert "<dt>measured</dt><dd>2016-02-03 17:40:34</dd>" in text
 
 
 def test_the_answer_stands_before_what_is_missing(run):

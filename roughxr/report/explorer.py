@@ -22,6 +22,7 @@ from ..scans.regions import extent
 from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import sentences_on_lines
 from .caveats import cautions
 from .report_page import as_uri, render_template, title, write_page
 from .run_tables import METHOD_WORDS, debris_flags
@@ -79,7 +80,7 @@ def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:
     return render_template(
         "explorer.html",
         title=title(run["scan"]),
-        headline=headline(run),
+        headline=sentences_on_lines(headline(run)),
         archive_name=archive_name,
         count=len(data["places"]),
         cautions=cautions(run),
@@ -124,7 +125,7 @@ def _rows(run: Run, places: xr.Dataset) -> list[dict[str, Any]]:
 
 
 def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
-    """Yield the force over displacement from the highest peak by method; pull-off and detachment are points."""
+    """Yield the force over displacement from the highest peak by method; the pull-off is a point."""
     touch = run.get("solutions/rigid", xr.Dataset()).get("touch_delta")
     for name, label in METHOD_WORDS.items():
         ds = run.get(f"solutions/{name}", xr.Dataset())
@@ -143,7 +144,7 @@ def _curves(run: Run, count: int) -> Iterator[dict[str, Any]]:
                 "events": False,
                 "lines": _branch_curves(ds[["force"]], retraction, offset),
             }
-        elif name == "adhesive" and {"pull_off_delta", "detachment_delta"} <= set(ds):
+        elif name == "adhesive" and "pull_off_delta" in ds:
             if "solutions/curves" in run:
                 yield {"name": name, "label": label, "events": False, "lines": _loops(run, ds, offset)}
             yield {"name": name, "label": label, "events": True, "lines": _events(at_first_preload(ds), offset)}
@@ -178,9 +179,9 @@ def _positions(places: xr.Dataset) -> np.ndarray:
 
 
 def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
-    """Return pull-off and detachment of each place as points."""
-    deltas = np.stack([case["pull_off_delta"].values, case["detachment_delta"].values], axis=1) + offset[:, None]
-    forces = np.stack([-case["pull_off_force"].values, np.zeros(offset.size)], axis=1)
+    """Return the pull-off of each place as a point."""
+    deltas = case["pull_off_delta"].values[:, None] + offset[:, None]
+    forces = -case["pull_off_force"].values[:, None]
     return [[{"delta": _numbers(delta), "force": _numbers(force)}] for delta, force in zip(deltas, forces)]
 
 

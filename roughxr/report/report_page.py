@@ -85,7 +85,17 @@ def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
         pictures=_pictures(run, _FIGURES),
         tables=[(name, *_rows(table)) for name, table in tables(run).items()],
         command=run_summary(run).attrs.get("command", ""),
+        calls=_calls(run_summary(run)),
     )
+
+
+def _calls(summary: xr.Dataset) -> str:
+    """Return the calls that made a run, one a line."""
+    calls = []
+    for step in schema.history(summary):
+        arguments = ", ".join(f"{name}={value!r}" for name, value in step["arguments"].items())
+        calls.append(f"{step['operation']}({arguments})")
+    return "\n".join(calls)
 
 
 def _facts(run: Run) -> list[tuple[str, str]]:
@@ -95,9 +105,12 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     scan = run["scan"]
     regime = run.get("statistics/regime", xr.Dataset())
     parameters = run.get("statistics/roughness", xr.Dataset())
+    header = dict(line.split(": ", 1) for line in str(scan.attrs.get("header", "")).splitlines() if ": " in line)
     facts = [
         ("file", scan.attrs.get("source_file", "none: synthetic")),
         ("channel", scan.attrs.get("channel", "")),
+        ("instrument", header.get("instrument.name", "")),
+        ("measured", header.get("acquisition_time", "")),
         ("size", _size_words(scan)),
         ("pixel", " × ".join(number(step, "nm") for step in sorted(set(schema.pixel(scan))))),
         ("levelling", _step_argument(scan, "level", "method")),
@@ -295,8 +308,8 @@ _FIGURES = (
         "Resisting moment by direction",
         DETACHMENT,
         lambda run: figures.moment_rose(run_moments(run)),
-        "Resisting moment over the direction in which the sphere begins to roll: the median place, and the middle "
-        "half of all places.",
+        "Resisting moment over the direction in which the sphere begins to roll: the median place, the middle half of "
+        "all places, and the median of all directions (dashed).",
     ),
     _Figure(
         "Critical flow by place",

@@ -179,8 +179,8 @@ def _cells(run: ScanResult) -> list[str]:
     value = scalar_values(run.summary)
     speed, low, high = (value[f"critical_friction_velocity{end}"] for end in ("", "_low", "_high"))
     cells = [
-        *value_and_interval(value[_FORCE], value["low"], value["high"]),
         *value_and_interval(value["best_estimate"], value["best_low"], value["best_high"]),
+        *value_and_interval(value[_FORCE], value["low"], value["high"]),
         percent(value["total_error"]),
         *value_and_interval(speed, low, high, "m/s"),
         quantity(value["wall_shear_stress"], "Pa"),

@@ -276,7 +276,7 @@ def _sentences(ds: xr.Dataset, shown: float, unseen: RoughnessFactor) -> dict[st
     ends = " … ".join(number(limit, digits=2) for limit in (factor / spread, factor * spread))
     known = f"The scan resolves wavelengths of {number(shown, 'nm')} (2 pixels) and longer."
     if (noise := noise_limit(ds)) > read_pair(ds).range:
-        known += f" Noise cannot be told from roughness: it may reach {number(noise, 'nm', 2)}."
+        known += f" Noise cannot be distinguished from roughness: it may reach {number(noise, 'nm', 2)}."
     assumed = f"Finer roughness multiplies the pull-off by {number(factor, digits=2)} ({ends}), {unseen.source}."
     return {"known": known, "assumed": assumed}
 

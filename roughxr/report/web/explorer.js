@@ -98,7 +98,7 @@ function drawForce() {
   const active = wells.length > 1 ? wells : points.filter(point => point[1] <= high && Math.abs(point[1]) > 1e-3 * Math.max(-low, high)), range = (active.length > 1 ? active : points).map(point => point[0]);
   const first = Math.min(...range), last = Math.max(...range), margin = Math.max(0.15 * (last - first), 0.25 - (last - first) / 2), width = clear(svg, 340), left = 60, height = 290;
   const { sx, sy } = axes(svg, { left, top: 8, width: width - left - 10, height, x: { low: first - margin, high: last + margin, size: 1, words: "displacement δ [nm]" }, y: { low: 1.05 * low - 0.02 * high, high: 1.05 * high - 0.02 * low || 1, size, words: `force [${unit}]` } });
-  draw(draw(svg, "clipPath", { id: "within" }), "rect", { x: left, y: 0, width: width - left - 10, height: height + 8 });
+  draw(draw(svg, "clipPath", { id: "within" }), "rect", { x: left, y: 8, width: width - left - 10, height });
   const inner = draw(svg, "g", { "clip-path": "url(#within)" });
   draw(inner, "line", { x1: left, x2: width, y1: sy(0), y2: sy(0), stroke: "#9aa5b1" });
   for (const curve of [...shown].reverse()) for (const line of curve.lines) {
@@ -106,7 +106,7 @@ function drawForce() {
     if (curve.events) path.forEach(([cx, cy]) => draw(inner, "circle", { cx, cy, r: 4.5, fill: COLOURS[curve.name], class: "event", "data-method": curve.name }));
     else if (path.length) draw(inner, "path", { d: `M${path.map(point => point.map(value => value.toFixed(1)).join(" ")).join("L")}`, class: "curve", "data-method": curve.name, stroke: COLOURS[curve.name], "stroke-width": 1.8, fill: "none" });
   }
-  at("force-words").textContent = all.some(curve => curve.events) ? "Dots: pull-off and detachment in the simulation with adhesion; lines: approach and retraction." : "";
+  at("force-words").textContent = all.some(curve => curve.events) ? "Dot: pull-off in the simulation with adhesion; lines: approach and retraction." : "";
 }
 
 function drawPulls() {
