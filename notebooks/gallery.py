@@ -27,6 +27,7 @@ PICTURES = {
     ),
     "Statistics of asperities": "scan.contact.asperities().contact.plot()",
     "Force over displacement": "scan.contact.direct(subregions=(5, 5)).contact.plot()",
+    "Superposed asperities": "scan.contact.superpose(subregions=(5, 5)).contact.plot()",
     "Contact area over load": "scan.contact.direct(load=[10, 100, 1000], subregions=(4, 4)).contact.plot()",
     "Pressure of one contact": (
         "contact = scan.contact.direct(load=[1000], fields=True)\nroughxr.figures.field_map(contact, scan=scan)"
@@ -43,14 +44,22 @@ PICTURES = {
     ),
     "Distribution of pull-off forces": "solved.contact.plot()",
     "Pull-off forces by place": 'solved.contact.plot("pull_off_force", on="map")',
+    "Cumulative probability": "roughxr.statistics.cdf(solved).contact.plot()",
+    "Summary of pull-off forces": "solved.contact.summary().contact.plot()",
+    "Answer with its interval": "solved.contact.answer().contact.plot()",
     "Intervals of the statistics": "solved.contact.bootstrap().contact.plot()",
     "Fitted laws": "solved.contact.fit().contact.plot()",
     "Pull-off over the radius": (
-        "radii = scan.contact.vary(roughxr.pull_off_map, sphere_radius=[125, 250, 500, 1000], subregions=(5, 5))\n"
-        "radii.contact.plot()"
+        "radii = [125, 250, 500, 1000]\n"
+        "scan.contact.vary(roughxr.pull_off_map, sphere_radius=radii, subregions=(5, 5)).contact.plot()"
     ),
     "Pull-off over the shortest wavelength": "scan.contact.scale_dependence(seeds=2, subregions=(2, 2)).contact.plot()",
     "Usual formulas": "scan.contact.formulas().contact.plot()",
+    "Conditions of a solution": "scan.contact.direct(load=[1000], fields=True).contact.certificate().contact.plot()",
+    "Predicted and measured quantiles": (
+        "measured = solved.assign(pull_off_force=1.3 * solved.pull_off_force).contact.pull_off()\n"
+        "solved.contact.compare(measured).contact.plot()"
+    ),
     "Error budget": "scan.contact.error_budget(subregions=(3, 3), places=3).contact.plot()",
     "Resisting moments by direction": "scan.contact.rolling(subregions=(5, 5)).contact.plot()",
     "Fraction that remains in a flow": (

@@ -41,7 +41,7 @@ def rows() -> Iterator[Row]:
     sphere = flat(96, 1.0).contact.assign_pair(**SPHERE)
     pressed = sphere.contact.direct(delta=[1.0])
     hertz = roughxr.reference.hertz([1.0], radius=1000, contact_modulus=40)
-    yield Row("Hertz", "direct(delta=[1])", pressed.force.item(), hertz.force.item(), "4/3 E* √R δ^{3/2}")
+    yield Row("Hertz", "direct(delta=[1])", pressed.force.item(), hertz.force.item(), "4/3 E* √(R δ³)")
 
     layer = roughxr.Layer(1e4, young_modulus=10, poisson_ratio=0.3)
     moduli = {"young_modulus": [1000, 100], "poisson_ratio": 0.3}
@@ -90,7 +90,8 @@ def table() -> str:
         for row in rows():
             difference = 100 * (row.value / row.closed_form - 1)
             numbers = f"{row.value:.4g} {row.unit} | {row.closed_form:.4g} {row.unit} | {difference:+.2g} %"
-            lines.append(f"| {row.case}: `{row.call}` | {numbers} | {row.formula} |")
+            unbroken = numbers.replace("-", "−").replace(" nN", "\u00a0nN").replace(" %", "\u00a0%")
+            lines.append(f"| {row.case}: `{row.call}` | {unbroken} | {row.formula} |")
     return "\n".join(lines) + "\n"
 
 
