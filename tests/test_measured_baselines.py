@@ -196,3 +196,10 @@ def test_a_force_of_the_opposite_sign_is_no_pull():
     z, force = jumping(np.random.default_rng(13))
     result = evaluated_retraction(z, -force, np.inf, 1.0)
     assert np.isnan(result.pull_off_force) and "opposite sign" in result.reason
+
+
+def test_a_piezo_of_the_opposite_sign_gives_no_limit():
+    z, force = jumping(np.random.default_rng(14))
+    approach = np.where(z > 700, z - 700, 0.0) + 0.01 * (force - force.mean())
+    result = evaluated_retraction(z, approach[::-1], np.inf, 1.0)
+    assert np.isnan(result.pull_off_at_most) and "the piezo may have the opposite sign" in result.reason

@@ -46,6 +46,7 @@ _HALF_WIDTH, _LEAST_LOW, _SAMPLE_SPREAD, _PARABOLA_SPREAD, _ROUNDS = 41, 8, 4.0,
 _DETACHED = 6.0
 
 _SATURATED = "the detector's range ends before the largest pull"
+_PRESSED_LAST = "the force is largest at the far end; the piezo may have the opposite sign"
 _NOT_PRESSED = "the force is lowest at the first sample; it may have the opposite sign"
 
 #: A rupture: samples before and after it, and its height in standard deviations of their difference; a steady change
@@ -218,6 +219,8 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     reason = _unusable(z, share)
     if reason:
         return _CurveResults(reason=reason)
+    if _is_pressed_at_the_end(force):
+        return _CurveResults(reason=_PRESSED_LAST)
     ruptures = _ruptures(force)
     pull = retraction_pull(z, force, share, ruptures)
     lowest, line = pull.lowest, pull.line
@@ -249,6 +252,14 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
         pull_off_distance=float(z[zero] - z[lowest] + (flat[lowest] - flat[zero]) / stiffness),
         work_of_separation=float(np.trapezoid(flat[zero:], z[zero:])),
     )
+
+
+def _is_pressed_at_the_end(force: np.ndarray) -> bool:
+    """Return whether the force rises at the last samples alone, as on an approach."""
+    level = median(force)
+    rise = median(force[-5:]) - level
+    # more than noise, and no tilt, which would change the first samples as much
+    return bool(rise > 20 * sample_noise(force) and abs(median(force[:5]) - level) < 0.1 * rise)
 
 
 class Pull(NamedTuple):
