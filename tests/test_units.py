@@ -258,3 +258,10 @@ def test_units_in_files_are_read_alike_by_pint_and_udunits():
     for name, known in VARIABLES.items():
         assert not re.search(r"[A-Za-z]-?\d", known.units), f"{name}: {known.units} is a power to UDUNITS only"
         plain.Quantity(1.0, known.units)
+
+
+def test_heights_in_metres_that_state_no_units_are_refused_where_the_pair_is_assigned():
+    axes = {axis: (axis, np.arange(64) * 1e-8, {"units": "m"}) for axis in ("x", "y")}
+    heights = xr.Dataset({"height": (("x", "y"), 1e-9 * rough(64))}, axes)
+    with pytest.raises(ValueError, match="height: expected units and heights over at least"):
+        heights.contact.assign_pair(sphere_radius=500, materials="glass")

@@ -192,7 +192,8 @@ def assign_pair(
     >>> float(measured.work_of_adhesion)
     0.09
     """
-    ds = schema.entered(ds)
+    has_heights = isinstance(ds, xr.Dataset) and schema.kind_of(ds) == "scan"
+    ds = schema.validate(ds, "scan") if has_heights else schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.named_pair(materials)

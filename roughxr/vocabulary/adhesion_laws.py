@@ -114,10 +114,11 @@ def read_law(law: Any, verb: str) -> str:
     name = _NAMES.get(text, text)
     if name in names:
         return name
-    others = ", ".join(ADHESION_LAWS[name].verbs) if name in ADHESION_LAWS else ""
+    listed = f"one of {', '.join(map(repr, names))}"
+    if name in ADHESION_LAWS:
+        raise Refusal("law", listed, f"{law!r}", f"only {' and '.join(ADHESION_LAWS[name].verbs)} takes it")
     spellings = [spelling for spelling, meant in _NAMES.items() if meant in names]
-    hint = f" of {others}" if others else did_you_mean(law, spellings)
-    raise Refusal("law", f"one of {', '.join(map(repr, names))}", f"{law!r}{hint}")
+    raise Refusal("law", listed, f"{law!r}{did_you_mean(law, spellings)}")
 
 
 def law_by_tabor(tabor: float) -> str:
