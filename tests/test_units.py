@@ -262,6 +262,6 @@ def test_units_in_files_are_read_alike_by_pint_and_udunits():
 
 def test_heights_in_metres_that_state_no_units_are_refused_where_the_pair_is_assigned():
     axes = {axis: (axis, np.arange(64) * 1e-8, {"units": "m"}) for axis in ("x", "y")}
-    heights = xr.Dataset({"height": (("x", "y"), 1e-9 * rough(64))}, axes)
+    heights = xr.Dataset({"height": (("x", "y"), 1e-9 * np.random.default_rng(1).normal(0.0, 5.0, (64, 64)))}, axes)
     with pytest.raises(ValueError, match="height: expected units and heights over at least"):
         heights.contact.assign_pair(sphere_radius=500, materials="glass")
