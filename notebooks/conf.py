@@ -103,13 +103,16 @@ def _documented_elsewhere(app, env, node, contnode):
     return domain.resolve_xref(env, node["refdoc"], app.builder, "obj", names[0], node, contnode)
 
 
+_README_RUN = "roughxr run datasets/rough.nc --sphere-radius '500 nm' --materials glass/silicon -o run"
+
+
 def _example_run(app, error):
-    """Write the report and the interactive page that the first page links to: the README's scan at fewer places."""
+    """Write the report and the interactive page that the first page links to: those of the README's run."""
     if error or app.builder.name != "html":
         return
     scan = roughxr.assign_pair(roughxr.open_sample("rough"), sphere_radius="500 nm", materials="glass/silicon")
     with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
-        roughxr.run(scan, folder, subregions=(4, 4), budget=2)
+        roughxr.run(scan, folder, command=_README_RUN)
         roughxr.report.write_explorer(folder, Path(app.outdir) / "explore.html")
         shutil.copy(Path(folder) / "report.html", app.outdir)
 

@@ -4,6 +4,7 @@ Building them is a command of its own (.github/CONTRIBUTING.md), in which every 
 """
 
 import re
+import shlex
 import warnings
 from pathlib import Path
 
@@ -55,6 +56,12 @@ def test_the_papers_two_methods_print_what_the_readme_shows():
     names: dict = {}
     exec("\n".join(statements), names)
     assert [repr(eval(line, names)) for line in (direct, superposed)] == printed.splitlines()
+
+
+def test_the_finished_report_of_the_site_is_that_of_the_readmes_run():
+    (command,) = re.findall(r'^_README_RUN = "(.*)"$', (ROOT / "notebooks" / "conf.py").read_text(), re.MULTILINE)
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert shlex.split(command) in [shlex.split(line) for line in lines if line.startswith("roughxr run ")]
 
 
 @pytest.mark.parametrize("page", [ROOT / "README.md", *sorted(PAGES.glob("*.md"))], ids=lambda page: page.name)
