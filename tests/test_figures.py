@@ -609,3 +609,15 @@ def test_tick_text_times_unit_is_the_position(run, name, size):
 @pytest.mark.parametrize("number", range(2, 17))
 def test_tick_text_times_unit_is_the_position_in_the_papers_figures(papers, number):
     assert_ticks_are_true(papers[f"figure-{number:02d}"])
+
+
+def test_statistics_over_a_radius_are_drawn_with_their_intervals():
+    radii = xr.concat([force_of(scale * np.arange(1.0, 41.0)) for scale in (1.0, 2.0)], "sphere_radius")
+    radii = radii.assign_coords(sphere_radius=("sphere_radius", [250.0, 500.0], {"units": "nm"}))
+    statistics = radii.contact.bootstrap("pull_off_force", statistics=["mean", "q50"])
+    ax = figures.plot(statistics)
+    for order, container in enumerate(ax.containers):
+        (bars,) = container[2]
+        drawn = np.array(bars.get_segments())[:, :, 1]
+        np.testing.assert_allclose(drawn, statistics[["low", "high"]].isel(statistic=order).to_array().T)
+    assert ax.get_ylabel() == "pull-off force [nN]" and ax.get_xlabel() == "sphere radius [nm]"

@@ -20,7 +20,16 @@ from .particle_figures import fraction_remaining, moment_rose
 from .style import STROKES, Axes, Panels, axes, label_axes, label_axis, legend, stroke, styled
 from .sweeps import sweep
 from .uncertainty_bars import cut_off, error_budget
-from .values import answer_rows, fitted_laws, named_values, over_parameter, quantile_box, spectrum, violations
+from .values import (
+    answer_rows,
+    estimates_over_parameter,
+    fitted_laws,
+    named_values,
+    over_parameter,
+    quantile_box,
+    spectrum,
+    violations,
+)
 
 
 def plot(
@@ -126,6 +135,8 @@ def _variable(ds: xr.Dataset, name: str, ax: Any, options: dict[str, Any]) -> An
         return draw(ds, name, ax=ax, **options)
     if dims == {"statistic"} and "estimate" not in ds:
         return quantile_box(ds, name, ax=ax)
+    if name == "estimate" and "variable" in ds.attrs and len(dims - {"statistic"}) == 1:
+        return estimates_over_parameter(ds, ax=ax)
     if len(dims) == 1 and ds[min(dims)].dtype.kind in "OU":
         return named_values(ds, name, ends=("low", "high") if name == "estimate" else None, ax=ax)
     if {"x", "y"}.isdisjoint(dims):

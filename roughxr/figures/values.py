@@ -118,6 +118,21 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
     return legend(_labelled(ax, ds[along], name), title=_title(others))
 
 
+@styled
+def estimates_over_parameter(ds: xr.Dataset, *, ax: Axes | None = None):
+    """Draw the statistics of `bootstrap` over a parameter such as the radius, with their intervals."""
+    ax = axes(ax)
+    statistics_of = ds if "statistic" in ds.dims else ds.expand_dims("statistic")
+    (along,) = (str(dim) for dim in statistics_of["estimate"].dims if dim != "statistic")
+    x = _positions(ds[along])
+    for order, label in enumerate(statistics_of["statistic"].values):
+        estimate, low, high = (statistics_of[part].isel(statistic=order).values for part in ("estimate", "low", "high"))
+        look = {"marker": "o", "markersize": 3.0, "capsize": 2.0, **stroke(order)}
+        ax.errorbar(x, estimate, [estimate - low, high - estimate], label=str(label), **look)
+    title = f"with {100 * ds.attrs.get('confidence', 0.95):g} % intervals"
+    return legend(_labelled(ax, ds[along], str(ds.attrs["variable"])), title=title)
+
+
 def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:
     """Return the dimensions of a variable other than its samples, the longest first; raise for too many."""
     parameters = sorted((str(dim) for dim in ds[name].dims if dim != sample), key=lambda dim: -ds.sizes[dim])
