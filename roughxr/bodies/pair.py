@@ -128,7 +128,8 @@ def assign_pair(
         Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
         given, the work of adhesion of clean bodies by van der Waals forces alone; see `substances`.
     young_modulus, poisson_ratio : number or pair
-        Of both bodies alike, or of each; GPa. Either these two, ``materials`` or ``contact_modulus``.
+        Of both bodies alike, or of each; GPa, and a number up to 0.5. Either these two, ``materials`` or
+        ``contact_modulus``.
     contact_modulus : number or quantity
         E*, GPa.
     surface_energy : number or quantity, optional

@@ -207,7 +207,10 @@ def _run(commands: Any) -> None:
         f"law of adhesion: {', '.join(laws_of('adhesive'))}; {_DEFAULT}, exponential where its range matters, else jkr"
     )
     options += _add(group, ("--law", "LAW", help), default=AUTO)
-    help = "cells along the side of a pixel; default: auto, refined until the pull-off changes little"
+    help = (
+        "cells along the side of a pixel; default: auto, refined until the pull-off changes little; a number is quick, "
+    )
+    help += "but the errors leave out what finer cells would change"
     options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", help))

@@ -170,12 +170,13 @@ def formulas(
     -------
     Dataset
         ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the median of the sum, along ``formula``: "sum"
-        (that median), "bradley" (a smooth sphere), "rumpf" (one hemisphere of the summits' median radius), "rumpf_rms",
-        "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; for a humid pair "sum", "smooth" (4πRγ cos θ for
-        equal angles), "summit" (4πrγ cos θ of a hemisphere of the summits' median radius r), "plane_below" (the sphere
-        over a plane 1.82 rms below it) and "gaussian_heights". Attributes contain the formulas' inputs from the
-        scan: ``rms``, ``wavelength`` (the mean distance between summits), ``asperity_radius``, ``long_rms``,
-        ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
+        (that median), "bradley" (a smooth sphere, 2πwR as by DMT), "rumpf" (one hemisphere of the summits' median
+        radius), "rumpf_rms", "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; for a humid pair "sum",
+        "smooth" (4πRγ cos θ for equal angles), "summit" (4πrγ cos θ of a hemisphere of the summits' median radius r),
+        "plane_below" (the sphere over a plane 1.82 rms below it) and "gaussian_heights". Attributes contain the
+        formulas' inputs from the scan: ``rms``, ``wavelength`` (the mean distance between summits),
+        ``asperity_radius``, ``long_rms``, ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or
+        ``meniscus_height``, nm.
 
     Raises
     ------

@@ -38,7 +38,8 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     ----------
     ds : Dataset
         A solution, for example of `adhesive`, `rigid`, `superpose` or `extrapolated`, or its `pull_off`, or the group
-        ``statistics/summary`` of a run. Of several preloads the first. A result of `fit_pair` is its own answer.
+        ``statistics/summary`` of a run. Of several preloads the first; of several radii or humidities
+        select one, or take `bootstrap`. A result of `fit_pair` is its own answer.
 
     Returns
     -------

@@ -40,8 +40,8 @@ def vary(
         `direct`, `superpose`, `pull_off_map`, `adhesive`, `rigid` or `rolling`; or your own function of a Dataset and
         options.
     sphere_radius, contact_modulus, work_of_adhesion : array_like, optional
-        Values in nm, GPa and J/m², ascending; a parameter that is not given keeps its assigned value, without a
-        dimension.
+        Values in nm, GPa and J/m², or texts with units, ascending; a parameter that is not given keeps its assigned
+        value, without a dimension.
     humidity : array_like, optional
         Relative humidities between 0 and 0.99, ascending, for a humid pair.
     indenter : Dataset, optional

@@ -46,15 +46,16 @@ _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 #: solved to the third part of the right side.
 _SLOPE_FACTOR, _LEAST_SLOPE, _DAMPED_TOLERANCE = 0.85, 0.3, 0.3
 
-#: Newton's method ends after this many rounds without progress, or at this residual. Progress is a residual below the
-#: third number times the least so far, or a potential lower by the fourth number times w of one cell. While the front
-#: of a contact moves, residuals rise and fall and only the potential shows progress: counting it saves a fifth of the
-#: work of whole cycles, half where contacts jump.
-_STAGNANT_ROUNDS, _DIVERGED_RESIDUAL = 6, 6.0
+#: Newton's method ends after this many rounds without progress.
+_STAGNANT_ROUNDS = 6
+
+#: Progress is a residual below the first number times the least so far, or a potential lower by the second number times
+#: w of one cell. While the front of a contact moves, residuals rise and fall and only the potential shows progress:
+#: counting it saves a fifth of the work of whole cycles, half where contacts jump.
 _RESIDUAL_FALL, _POTENTIAL_FALL = 0.7, 0.004
 
-#: Largest number of rounds: in general, and for states near the guess.
-_MOST_ROUNDS, _MOST_ROUNDS_NEAR = 1000, 30
+#: Largest number of rounds.
+_MOST_ROUNDS = 1000
 
 #: The residual is relative to this part of the largest pressure, if that exceeds the largest attraction.
 _PRESSURE_SCALE = 0.1
@@ -131,8 +132,7 @@ def _newton(body, delta, state, near):
     since = 0
     exact = False
     worst = np.inf
-    most = _MOST_ROUNDS_NEAR if near else _MOST_ROUNDS
-    for turn in range(most):
+    for turn in range(_MOST_ROUNDS):
         exact = exact or worst < _EXACT_RESIDUAL
         if not exact:
             worst, potential = _quick_residual(body.quick, body.separation, body.law, delta, state)
@@ -148,10 +148,10 @@ def _newton(body, delta, state, near):
         since = 0 if falls else since + 1
         best = worst if worst < _RESIDUAL_FALL * best else best
         lowest = min(potential, lowest)
-        if since > _STAGNANT_ROUNDS or not worst < _DIVERGED_RESIDUAL:
+        if since > _STAGNANT_ROUNDS or not np.isfinite(worst):
             return Convergence(turn, products, worst, False)
         products += 1 + _improve(body, state, worst)
-    return Convergence(most, products, worst, False)
+    return Convergence(_MOST_ROUNDS, products, worst, False)
 
 
 def _relax(body, delta, state, steps):
