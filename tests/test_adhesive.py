@@ -332,7 +332,7 @@ def test_too_many_cells_are_said(ground, monkeypatch):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"law": "hertz"}, "law: expected one of 'auto', .*found 'hertz' of superpose"),
+        ({"law": "hertz"}, "law: expected one of 'auto', .*found 'hertz'; only superpose"),
         ({"law": "dugdale"}, "cells of at most .* take law='exponential'"),
         ({"mesh": 0}, "mesh"),
         ({"mesh": 1.5}, "mesh"),
