@@ -12,7 +12,7 @@ import xarray as xr
 import roughxr
 from roughxr.contact import adhesive_options
 from roughxr.jobs.progress import Stages
-from roughxr.runs import analysis
+from roughxr.runs import analysis, parts, run_mesh
 from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of
 
@@ -27,7 +27,7 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        groups = analysis._adhesive_simulation(analysis.Task(specimen_of(scan), plan))
+        groups = parts._adhesive_simulation(analysis.Task(specimen_of(scan), plan))
         rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
     solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
@@ -48,7 +48,7 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
     with warnings.catch_warnings(), roughxr.progress(stream), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         groups = roughxr.checkpointed(
-            lambda: analysis._adhesive_simulation(analysis.Task(specimen_of(scan), plan, stage)),
+            lambda: parts._adhesive_simulation(analysis.Task(specimen_of(scan), plan, stage)),
             tmp_path / "run.nc",
             scan=scan,
             arguments={"places": (5, 4)},
@@ -76,7 +76,8 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
         events = {"pull_off_force": none, "complete": none == 0, "truncated": none != none, "mesh": none == 0}
         return xr.Dataset({name: ("subregion", values) for name, values in events.items()})
 
-    monkeypatch.setattr(analysis, "adhesive", never)
+    monkeypatch.setattr(parts, "adhesive", never)
+    monkeypatch.setattr(run_mesh, "adhesive", never)
     soft = roughxr.assign_pair(
         surfaces.scan(surfaces.rough(32, seed=3)), sphere_radius=800, contact_modulus=2e-2, work_of_adhesion=0.2
     )
@@ -94,9 +95,9 @@ def test_a_run_takes_the_finest_mesh_that_can_be_solved(monkeypatch):
     plan, options = analysis.plan(specimen_of(scan), subregions=(2, 1)), {"subregions": (2, 1)}
     with warnings.catch_warnings(), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
-        free, _ = analysis._converged_mesh(specimen_of(scan), plan, options, stage)
+        free, _ = run_mesh.converged_mesh(specimen_of(scan), plan, options, stage)
         monkeypatch.setattr(adhesive_options, "MOST_CELLS", 6000)
-        mesh, finer = analysis._converged_mesh(specimen_of(scan), plan, options, stage)
+        mesh, finer = run_mesh.converged_mesh(specimen_of(scan), plan, options, stage)
     solved = scan.contact.adhesive(mesh=mesh, **options)
     assert (finer.mesh == 2 * solved.mesh).all()
     assert (finer.mesh < free.cells).all()

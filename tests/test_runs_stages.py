@@ -11,6 +11,7 @@ import roughxr
 from roughxr import archive, cli, report
 from roughxr.jobs.progress import Stages, progress
 from roughxr.runs import analysis, several
+from roughxr.runs import parts as run_parts
 from roughxr.scans.synthetic import self_affine
 from roughxr.specimen import specimen_of
 
@@ -110,7 +111,7 @@ def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface,
             stage(name)
             now[0] += duration
             if name == "adhesive":
-                why, seconds = analysis._durations_after(solved, 64, 8)
+                why, seconds = run_parts._durations_after(solved, 64, 8)
                 stage.expect(why, **seconds)
     lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
     shown = [minutes_left(line) for line in lines]
@@ -154,5 +155,5 @@ def test_force_over_displacement_of_soft_bodies_is_computed_at_one_place(surface
         specimen = specimen_of(roughxr.assign_pair(surface, **pair))
         plan = analysis.plan(specimen, subregions=(2, 1))
         solved = roughxr.adhesive(specimen.scan, subregions=(2, 1), mesh=1)
-        groups = analysis._curves_around_pull_off(analysis.Task(specimen, plan, groups={"solutions/adhesive": solved}))
+        groups = run_parts._curves_around_pull_off(analysis.Task(specimen, plan, groups={"solutions/adhesive": solved}))
         assert groups["solutions/curves"].sizes["subregion"] == places

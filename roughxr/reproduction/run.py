@@ -18,7 +18,10 @@ from ..bodies.substances import MATERIALS
 from ..contact import reference
 from ..contact.mesh import Mesh
 from ..runs import analysis
-from ..runs.analysis import Part, Plan, Task, execute
+from ..runs import folder as run_folder
+from ..runs.analysis import execute
+from ..runs.parts import Part, Task
+from ..runs.plan import Plan
 from ..scans import open_sample
 from ..specimen import specimen_of
 from ..statistics import debris
@@ -93,9 +96,9 @@ def paper(
 
     def answer_first(task: Task) -> dict[str, xr.Dataset]:
         made = paper_tables(task.groups)
-        text = analysis.tables_text(made, [TWIN])
-        analysis.write_tables(made, text, folder)
-        analysis.write_figures(task.groups, paper_figures, folder)
+        text = run_folder.tables_text(made, [TWIN])
+        run_folder.write_tables(made, text, folder)
+        run_folder.write_figures(task.groups, paper_figures, folder)
         print(text)
         printed.update(made)
         return {}
@@ -117,7 +120,7 @@ def paper(
 
 
 def _as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
-    return analysis.tables_text(tables, [TWIN, *analysis.notes(run)])
+    return run_folder.tables_text(tables, [TWIN, *run_folder.notes(run)])
 
 
 def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]] | None) -> list[Part]:

@@ -1,0 +1,326 @@
+"""The stages of a run, each a function of the run in progress that returns groups of its archive."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from .. import report
+from ..asperity.asperity_sum import fit_options
+from ..asperity.catalogue import asperities
+from ..asperity.reconstruction import reconstruct
+from ..asperity.superposition import superpose
+from ..bodies.pair import elastic
+from ..contact.adhesion import adhesive
+from ..contact.adhesive_options import longest_step
+from ..contact.elastic import direct
+from ..contact.mesh import TooManyCells, UnresolvedContact
+from ..contact.regimes import formulas, regime
+from ..contact.rigid.bodies import rigid
+from ..jobs.progress import Stages
+from ..jobs.records import loading
+from ..particles import critical_load
+from ..particles.resting_places import are_resting_positions
+from ..particles.simulated_moments import simulated_moments
+from ..report.summary import BUDGET
+from ..scans import level, power_spectrum, regions, roughness
+from ..specimen import Specimen
+from ..statistics import pull_off
+from ..studies.extrapolation import real_pull_off, without_estimate
+from ..studies.roughness_scale import scale_dependence
+from ..studies.uncertainty_budget import budget_of
+from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import HERTZ
+from ..vocabulary.numbers import number
+from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import without_warnings
+from .plan import Plan
+from .run_mesh import converged_mesh, need_pull_off, refuse_soft, show_answer
+
+#: Largest cells (nm) of rigid bodies, at most eight to a pixel.
+_RIGID_CELL = 2.5
+
+#: Places of the pull-off over the shortest wavelength, of the usual formulas, and of force over displacement.
+_SCALE_PLACES, _FORMULA_PLACES, _CURVE_PLACES = 3, 16, 4
+
+#: Number of steps from which force over displacement, of soft bodies, is computed at one place only.
+_MANY_STEPS = 20
+
+#: Number of displacements of force over displacement, and its range beyond pull-off and preload, over their distance.
+_CURVE_POINTS, _CURVE_MARGIN = 12, 0.5
+
+#: Stages that are not shown.
+SILENT = Stages({}, {})
+
+
+class Task(NamedTuple):
+    """A run in progress: its input, its plan and the groups computed so far."""
+
+    specimen: Specimen
+    plan: Plan
+    stages: Stages = SILENT
+    groups: dict[str, xr.Dataset] = {}  # noqa: RUF012
+
+    @property
+    def places(self) -> int:
+        """The number of places."""
+        return self.specimen.centres(self.plan.subregions).sizes["subregion"]
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The places, as the solvers take them."""
+        return {"subregions": self.plan.subregions}
+
+    @property
+    def is_humid(self) -> bool:
+        """Whether menisci condense between the bodies."""
+        return self.specimen.pair.menisci is not None
+
+    @property
+    def is_coated(self) -> bool:
+        """Whether a layer is bonded to the scan's body: sums over asperities and formulas take half spaces."""
+        return self.specimen.pair.layer is not None
+
+    @property
+    def adheres(self) -> bool:
+        """Whether anything attracts."""
+        return self.specimen.pair.work > 0
+
+    @property
+    def has_sphere(self) -> bool:
+        """Whether the indenter is a sphere, which can roll."""
+        return self.specimen.indenter.map is None
+
+
+def _surface(task: Task) -> dict[str, xr.Dataset]:
+    """Return the scan, its asperities and its roughness."""
+    scan = task.specimen.scan
+    catalogue = _catalogue(task.specimen, task.plan.superposed[0])
+    if not bool((catalogue["curvature_min"] > 0).any()):
+        raise Refusal(
+            "scan",
+            "asperities",
+            f"no peak among {catalogue.sizes['asperity']} (is it flat?)",
+            "use JKR's formula for a smooth flat, or roughxr.adhesive",
+        )
+    return {
+        "scan": scan,
+        "asperities": catalogue,
+        "reconstruction": reconstruct(scan, catalogue),
+        "statistics/roughness": roughness(scan).merge(power_spectrum(level(scan)), combine_attrs="override"),
+    }
+
+
+def _catalogue(specimen: Specimen, formulation: str) -> xr.Dataset:
+    """Return the asperities that a formulation sums: the paper's own for its formulas."""
+    return without_warnings(asperities, specimen.scan, **fit_options(formulation))
+
+
+def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
+    """Return the simulation with adhesion at all places, and its error by mesh and step from a sample of places."""
+    specimen = task.specimen
+    plan = task.plan
+    stages = task.stages
+    options = task.options
+    if task.has_sphere:
+        refuse_soft(specimen)
+    how = {"preload": plan.preload, "law": plan.law}
+    mesh = replace(plan.mesh, accuracy=None)
+    finer = None
+    with warnings.catch_warnings():
+        # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
+        warnings.simplefilter("ignore", UnresolvedContact)
+        sampled = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
+        if plan.mesh.cells == "auto":
+            mesh, finer = converged_mesh(specimen, plan, sampled, stages)
+        elif sampled["subregions"].sizes["subregion"] < task.places:
+            need_pull_off(first := adhesive(specimen, mesh=mesh, **sampled))
+            show_answer(first, specimen, stages)
+        before = stages.passed()
+        solved = adhesive(specimen, mesh=mesh, **options | how)
+        took = stages.passed() - before
+        why, seconds = _durations_after(took, task.places, plan.budget)
+        stages.expect(why, **seconds)
+    groups = {"solutions/adhesive": solved, "statistics/adhesive": pull_off(solved)}
+    groups = groups if finer is None else report.with_mesh_error(groups | {"solutions/finer": finer})
+    show_answer(groups["statistics/adhesive"], specimen, stages)
+    return groups
+
+
+def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[str, float]]:
+    """Return why stages that solve places again may last longer than usual, and how long, s.
+
+    ``took`` is the duration of the simulation with adhesion at all places, s.
+    """
+    one_place = took / places
+    why = f"each place took {number(one_place, 's', 2)}"
+    seconds = {
+        "curves": 2 + 2.5 * min(places, _CURVE_PLACES) * one_place,
+        "budget": 5 + 17 * budget * one_place,  # as many solves of each place
+        "rolling": 3 + 0.8 * took,
+    }
+    return why, seconds
+
+
+def _curves_around_pull_off(task: Task) -> dict[str, xr.Dataset]:
+    """Return force over displacement around the pull-off at some places, and the fields of one contact at pull-off."""
+    specimen = task.specimen
+    solved = task.groups["solutions/adhesive"]
+    adhering = solved.isel(subregion=np.flatnonzero((solved["pull_off_force"] > 0).values))
+    if not adhering.sizes["subregion"]:
+        return {}
+    low = float(adhering["pull_off_delta"].quantile(0.05))
+    high = float(adhering["preload_delta"].quantile(0.95))
+    margin = _CURVE_MARGIN * max(high - low, 0.1 * abs(low))
+    deltas = np.round(np.linspace(low - margin, high + margin, _CURVE_POINTS), 4)
+    median_place = adhering.sortby("pull_off_force").isel(subregion=[adhering.sizes["subregion"] // 2])
+    mesh = replace(task.plan.mesh, cells=int(median_place["mesh"].max()), accuracy=None)
+    how = {"law": solved.attrs["law"], "mesh": mesh, "datum": "first_contact"}
+    steps = (deltas[-1] - deltas[0]) / longest_step(specimen, mesh)
+    sample = regions.sample(adhering, _CURVE_PLACES if steps < _MANY_STEPS else 1)
+    at_pull_off = np.round(median_place["pull_off_delta"].values, 6)
+    try:
+        curves = without_warnings(adhesive, specimen, subregions=sample, delta=deltas, **how)
+        fields = without_warnings(adhesive, specimen, subregions=median_place, delta=at_pull_off, fields=True, **how)
+    except TooManyCells:  # at a place that needs fewer; the report is whole without these pictures
+        return {}
+    retraction = fields.sel(branch="retraction", drop=True)
+    return {"solutions/curves": curves, "solutions/pull_off_contact": retraction}
+
+
+def _error_budget(task: Task) -> dict[str, xr.Dataset]:
+    """Return the error budget of the simulated pull-off, and the pull-off against the shortest wavelength."""
+    plan = task.plan
+    scan = task.specimen.scan
+    solved = task.groups["solutions/adhesive"]
+    mesh = replace(plan.mesh, cells=solved.attrs["mesh"], accuracy=None)
+    finer = task.groups.get("solutions/finer")
+    out = budget_of(scan, solved, places=plan.budget, preload=plan.preload, mesh=mesh, finer=finer)
+    how = {"preload": plan.preload, "mesh": mesh, "places": plan.budget, "law": solved.attrs["law"]}
+    groups = {BUDGET: schema.record(out, "error_budget", scan, **how)}
+    sampled = regions.sample(regions.centres(scan, solved), min(plan.budget, _SCALE_PLACES))
+    try:
+        scales = scale_dependence(scan, seeds=2, subregions=sampled, preload=plan.preload)
+    except ValueError:  # no sphere, or no spectrum to extrapolate
+        return groups
+    return groups | {"statistics/scale_dependence": scales}
+
+
+def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
+    """Return the pull-off of the real surface, or the reason for its absence."""
+    scan = task.specimen.scan
+    finer = task.plan.finer
+    try:
+        estimate = real_pull_off(scan, task.groups["solutions/adhesive"], task.groups.get(BUDGET), finer=finer)
+    except ValueError as error:
+        return {"statistics/extrapolated": without_estimate(scan, str(error))}
+    return {
+        "solutions/extrapolated": estimate[["pull_off_force"]],
+        "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion"),
+    }
+
+
+def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
+    """Return the force between rigid bodies and, for a sphere, the recommended model and the usual formulas."""
+    specimen = task.specimen
+    mesh = int(np.clip(np.ceil(task.specimen.pixel / _RIGID_CELL), 1, 8))
+    # without warnings about the cell size, which the report gives for all methods
+    summed = without_warnings(rigid, specimen, delta=[0.0], mesh=mesh, **task.options)
+    groups = {"solutions/rigid": summed, "statistics/rigid": without_warnings(pull_off, summed)}
+    if task.has_sphere and not task.is_coated:
+        sampled = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
+        groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, mesh=mesh)
+        groups["statistics/formulas"] = without_warnings(formulas, specimen, subregions=sampled, mesh=mesh)
+    return groups
+
+
+def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
+    """Return the direct simulation, one contact with its fields, a smooth flat, and superposed asperities."""
+    specimen = task.specimen
+    plan = task.plan
+    catalogue = task.groups["asperities"]
+    solved = direct(specimen, delta=plan.direct_deltas, **task.options)
+    flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
+    groups = {
+        "solutions/direct": loading(solved),
+        "solutions/contact": _one_contact(specimen, plan, loading(solved)),
+        "solutions/smooth": loading(without_warnings(direct, flat, delta=plan.direct_deltas)),
+    }
+    if not task.is_coated:  # without yield, to show its effect by comparison
+        dry = {"law": HERTZ, "formulation": plan.superposed[0]}
+        groups["solutions/hertz"] = superpose(elastic(catalogue), delta=plan.sweep, **dry, **task.options)
+    if "branch" in solved.dims:  # where the body yields
+        groups["solutions/retraction"] = solved.sel(branch="retraction", drop=True)
+    return groups
+
+
+def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Dataset:
+    """Return the fields at the place of median force among those away from the scan's edge."""
+    last = solved.isel(delta=-1)
+    inner = last.where(~last["truncated"] & (last["force"] > 0), drop=True)
+    inner = inner if inner.sizes["subregion"] else last
+    middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
+    return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
+
+
+def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:
+    """Return superposed asperities and their pull-off."""
+    specimen = task.specimen
+    groups = dict[str, xr.Dataset]()
+    places = specimen.centres(task.plan.subregions)
+    debris = {name: places[name] for name in ("on_debris", "debris_share") if name in places.coords}
+    for name in task.plan.superposed:
+        catalogue = elastic(_catalogue(specimen, name))
+        swept = without_warnings(superpose, catalogue, delta=task.plan.sweep, formulation=name, **task.options)
+        swept = swept.assign_coords(debris)  # which the asperities do not show
+        groups |= {f"solutions/{name}": swept, f"statistics/{name}": without_warnings(pull_off, swept)}
+    return groups
+
+
+def _detachment(task: Task) -> dict[str, xr.Dataset]:
+    """Return resisting moments, of the simulation's contacts, and the critical flow."""
+    groups = task.groups
+    places = task.plan.subregions
+    solved = task.groups["solutions/adhesive"]
+    moments = simulated_moments(task.specimen, solved, preload=task.plan.preload)
+    out = {"solutions/rolling": moments}
+    all_groups = groups | out
+    for way, group in report.CRITICAL.items():
+        if f"solutions/{way}" in groups:
+            out[group] = without_warnings(critical_load, report.run_moments(all_groups, way), flow=task.plan.flow)
+    return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
+
+
+def _has_asperity_sums(task: Task) -> bool:
+    return not task.is_humid and not task.is_coated
+
+
+class Part(NamedTuple):
+    """A stage of a run, with its duration (s) and its duration per place (s): medians of runs on two cores."""
+
+    name: str
+    words: str
+    applies: Callable[[Task], bool]
+    fixed: float
+    each: float
+    make: Callable[[Task], dict[str, xr.Dataset]]
+
+
+#: The stages of a run, in order.
+PARTS = (
+    Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
+    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
+    Part("curves", "force over displacement", lambda task: task.adheres, 5.0, 0.0, _curves_around_pull_off),
+    Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
+    Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
+    Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
+    Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
+    # neighbours' menisci merge, and layers are no half spaces: no sum over asperities
+    Part("superposition", "superposed asperities", _has_asperity_sums, 3.0, 0.0, _superposed_asperities),
+    Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
+)

@@ -1,0 +1,46 @@
+"""The plan of a run: places, displacements, mesh and what else was chosen."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from ..contact.adhesive_options import LONG_STEP, usual_step
+from ..contact.mesh import Mesh
+from ..contact.problem import default_deltas
+from ..particles.loads import Flow
+from ..specimen import Specimen
+from ..vocabulary import schema
+
+
+class Plan(NamedTuple):
+    """The options of a run."""
+
+    subregions: Any
+    direct_deltas: np.ndarray  # nm
+    sweep: np.ndarray  # nm, for superpositions
+    contact_delta: float  # nm, for the one contact with fields
+    superposed: tuple[str, ...] = ("energy",)  # formulations; the first one chooses the catalogue of the run
+    preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
+    law: str = "auto"
+    mesh: Mesh = Mesh()
+    checked: int = 4  # places also solved on a mesh twice as fine with half the steps
+    budget: int = 8  # places solved again under each change of the error budget; 0: no budget
+    finer: xr.Dataset | None = None  # a second scan of the surface on finer pixels
+    flow: str | Flow = "air"  # the fluid that detaches the sphere
+
+
+def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
+    """Return a plan whose displacements suit the heights of a scan."""
+    usual = default_deltas(specimen, specimen.centres(subregions), "highest_peak")
+    deltas = usual if delta is None else schema.ascending(delta, "nm", "delta")
+    deepest = max(usual[-1], deltas[-1])
+    sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), **({"mesh": usual_mesh(specimen)} | adhesion))
+
+
+def usual_mesh(specimen: Specimen) -> Mesh:
+    """Return the mesh of a run for which none is stated: with long steps, where anything attracts."""
+    return Mesh(step=LONG_STEP * usual_step(specimen)) if specimen.pair.work > 0 else Mesh()
