@@ -72,8 +72,9 @@ def test_single_pixels_and_rows_stay_what_they_are():
 
 
 def scan_of(height, pixel):
-    axis = (np.arange(len(height)) + 0.5) * pixel
-    scan = xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, {"x": axis, "y": axis})
+    nm = {"units": "nm"}
+    axes = {name: (name, (np.arange(len(height)) + 0.5) * pixel, nm) for name in ("x", "y")}
+    scan = xr.Dataset({"height": (("x", "y"), height, nm)}, axes)
     return scan.contact.assign_pair(sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1, adhesion_range=0.5)
 
 

@@ -104,7 +104,12 @@ def in_memory(data: Any) -> Any:
     With an active client, dask would first send all heights to the scheduler.
     """
     distributed = sys.modules.get("distributed")
-    if distributed is None or distributed.client.futures_of(data):
+    if distributed is None:
+        return data.compute()
+    from dask.base import get_scheduler
+
+    client = getattr(get_scheduler(), "__self__", None)  # of its bound method
+    if not isinstance(client, distributed.Client) or distributed.client.futures_of(data):
         return data.compute()
     return data.compute(scheduler="threads")
 

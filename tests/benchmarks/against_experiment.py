@@ -105,8 +105,9 @@ def drawn(prior, seed, stream):
 
 def scan_of(height, cell):
     """Return heights (nm) on square cells as a scan."""
-    axes = {axis: (axis, (np.arange(n) + 0.5) * cell) for axis, n in zip("xy", height.shape)}
-    return xr.Dataset({"height": (("x", "y"), height)}, axes)
+    nm = {"units": "nm"}
+    axes = {axis: (axis, (np.arange(n) + 0.5) * cell, nm) for axis, n in zip("xy", height.shape)}
+    return xr.Dataset({"height": (("x", "y"), height, nm)}, axes)
 
 
 def pull(scan, **options):
