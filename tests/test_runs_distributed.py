@@ -118,10 +118,10 @@ def test_a_chunked_scan_of_this_process_is_not_sent_to_the_scheduler(surface, mo
     cluster = distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=False, protocol="inproc://", **NO_DASHBOARD
     )
-    with cluster, distributed.Client(cluster) as client:
+    with cluster, distributed.Client(cluster):
         remote = surface.chunk().persist()
         sent = []
-        monkeypatch.setattr(client, "get", lambda *arguments, **options: sent.append(arguments))
+        monkeypatch.setattr(distributed.Client, "get", lambda *arguments, **options: sent.append(arguments))
         leveled = surface.chunk().contact.level()
         lazy = direct(leveled, **OPTIONS)
         assert lazy.chunks and not sent
