@@ -343,7 +343,7 @@ def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ([], "expected the bodies' elastic constants, found none: give --materials A/B"),
+        ([], "expected the bodies' elastic constants, found none; give --materials A/B"),
         (
             ["--young-modulus", "75", "--poisson-ratio", "0.22"],
             "expected the adhesion of the bodies, found none",

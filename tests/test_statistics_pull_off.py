@@ -128,8 +128,9 @@ def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coars
 
 def test_the_cells_error_of_rigid_bodies_reaches_the_answer():
     """Heights of a plane: 2πwR, were it not for the cells."""
-    axis = np.arange(48) * 8.0
-    flat = xr.Dataset({"height": (("x", "y"), np.zeros((48, 48)), {"units": "nm"})}, {"x": axis, "y": axis})
+    nm = {"units": "nm"}
+    axes = {name: (name, np.arange(48) * 8.0, nm) for name in ("x", "y")}
+    flat = xr.Dataset({"height": (("x", "y"), np.zeros((48, 48)), nm)}, axes)
     pair = flat.contact.assign_pair(sphere_radius=500, materials="silica/silicon")
     solved = pair.contact.rigid(subregions=([180.0], [180.0]))
     found = solved.contact.answer()

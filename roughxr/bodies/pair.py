@@ -337,7 +337,7 @@ def _contact_modulus(bodies: tuple | None, stated_modulus: Any, young_modulus: A
     if (modulus := _plausibly(stated_modulus, "contact_modulus")) is not None:
         return modulus
     if poisson_ratio is None:
-        raise Refusal("poisson_ratio", "with young_modulus", "none")
+        raise Refusal("poisson_ratio", "one with young_modulus", "none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 

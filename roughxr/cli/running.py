@@ -101,8 +101,9 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
         raise Refusal(
             "",
             "the bodies' elastic constants",
-            f"none: give --materials A/B (one or two of {', '.join(MATERIALS)}), or --young-modulus and "
-            "--poisson-ratio, or --contact-modulus",
+            "none",
+            f"give --materials A/B (one or two of {', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or "
+            "--contact-modulus",
         )
     pair = _stated(options, ["sphere_radius", *BODIES])
     air = _stated(options, AIR)
@@ -120,8 +121,9 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
         raise Refusal(
             "",
             "the adhesion of the bodies",
-            "none: give --work-of-adhesion (or --surface-energy) in J/m²",
-            "clean dry solids have about 0.05 to 0.1 by van der Waals forces alone, and more with water films or bonds",
+            "none",
+            "give --work-of-adhesion (or --surface-energy) in J/m²: clean dry solids have about 0.05 to 0.1 by van der "
+            "Waals forces alone, and more with water films or bonds",
         )
     return scan
 

@@ -59,7 +59,7 @@ def distribution(
         Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
         of their AIC, with the interval of each bar.
     bins : int, str or array
-        As for `statistics.pdf`; at most 48 by a rule.
+        As for `statistics.pdf`; at most 48 by a rule. Fewer samples than ``fewest`` are drawn without bins.
     interval : float, optional
         Confidence level of the intervals of mean and bars, by bootstrap; None for no interval.
     label, order
