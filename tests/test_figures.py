@@ -616,8 +616,7 @@ def test_statistics_over_a_radius_are_drawn_with_their_intervals():
     radii = radii.assign_coords(sphere_radius=("sphere_radius", [250.0, 500.0], {"units": "nm"}))
     statistics = radii.contact.bootstrap("pull_off_force", statistics=["mean", "q50"])
     ax = figures.plot(statistics)
-    for order, container in enumerate(ax.containers):
-        (bars,) = container[2]
-        drawn = np.array(bars.get_segments())[:, :, 1]
+    for order, bars in enumerate(ax.lines[1::2]):
+        drawn = bars.get_ydata().reshape(-1, 3)[:, :2]
         np.testing.assert_allclose(drawn, statistics[["low", "high"]].isel(statistic=order).to_array().T)
     assert ax.get_ylabel() == "pull-off force [nN]" and ax.get_xlabel() == "sphere radius [nm]"

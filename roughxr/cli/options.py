@@ -37,6 +37,7 @@ _VERSION = f"roughxr {__version__}; cite the program, and Cheng, Dunn and Brach,
 
 _RUN = ("run", "RUN", "the archive of a run, such as run.nc, or its folder")
 _DEFAULT = "default: %(default)s"
+
 #: Names that people give to options, with the option and what to do.
 _OTHER_NAMES = {
     "--diameter": ("--sphere-radius", "give half of it, --sphere-radius"),
@@ -209,8 +210,8 @@ def _run(commands: Any) -> None:
     options += _add(group, ("--law", "LAW", help), default=AUTO)
     help = (
         "cells along the side of a pixel; default: auto, refined until the pull-off changes little; a number is quick, "
+        "but the errors leave out what finer cells would change"
     )
-    help += "but the errors leave out what finer cells would change"
     options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", help))

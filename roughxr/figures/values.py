@@ -110,11 +110,7 @@ def over_parameter(ds: xr.Dataset, name: str, *, ax: Axes | None = None):
             ax.plot([], [], color=GREY, linewidth=0.6, label=f"{case.sizes[sample]} places")
         mean = statistics.bootstrap(case, name, statistics=["mean"], resamples=_RESAMPLES).isel(statistic=0)
         meaning = "95 % interval" if bool(np.isfinite(mean["low"]).any()) else "too few independent for an interval"
-        ax.plot(x, mean["estimate"], label=label or f"mean, {meaning}", **look)
-        # one line, which the legend avoids as it does not avoid the collection of `vlines`
-        gaps = np.full(x.size, np.nan)
-        ends = np.column_stack([mean["low"], mean["high"], gaps]).ravel()
-        ax.plot(np.repeat(x, 3), ends, color=look["color"], linewidth=0.9)
+        _draw_estimates(ax, x, mean, label or f"mean, {meaning}", look)
     return legend(_labelled(ax, ds[along], name), title=_title(others))
 
 
@@ -126,11 +122,21 @@ def estimates_over_parameter(ds: xr.Dataset, *, ax: Axes | None = None):
     (along,) = (str(dim) for dim in statistics_of["estimate"].dims if dim != "statistic")
     x = _positions(ds[along])
     for order, label in enumerate(statistics_of["statistic"].values):
-        estimate, low, high = (statistics_of[part].isel(statistic=order).values for part in ("estimate", "low", "high"))
-        look = {"marker": "o", "markersize": 3.0, "capsize": 2.0, **stroke(order)}
-        ax.errorbar(x, estimate, [estimate - low, high - estimate], label=str(label), **look)
+        look = {"marker": "o", "markersize": 3.0, **stroke(order)}
+        _draw_estimates(ax, x, statistics_of.isel(statistic=order), str(label), look)
     title = f"with {100 * ds.attrs.get('confidence', 0.95):g} % intervals"
     return legend(_labelled(ax, ds[along], str(ds.attrs["variable"])), title=title)
+
+
+def _draw_estimates(ax: Axes, x: np.ndarray, statistic: xr.Dataset, label: str, look: dict[str, Any]) -> None:
+    """Draw a statistic of `bootstrap` over a parameter, and its intervals as one line.
+
+    A legend avoids lines, as it does not avoid the collections of `vlines` and `errorbar`.
+    """
+    ax.plot(x, statistic["estimate"], label=label, **look)
+    gaps = np.full(x.size, np.nan)
+    ends = np.column_stack([statistic["low"], statistic["high"], gaps]).ravel()
+    ax.plot(np.repeat(x, 3), ends, color=look["color"], linewidth=0.9)
 
 
 def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:

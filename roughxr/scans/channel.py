@@ -50,12 +50,7 @@ class UnreadableScan(Refusal):
         super().__init__(path, "")
         self.args = (path, reason)
         self.path = path
-        self._reason = printable(reason)
-
-    @property
-    def reason(self) -> str:
-        """Return why the file is not read, and what to do."""
-        return self._reason
+        self.reason = printable(reason)
 
     def __str__(self) -> str:
         return printable(super().__str__())

@@ -16,13 +16,9 @@ class Refusal(ValueError):
         self.expected = expected
         self.found = found
         self.advice = advice
-
-    @property
-    def reason(self) -> str:
-        """Return the text without the input's name."""
-        text = f"expected {self.expected}"
-        text += f", found {self.found}" if str(self.found) else ""
-        return f"{text}; {self.advice}" if self.advice else text
+        self.reason = f"expected {expected}"  # the text without the input's name
+        self.reason += f", found {found}" if str(found) else ""
+        self.reason += f"; {advice}" if advice else ""
 
     def __str__(self) -> str:
         return f"{self.what}: {self.reason}" if str(self.what) else self.reason

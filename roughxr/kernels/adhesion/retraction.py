@@ -175,12 +175,13 @@ class Retraction(Stepper):
             target = following[0].row["delta"] if following else -np.inf
             delta = self._delta_after(search.next_step(self.last.delta), target)
             at_target = delta == target
-            solved = self._solved_before_end(search, delta, exact=at_target and bool(following[0].row["prescribed"]))
+            prescribed = at_target and bool(following[0].row["prescribed"])
+            solved = self._solved_before_end(search, delta, exact=prescribed)
             if solved is None:
                 continue
             if not np.isfinite(solved.force):
                 return False
-            self.accept(solved, at_target and bool(following[0].row["prescribed"]))
+            self.accept(solved, prescribed)
             self._forget()
             if at_target and self._is_same(following[0]) and (following[1:] or self.is_lost()):
                 self._join(following[0], following[1:])
