@@ -75,6 +75,19 @@ def retraction_with_fringes(rng, amplitude, *, shape="sine"):
     return z, force + pull * (amplitude * wave + tilt + drift + rng.normal() + noise), pull
 
 
+def fringes_without_pull(rng, amplitude, *, shape="sine"):
+    """Return piezo and force of a retraction without adhesion, with interference of ``amplitude`` times its noise."""
+    length = rng.uniform(300, 4000)
+    count = int(rng.choice([500, 1000, 2000, 4000]))
+    z = np.linspace(length, 0, count)
+    contact = rng.uniform(0.3, 0.9) * length
+    slope = rng.uniform(20, 200) * max(amplitude, 1) / (length - contact)
+    turns = 2 * np.pi * z / (rng.uniform(0.15, 2) * contact) + rng.uniform(0, 2 * np.pi)
+    wave = {"sine": np.sin(turns), "triangle": 2 / np.pi * np.arcsin(np.sin(turns))}[shape]
+    tilt = rng.normal(0, max(amplitude, 1)) * z / length
+    return z, np.maximum(z - contact, 0.0) * slope + amplitude * wave + tilt + rng.normal(size=count)
+
+
 def weak_retractions(rng, pulls, noise=1.0):
     """Return retractions that end with a jump from each pull, on white noise, as a Dataset."""
     piezo = np.linspace(400.0, 0.0, 800)

@@ -6,7 +6,7 @@ import pytest
 from roughxr.measured.baselines import extrapolated_level, last_step, sample_noise
 from roughxr.measured.force_curves import evaluated_retraction
 
-from .force_curves import retraction_with_fringes
+from .force_curves import fringes_without_pull, retraction_with_fringes
 
 
 def evaluated(curves):
@@ -89,6 +89,26 @@ def test_the_limit_of_a_weak_pull_holds(pull, slope):
     assert (limit[np.isfinite(limit)] >= pull).mean() >= 0.95 if np.isfinite(limit).any() else True
     assert all(np.isfinite(result.pull_off_force) or np.isfinite(result.pull_off_at_most) for result in results)
     assert pull >= 4 or np.isfinite(limit).all()
+
+
+@pytest.mark.parametrize("amplitude", [1, 3, 30])
+def test_interference_without_a_pull_gives_a_limit(amplitude):
+    """Of other curves than those that set the constants: 12 % gave a force by the tilt of a wave's flank."""
+    rng = np.random.default_rng(61)
+    results = [evaluated_retraction(*fringes_without_pull(rng, amplitude), np.inf, 1.0) for _ in range(150)]
+    assert np.mean([np.isfinite(result.pull_off_force) for result in results]) < 0.03
+    assert all(np.isfinite(result.pull_off_force) or result.pull_off_at_most > 0 for result in results)
+
+
+def test_the_limit_contains_the_pull_below_the_straight_line_through_the_far_end():
+    """Two periods of interference, three times the noise: by eye, a line through the last fifth shows a pull."""
+    z = np.linspace(540.0, 0.0, 6600)
+    rng = np.random.default_rng(5)
+    force = np.maximum(z - 460.0, 0.0) * 0.04 - 0.03 * np.cos(2 * np.pi * z / 230) + rng.normal(0, 0.01, z.size)
+    far = z < 0.2 * z.max()
+    depth = float(-(force - np.polyval(np.polyfit(z[far], force[far], 1), z)).min())
+    result = evaluated_retraction(z, force, np.inf, 1.0)
+    assert depth > 0.15 and result.pull_off_at_most > depth
 
 
 def test_a_pull_that_was_never_pressed_is_read():

@@ -15,7 +15,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from roughxr.measured.force_curves import evaluated_retraction
-from tests.force_curves import retraction_with_fringes, retraction_with_tail
+from tests.force_curves import fringes_without_pull, retraction_with_fringes, retraction_with_tail
 
 AMPLITUDES = (0.005, 0.01, 0.02, 0.05, 0.1, 0.2)
 
@@ -37,11 +37,14 @@ def scored(name, curves):
     )
     measured, limited = np.isfinite(force), np.isfinite(limit)
     off = ((force - true) / error)[measured]
-    relative = (force / np.maximum(true, 1e-9) - 1)[measured]
+    true_or_nan = np.where(true > 0, true, np.nan)
+    relative = (force / true_or_nan - 1)[measured]
     holds = f"{(limit >= true)[limited].mean():.2f}" if limited.any() else "–"
     values = "–" * 5 if not measured.any() else ""
     if measured.any():
-        values = f"{(np.abs(off) < 2).mean():8.2f} {relative.mean():+8.1%} {np.median((error / true)[measured]):8.1%}"
+        values = (
+            f"{(np.abs(off) < 2).mean():8.2f} {relative.mean():+8.1%} {np.median((error / true_or_nan)[measured]):8.1%}"
+        )
         values += f" {np.sqrt((off**2).mean()):8.2f}"
     print(f"{name:32s} {len(curves):6d} {measured.sum():6d} {limited.sum():6d} {values:>36s} {holds:>6s}", flush=True)
 
@@ -66,6 +69,10 @@ def main():
     for pull in (0, 6, 12, 20):
         made = [weak(np.random.default_rng(seed), float(pull), 3.0) for seed in seeds]
         scored(f"pull of {pull} noises, fringes of 3", made)
+    for shape in ("sine", "triangle"):
+        for amplitude in (1, 3, 10, 30):
+            made = [(*fringes_without_pull(np.random.default_rng(seed), amplitude, shape=shape), 0.0) for seed in seeds]
+            scored(f"no pull, {shape} of {amplitude} noises", made)
 
 
 if __name__ == "__main__":
