@@ -35,6 +35,9 @@ _HEADER_VALUES = ("spring constant", "sensitivity", "position x", "position y")
 
 #: JPK's conversions of the deflection, V → m → N: the value of each, its name, the one before, and its unit.
 _JPK_SLOTS = {"spring constant": ("force", "distance", "N"), "sensitivity": ("distance", "volts", "m")}
+#: Beginnings of the properties that are used: of a curve (the second in quantitative imaging), and of a segment.
+_JPK_POSITION = ("force-scan-series.header.position.", "quantitative-imaging-series.header.position.")
+_JPK_SEGMENT = ("channel.", "force-segment-header.settings.", "force-segment-header.force-segment-header-info.")
 _JPK_DEFLECTION = "channel.vDeflection.conversion-set.conversion."
 
 #: Names of an Asylum wave's columns.
@@ -125,19 +128,29 @@ class _Jpk:
         for key, value in (self.properties(shared) if shared in archive.namelist() else {}).items():
             kind, number, rest = [*key.split(".", 2), "", ""][:3]
             self.shared[f"{kind}.{number}"][rest] = value
+        self.shared_of: dict[tuple[str, Any], dict[str, Any]] = {}
 
-    def properties(self, name: str) -> dict[str, Any]:
-        """Return the properties in a member, numbers as such."""
-        lines = (line.partition("=") for line in self.archive.read(name).decode("latin-1").splitlines())
+    def properties(self, name: str, begins: str | tuple[str, ...] = "") -> dict[str, Any]:
+        """Return the properties in a member whose names begin with a text, numbers as such."""
+        text = self.archive.read(name).decode("latin-1")
+        lines = (line.partition("=") for line in text.splitlines() if line.startswith(begins))
         return {key.strip(): _number(value.strip()) for key, equals, value in lines if equals}
+
+    def shared_properties(self, key: str, number: Any) -> dict[str, Any]:
+        """Return the properties that a segment shares with others, by their name ("channel.height.lcd-info.*")."""
+        if (key, number) not in self.shared_of:
+            parent, kind, _ = key.rsplit(".", 2)
+            shared = self.shared[f"{kind}.{number:g}"]
+            self.shared_of[key, number] = {f"{parent}.{rest}": value for rest, value in shared.items()}
+        return self.shared_of[key, number]
 
     def stated(self, folder: str, number: int) -> dict[str, Any]:
         """Return the properties of a segment of a curve."""
-        stated = self.properties(f"{folder}header.properties") if folder else {}
-        stated |= self.properties(f"{folder}segments/{number}/segment-header.properties")
-        for key in [key for key in stated if key.endswith(".*")]:
-            parent, kind, _ = key.rsplit(".", 2)
-            stated |= {f"{parent}.{rest}": value for rest, value in self.shared[f"{kind}.{stated[key]:g}"].items()}
+        own = self.properties(f"{folder}segments/{number}/segment-header.properties", _JPK_SEGMENT)
+        stated = dict(own)
+        for key, value in own.items():
+            if key.endswith(".*"):
+                stated |= self.shared_properties(key, value)
         stated |= self.common
         for name, value in self.known.items():
             slot, base, unit = _JPK_SLOTS[name]
@@ -153,7 +166,8 @@ class _Jpk:
         curves = []
         for folder in sorted(self.segments, key=_natural):
             stated = self.stated(folder, min(self.segments[folder]))
-            header = {f"position {key[-1]}": v for key, v in stated.items() if key[:-1].endswith("header.position.")}
+            places = self.properties(f"{folder}header.properties", _JPK_POSITION) if folder else stated
+            header = {f"position {key[-1]}": place for key, place in places.items() if key.startswith(_JPK_POSITION)}
             values = {name: f"{_JPK_DEFLECTION}{slot}.scaling.multiplier" for name, (slot, *_) in _JPK_SLOTS.items()}
             if missing := [name for name, key in values.items() if key not in stated]:
                 raise errors.MissingMetaDataError(missing)
@@ -162,26 +176,31 @@ class _Jpk:
         return curves
 
     def columns(self, folder: str) -> dict[str, np.ndarray]:
-        """Return the columns of a curve, all segments in a row."""
+        """Return force and travel of a curve that all its segments have, these in a row."""
         from afmformats.formats.fmt_jpk import jpk_data
 
+        segments = sorted(self.segments[folder].items())
+        members = [{Path(name).stem: name for name in names if name.endswith(".dat")} for _, names in segments]
+        channels = {
+            column: [next((name for name in names if name in stored), None) for stored in members]
+            for column, names in jpk_data.JPK_COLUMNS.items()
+        }
+        whole = [column for column, names in channels.items() if None not in names]
+        travel = [column for column in _TRAVEL if column in whole][:1]
         parts = defaultdict(list)
-        for number, names in sorted(self.segments[folder].items()):
+        for position, (number, _) in enumerate(segments):
             stated = self.stated(folder, number)
-            channels = {Path(name).stem: name for name in names if name.endswith(".dat")}
-            for column, possible in jpk_data.JPK_COLUMNS.items():
-                name = next((name for name in possible if name in channels), None)
-                if name is not None:
-                    with self.archive.open(channels[name]) as file:
-                        values, unit, _ = jpk_data.load_dat_unit(file, name, stated, jpk_data.JPK_SLOTS[column])
-                    if unit != jpk_data.JPK_UNITS[column]:
-                        raise ValueError(f"expected {column} in {jpk_data.JPK_UNITS[column]}, found {unit}")
-                    parts[column].append(values)
+            for column in [*travel, *(column for column in whole if column not in _TRAVEL)]:
+                name = str(channels[column][position])
+                with self.archive.open(members[position][name]) as file:
+                    values, unit, _ = jpk_data.load_dat_unit(file, name, stated, jpk_data.JPK_SLOTS[column])
+                if unit != jpk_data.JPK_UNITS[column]:
+                    raise ValueError(f"expected {column} in {jpk_data.JPK_UNITS[column]}, found {unit}")
+                parts[column].append(values)
             samples = parts["force"][-1].size if parts["force"] else 0
             parts["segment"].append(np.full(samples, number))
             parts["paused"].append(np.full(samples, _is_pause(stated)))
-        whole = (column for column, values in parts.items() if len(values) == len(self.segments[folder]))
-        return {column: np.concatenate(parts[column]) for column in whole}
+        return {column: np.concatenate(values) for column, values in parts.items()}
 
 
 def _is_pause(stated: dict[str, Any]) -> bool:

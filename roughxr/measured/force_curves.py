@@ -570,6 +570,7 @@ def _minimum(time: np.ndarray, force: np.ndarray, at: int, noise: float) -> tupl
     first, last = _samples_near(force[:end], at, noise)
     steep = end == force.size and last - first < _LEAST_LOW
     best = _Minimum(np.nan, np.inf, (0, 0))
+    ranges = set()
     for _ in range(_ROUNDS):
         first, last = max(first, ends[0]), min(last, ends[1])
         first = max(min(first, last - _LEAST_LOW), 0)
@@ -584,7 +585,8 @@ def _minimum(time: np.ndarray, force: np.ndarray, at: int, noise: float) -> tupl
         is_detached = ends[1] == end < force.size
         low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best
-        if (first, last) == low.reach:
+        ranges.add((first, last))
+        if low.reach in ranges:
             break
         first, last = low.reach
     return best.force, best.error
