@@ -410,6 +410,24 @@ def test_an_x3p_may_list_its_heights_in_its_index(tmp_path):
     assert_same(open_scan(path), SCAN, 1e-6)
 
 
+def test_an_x3p_that_unpacks_to_more_than_its_heights_is_refused_unread(tmp_path):
+    path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
+    with zipfile.ZipFile(path) as archive:
+        index = archive.read("main.xml")
+    count = f"{ROWS.shape[1]} × {ROWS.shape[0]}"
+    wide = index.replace(f"<SizeX>{ROWS.shape[1]}".encode(), b"<SizeX>4000000")
+    for text, size, fault in (
+        (index, 2**21, f"expected {ROWS.size * 8:,} bytes of {count} heights, as main.xml states, found 2,097,152"),
+        (wide, 2**25, "expected heights that are packed to 1/50 of their size at least, found"),
+        (index + b" " * (2**26 + 1), ROWS.size * 8, "main.xml: expected at most 67,108,864 bytes, found"),
+    ):
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr("main.xml", text)
+            archive.writestr("bindata/data.bin", bytes(size))
+        with pytest.raises(UnreadableScan, match=fault):
+            open_scan(path)
+
+
 def test_files_without_heights_or_size_are_named_for_what_they_are(tmp_path):
     surface = WRITERS["sur"](tmp_path, ROWS, SIZE)
     content = surface.read_bytes()

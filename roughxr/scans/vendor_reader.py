@@ -16,6 +16,17 @@ import numpy as np
 #: a signature, which would accept any file (a height map of unknown size, bare text, archives of arrays).
 UNUSED = {"asc", "xyz", "nc", "h5", "gwy", "jpk", "npy", "npz", "mat", "hgt", "nms"}
 
+#: Members to which the index of an X3P file refers: heights, and which of them are valid.
+_X3P_LINK = re.compile(r"<(?:\w+:)?(?:PointDataLink|ValidPointsLink)>\s*([^<\s]+)\s*<")
+
+#: Largest size of an X3P file's index, bytes, which may list the heights; of heights, over their packed size; and a
+#: size of heights that is always allowed, bytes.
+_LARGEST_X3P_INDEX, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**26, 50, 2**24
+
+
+class _OversizeMember(Exception):
+    """A member of an archive unpacks to more than the heights need."""
+
 
 def read(path: str, index: int | None = None) -> dict[str, Any]:
     """Return the images of a file or, for ``index`` (counted over images of all dimensions), the heights of one."""
@@ -43,6 +54,8 @@ def _opened(path: str, *_state: int) -> tuple[Any, dict[str, str]]:
         try:
             mended = {"di": _with_micro_signs, "x3p": _as_standard_x3p}.get(name, str)
             return IO.open_topography(mended(path), format=name), {}
+        except _OversizeMember as error:
+            raise ValueError(str(error)) from None
         except Exception as error:  # readers fail in various ways on other formats
             errors[name] = " ".join(str(error).split()) or type(error).__name__
     return None, errors
@@ -60,10 +73,13 @@ def _as_standard_x3p(path: str) -> Any:
     with zipfile.ZipFile(path) as archive:
         if "main.xml" not in archive.namelist():
             return path
-        members = {name: archive.read(name) for name in archive.namelist()}
-    text = members["main.xml"].decode("utf-8", "replace")
-    mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
-    listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
+        text = _x3p_index(archive)
+        mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
+        listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
+        if mended == text and not listed:
+            return path
+        linked = set(_X3P_LINK.findall(text)) & set(archive.namelist())
+        members = {name: archive.read(name) for name in linked}
     if listed:
         data = re.findall(r"<(?:\w+:)?Datum\s*(?:/>|>([^<]*)</(?:\w+:)?Datum>)", listed[0])
         heights = [float(cell.split(";")[-1]) if cell.strip() else np.nan for cell in data]
@@ -71,8 +87,6 @@ def _as_standard_x3p(path: str) -> Any:
         link = "<DataLink><PointDataLink>bindata/listed.bin</PointDataLink></DataLink>"
         mended = mended[: listed.start()] + link + mended[listed.end() :]
         mended = re.sub(r"(<CZ>.*?<DataType>)\w(</DataType>)", r"\1D\2", mended, flags=re.DOTALL)
-    if mended == text:
-        return path
     members["main.xml"] = mended.encode()
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as archive:
@@ -80,6 +94,33 @@ def _as_standard_x3p(path: str) -> Any:
             archive.writestr(name, content)
     packed.seek(0)
     return packed
+
+
+def _x3p_index(archive: zipfile.ZipFile) -> str:
+    """Return main.xml of an X3P file; raise if it, or what it refers to, unpacks to more than the heights need."""
+    index = archive.getinfo("main.xml")
+    if index.file_size > _LARGEST_X3P_INDEX:
+        raise _OversizeMember(f"main.xml: expected at most {_LARGEST_X3P_INDEX:,} bytes, found {index.file_size:,}")
+    text = archive.read(index).decode("utf-8", "replace")
+    counts = [re.search(rf"<(?:\w+:)?Size{axis}>\s*(\d+)\s*<", text) for axis in "XY"]
+    kind = re.search(r"<(?:\w+:)?CZ>.*?DataType>\s*([ILFD])\s*<", text, re.DOTALL)
+    stated = None
+    if all(counts) and kind:
+        columns, rows = (int(count[1]) for count in counts if count)
+        stated = columns * rows * {"I": 2, "L": 4, "F": 4, "D": 8}[kind[1]]
+    for name in set(_X3P_LINK.findall(text)) & set(archive.namelist()):
+        member = archive.getinfo(name)
+        if stated is not None and member.file_size > stated:
+            raise _OversizeMember(
+                f"{name}: expected {stated:,} bytes of {columns} × {rows} heights, as main.xml states, found "
+                f"{member.file_size:,}"
+            )
+        if member.file_size > max(_ALWAYS_ALLOWED, _LARGEST_RATIO * member.compress_size):
+            raise _OversizeMember(
+                f"{name}: expected heights that are packed to 1/{_LARGEST_RATIO} of their size at least, found "
+                f"{member.compress_size:,} bytes for {member.file_size:,}"
+            )
+    return text
 
 
 def _image(info: Any) -> dict[str, Any]:
