@@ -1,6 +1,7 @@
 """Pull-off forces from files: units and places as the file or the caller states them, never as anyone guesses."""
 
 import io
+import zipfile
 
 import numpy as np
 import pandas as pd
@@ -61,6 +62,16 @@ def test_a_workbook_says_the_same_as_its_text(tmp_path):
     found = roughxr.open_pull_off(tmp_path / "curves.xlsx")
     for name in ("pull_off_force", "subregion_x", "subregion_y"):
         np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+
+
+def test_a_workbook_of_millions_of_cells_is_refused_unread(tmp_path):
+    pytest.importorskip("openpyxl")
+    path = tmp_path / "curves.xlsx"
+    pd.read_csv(io.StringIO(TABLE)).to_excel(path, index=False)
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("xl/worksheets/sheet2.xml", bytes(2**25))
+    with pytest.raises(UnreadableScan, match="at most 16 MiB unpacked, found 32 MiB; save the columns"):
+        roughxr.open_pull_off(path)
 
 
 @pytest.mark.parametrize("names", ["x [um],F [nN]", "Position [um],F [nN]", "y_um,F [nN]"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,6 +53,9 @@ _SWEPT = re.compile(
     re.IGNORECASE,
 )
 
+#: Largest size of a workbook's sheet, bytes: half a million cells, which take some ten seconds.
+_LARGEST_SHEET = 2**24
+
 #: Cells that mean a missing value.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
@@ -94,6 +98,16 @@ def is_spreadsheet(path: Path) -> bool:
 
 def _read_spreadsheet(path: Path) -> tuple[list[str], _Rows, bool, list[int]]:
     """Return names (from the first row that is not empty) and rows of a workbook's first sheet, as `_in_text`."""
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+    cells = ("xl/worksheets/", "xl/sharedStrings")
+    size = max((member.file_size for member in members if member.filename.startswith(cells)), default=0)
+    if size > _LARGEST_SHEET:
+        raise UnreadableScan(
+            path,
+            f"expected a sheet of at most {_LARGEST_SHEET / 2**20:.3g} MiB unpacked, found {size / 2**20:.3g} MiB; "
+            "save the columns that are needed as CSV, which is read faster",
+        )
     try:
         frame = pd.read_excel(path, header=None, dtype=str, na_filter=False)
     except ImportError as error:
