@@ -107,13 +107,14 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
     """
     if onto:
         with open_locked_raw(path) as file:
-            groups = {name: ds for name, ds in groups.items() if name not in group_names(file)}
+            stored = group_names(file)
+        groups = {name: ds for name, ds in groups.items() if name not in stored}
     else:
         attrs = {"Conventions": "CF-1.11", "source": f"roughxr {__version__}", **attrs}
     present = {name: value for name, value in attrs.items() if value is not None}
-    stored = {name: _storable(entered(ds), name) for name, ds in groups.items()}
-    lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in stored.items()}
-    loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in stored.items()}
+    groups = {name: _storable(entered(ds), name) for name, ds in groups.items()}
+    lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in groups.items()}
+    loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in groups.items()}
     tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=present), **loaded})
     encoding = {node.path: _encoding(node.dataset) for node in tree.subtree}
     with atomic_write(path) as temporary:
@@ -123,7 +124,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             tree.to_netcdf(temporary, mode="a" if onto else "w", encoding=encoding, engine="netcdf4")
         for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
             # one variable at a time: chunks that several variables share would otherwise all stay in memory
-            single = stored[name][[key]]
+            single = groups[name][[key]]
             single[key].data = da.map_blocks(_unless_interrupted, single[key].data, meta=single[key].data._meta)
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
@@ -132,7 +133,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
-            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(sorted(group_names(file)))}"
+            file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
     return path
 
 
@@ -492,13 +493,13 @@ def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> I
 
 
 def group_names(file: netCDF4.Dataset) -> list[str]:
-    """Return the names of the groups of a file, except those that only contain other groups."""
+    """Return the sorted names of the groups of a file, except those that only contain other groups."""
     names = []
     for group in file.groups.values():
         if group.variables or not group.groups:
             names.append(group.path.strip("/"))
         names += group_names(group)
-    return names
+    return sorted(names)
 
 
 def as_characters(ds: xr.Dataset) -> dict[str, dict[str, Any]]:

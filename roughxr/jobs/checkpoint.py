@@ -43,6 +43,9 @@ _IN_MEMORY = 2**24
 #: Time (s) between two files of a solve's results: writing safely to a disk takes some 10 ms.
 _BETWEEN_FILES = 1.0
 
+#: Time (s) between two additions to the archive of an unfinished run: each copies the file, in some 0.3 s.
+_BETWEEN_ADDITIONS = 10.0
+
 #: Attribute of the archive's root that contains the run's identity.
 _IDENTITY = "run"
 
@@ -73,8 +76,9 @@ def checkpointed(
     Parameters
     ----------
     compute : callable
-        Returns the groups: names such as "solutions/direct", and Datasets. Or yields them in parts, each written
-        to the archive, which is marked as unfinished until the last. It must make the same calls when it resumes.
+        Returns the groups: names such as "solutions/direct", and Datasets. Or yields them in parts, which are written
+        to the archive every ten seconds and at an interrupt; until the last it is marked as unfinished. It must make the
+        same calls when it resumes.
     output : path
         The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
     scan : Dataset
@@ -152,17 +156,27 @@ def _folder(output: Path) -> Path:
 
 
 def _write(parts, checkpoint: Checkpoint, output: Path, attrs: dict[str, str], missing: Callable[[], str]) -> None:
-    """Write groups as they are computed, except those that an unfinished archive contains."""
+    """Write groups as they are computed, at intervals, except those that an unfinished archive contains.
+
+    Groups that a kill loses are computed again from the stored results of their solves.
+    """
     groups: dict[str, xr.Dataset] = {}
+    written = time.monotonic()
 
     def add(unfinished: str | None) -> None:
         with dask.config.set(scheduler="synchronous"):
             archive.add(groups, output, {**attrs, archive.UNFINISHED: unfinished}, onto=output.exists())
 
-    for part in [parts] if isinstance(parts, Mapping) else parts:
-        groups |= part
-        if part is not parts:
+    try:
+        for part in [parts] if isinstance(parts, Mapping) else parts:
+            groups |= part
+            if part is not parts and time.monotonic() - written > _BETWEEN_ADDITIONS:
+                add(missing())
+                written = time.monotonic()
+    except BaseException as error:
+        if groups and not isinstance(error, OSError):  # such as of a full disk
             add(missing())
+        raise
     checkpoint.log("all computed")
     groups["log"] = checkpoint.logged()
     add(None)
