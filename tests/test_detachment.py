@@ -142,7 +142,7 @@ def test_hall_s_lift_and_creeping_drag_hold_together_nowhere():
 
 
 def test_the_weakest_direction_is_where_it_rolls_first():
-    ground = held(np.tile(np.linspace(1000, 4000, 72), (2, 1)))
+    ground = held(np.tile(np.linspace(1000, 4000, 12), (2, 1)), directions=12)
     every = [ground.contact.critical_load(direction=e).critical_friction_velocity[0].item() for e in ground.direction]
     weakest = ground.contact.critical_load(direction="weakest").critical_friction_velocity[0].item()
     assert weakest == pytest.approx(min(every))

@@ -168,7 +168,7 @@ def test_a_particle_at_rest_takes_the_ratio_of_the_second_scan_alone(true_surfac
 
 
 def test_where_a_second_scan_shows_no_finer_roughness_particles_adhere_as_on_the_first(true_surface, monkeypatch):
-    monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
+    monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 1))
     smooth = roughxr.scans.smooth(true_surface, shortest=60)
     first = image(smooth, 4, tip=0.1).contact.assign_pair(**PAIR)
     log, error, _ = extrapolation.resting_ratio(first, smooth.isel(x=slice(200), y=slice(200)), "exponential")

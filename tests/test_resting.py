@@ -186,7 +186,7 @@ def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
 
 
 def test_places_converge_with_the_pixel():
-    exact = resting(_hills(2.0))
+    exact = resting(_hills(4.0))
     errors = []
     for pixel in (16.0, 8.0):
         found = resting(_hills(pixel))

@@ -91,7 +91,7 @@ def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder
     """The second scan is the first one on finer pixels: it shows nothing new."""
     monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
     scan = groups["scan"][["height"]]
-    pixels = {axis: np.arange(float(scan[axis][8]), float(scan[axis][-8]), 5.0) for axis in "xy"}
+    pixels = {axis: np.arange(float(scan[axis][10]), float(scan[axis][-10]), 5.0) for axis in "xy"}
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))
     words = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
     output = folder.with_name("finer")

@@ -23,6 +23,7 @@ from roughxr.accessor import ContactAccessor
 from roughxr.bodies.substances import MATERIALS
 
 from . import force_curves
+from .surfaces import bare_runs
 
 matplotlib.use("Agg")
 
@@ -117,6 +118,6 @@ def _with_few_places(recipe: str) -> str:
 @pytest.mark.parametrize("number", range(len(RECIPES)))
 def test_each_recipe_runs_from_its_first_line(number, readers_files, monkeypatch):
     monkeypatch.chdir(readers_files)
-    with warnings.catch_warnings():
+    with warnings.catch_warnings(), bare_runs():
         warnings.simplefilter("ignore")
         exec(compile(_with_few_places(RECIPES[number]), "how-to.md", "exec"), {})
