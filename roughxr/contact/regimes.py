@@ -69,7 +69,7 @@ def regime(ds: xr.Dataset | Specimen, *, subregions: Places = (4, 4), mesh: int 
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> found = scan.contact.regime()
+    >>> found = scan.contact.regime(subregions=(2, 2))
     >>> found.recommended.item(), "`adhesive`" in found.attrs["recommendation"]
     ('adhesive', True)
     """
@@ -199,7 +199,7 @@ def formulas(
     --------
     >>> import roughxr
     >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
-    >>> table = scan.contact.formulas(subregions=(4, 4))
+    >>> table = scan.contact.formulas(subregions=(2, 2))
     >>> float(table.formula_ratio.sel(formula="sum")), bool(table.formula_ratio.sel(formula="bradley") > 5)
     (1.0, True)
     """
