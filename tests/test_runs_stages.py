@@ -43,30 +43,29 @@ def whole(surface, tmp_path_factory):
     return path, roughxr.run(surface, path, **OPTIONS)
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
-def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(
-    surface, whole, moment, tmp_path, monkeypatch, capsys
-):
-    there = MOMENTS[moment]
+def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(surface, whole, tmp_path, monkeypatch, capsys):
+    """It is interrupted at three stages, and resumed from each."""
     path = tmp_path / "run.nc"
 
     def interrupted(*arguments, **options):
         raise KeyboardInterrupt
 
-    parts = [part._replace(make=interrupted) if part.name == moment else part for part in analysis.PARTS]
-    monkeypatch.setattr(analysis, "PARTS", parts)
-    with pytest.raises(KeyboardInterrupt):
-        roughxr.run(surface, path, **OPTIONS)
-    monkeypatch.undo()
-    assert path.exists() == (there is not None)
-    if there:
+    for moment, stored in MOMENTS.items():
+        with monkeypatch.context() as at_moment:
+            parts = [part._replace(make=interrupted) if part.name == moment else part for part in analysis.PARTS]
+            at_moment.setattr(analysis, "PARTS", parts)
+            with pytest.raises(KeyboardInterrupt):
+                roughxr.run(surface, path, **OPTIONS)
+        assert path.exists() == (stored is not None)
+        if stored is None:
+            continue
         with pytest.warns(UserWarning, match=r"not finished, missing: .*detachment|not finished, missing: its"):
-            found = archive.load(path)
-        assert there in found and "log" not in found
+            groups = archive.load(path)
+        assert stored in groups and "log" not in groups
         assert cli.main(["report", str(path)]) == 0
         assert cli.main(["info", str(path)]) == 0
-        said = capsys.readouterr()
-        assert "is not finished" in said.err and "run: not finished, missing: " in said.out
+        printed = capsys.readouterr()
+        assert "is not finished" in printed.err and "run: not finished, missing: " in printed.out
         assert "The run is not finished" in (tmp_path / "report.html").read_text(encoding="utf-8")
     with warnings.catch_warnings():
         warnings.filterwarnings("error", ".*not finished")
