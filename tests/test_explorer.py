@@ -31,7 +31,7 @@ def run():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of contacts of a pixel: their maps are looked at, not their numbers
         sticking = roughxr.adhesive(pressed, **how)
-    rigid = roughxr.rigid(pressed, delta=[0.0], subregions=places)
+        rigid = roughxr.rigid(pressed, delta=[0.0], subregions=places)
     return {
         "scan": pressed,
         "solutions/direct": roughxr.direct(pressed, delta=DELTAS, subregions=places),

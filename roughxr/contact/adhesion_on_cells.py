@@ -81,8 +81,8 @@ def resolving_cell(adhesion: Adhesion, problem: Problem) -> float:
     cell = min(cell, adhesion.first_cell) if np.isinf(cell) else cell
     if liquid is None:
         return cell
-    # an edge as wide as the liquid is high
-    return min(cell, 0.5 * _EDGE_SLOPE * problem.softest * liquid.height / liquid.capillary_pressure)
+    # an edge twice as wide as the liquid is high; `_law_with_liquid` bears three times
+    return min(cell, _EDGE_SLOPE * problem.softest * liquid.height / liquid.capillary_pressure)
 
 
 def largest_cell(adhesion: Adhesion, problem: Problem) -> float:
