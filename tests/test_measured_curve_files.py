@@ -184,6 +184,15 @@ def test_a_file_cut_short_is_refused_or_its_curve_is_short(tmp_path, name, keep)
         np.testing.assert_allclose(found.pull_off_force, whole.pull_off_force, rtol=0.05)
 
 
+@pytest.mark.parametrize("read", [roughxr.open_pull_off, roughxr.measured.open_curves, roughxr.open_scan])
+def test_an_archive_cut_short_is_copied_again(tmp_path, read):
+    path = tmp_path / "map.jpk-force-map"
+    WRITERS[path.name][0](path, made.cycle(np.random.default_rng(0)))
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(UnreadableScan, match="found none in 2,000 bytes: cut short; copy the whole file again"):
+        read(path)
+
+
 def test_foreign_files_are_refused(tmp_path):
     (tmp_path / "archive.zip").write_bytes(b"PK\x03\x04" + np.random.default_rng(0).bytes(500))
     xr.Dataset({"a": ("x", [1.0])}, attrs={"software": "afmformats"}).to_netcdf(tmp_path / "other.h5")

@@ -351,7 +351,9 @@ def _add_measurement(command: Any) -> None:
         ("--spring-constant", "K", "spring constant, for deflections, N/m"),
     )
     _add(group, ("--pulls", None, "sign of pull-off forces in the file"), choices=("positive", "negative"))
-    help = "for tables of one force curve each: part, from its far end, that may contain the baseline (1: all of it)"
+    help = (
+        "for force curves: part of the travel, from its far end, that may contain the baseline; default: 1, all of it"
+    )
     _add(group, ("--baseline", "PART", help), type=float)
 
 

@@ -10,6 +10,7 @@ import os
 import re
 import tempfile
 import zipfile
+import zlib
 from collections import defaultdict
 from functools import lru_cache, partial
 from pathlib import Path
@@ -63,6 +64,8 @@ def read(
         return {"missing": list(error.meta_keys)}
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
         raise ValueError(str(error)) from None
+    except (zipfile.BadZipFile, zlib.error) as error:
+        raise ValueError(f"expected an intact archive, found: {error}; copy the whole file again") from None
 
 
 @lru_cache(maxsize=1)

@@ -68,7 +68,7 @@ def open_curves(
     calibration = Calibration(units, sensitivity, spring_constant)
     kind = files.guarded(path, curve_kind, path, family, calibration)
     if kind is None:
-        ds = _read_curve_table(path, piezo_units, calibration)
+        ds = read_curve_table(path, piezo_units, calibration)
     elif piezo_units is not None:
         raise UnreadableScan(path, f"piezo_units: the file states them, found {piezo_units!r}; leave piezo_units= out")
     else:
@@ -79,7 +79,7 @@ def open_curves(
     return schema.record(schema.label(ds), "open_curves", file=path.name, **options)
 
 
-def _read_curve_table(path: Path, piezo_units: str | None, calibration: Calibration) -> xr.Dataset:
+def read_curve_table(path: Path, piezo_units: str | None, calibration: Calibration) -> xr.Dataset:
     """Return the curve in a table."""
     columns = {column.name.lower(): column for column in files.guarded(path, read_table, path)}
     signal = [name for name in ("force", "deflection") if name in columns]

@@ -213,8 +213,7 @@ def force_column(path: Path, columns: list[Column], name: str | int | None) -> C
         wanted = f"a column {name!r}" if name is not None else "one column of pull-off forces"
         listed = ", ".join(f"{column.name!r} [{column.units or '?'}]" for column in columns) or "no column of numbers"
         number = len(fitting) or "none"
-        curve = ", or of a force-distance curve baseline=1" * any(column.name == "piezo" for column in columns)
-        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel={curve}")
+        raise UnreadableScan(path, f"expected {wanted}, found {number} among {listed}; give its name, channel=")
     return fitting[0]
 
 

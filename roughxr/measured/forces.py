@@ -111,7 +111,7 @@ def magnitudes(values: np.ndarray, pulls: str | None) -> tuple[np.ndarray, str]:
                 "pull-off forces of one sign",
                 f"{below} below zero and {int((values > 0).sum())} above",
                 "state the sign of a pull-off, pulls='positive' or pulls='negative', or for a force-distance "
-                "curve its part that is the baseline, baseline=1",
+                "curve name the column of the piezo's travel piezo",
             )
         pulls = "negative" if (values < 0).any() else "positive"
     one_of(pulls, PULLS, "pulls")

@@ -21,6 +21,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantities, Quantity, factor
 from .curve_files import calibration, curve_kind, open_curve_file, read_curves
+from .curves import read_curve_table
 from .force_curves import curves_pull_off
 from .force_tables import (
     force_column,
@@ -55,7 +56,8 @@ def open_pull_off(
     Parameters
     ----------
     path : str, path or sequence of them
-        A table (CSV and similar, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``; any AFM
+        A table (CSV and similar, .xlsx) with names above its columns, such as ``x [um], y [um], force [nN]``, or of one
+        force curve, with a column ``piezo``; any AFM
         file that `open_scan` reads with an image of adhesion; or a file of curves, see `open_curves`. The content
         decides, not the extension. Several files are read with the same options and concatenated.
     channel : str or int, optional
@@ -207,6 +209,9 @@ def _is_matrix(path: Path) -> bool:
 def _read_force_table(path: Path, image: _Selection, place_units: str | None, calibration: Calibration) -> xr.Dataset:
     schema.refuse_unused("a table", scan_direction=image.scan_direction, size=image.size)
     columns = files.guarded(path, read_table, path, pull_offs=True)
+    if image.channel is None and any(column.name.lower() == "piezo" for column in columns):
+        schema.refuse_unused("a force-distance curve", place_units=place_units, pulls=calibration.pulls)
+        return curves_pull_off(schema.label(read_curve_table(path, None, calibration)))
     column = force_column(path, columns, image.channel)
     values, how = _pull_off_magnitudes(path, column.values, column.units, calibration)
     ds = xr.Dataset({"pull_off_force": ("subregion", values)})

@@ -36,6 +36,7 @@ def curve_format(path: Path) -> str:
     if head.startswith(NANOSCOPE):
         return "nanoscope"
     if head.startswith(ZIP):
+        _refuse_cut_archive(path)
         names = _zip_names(path)
         return "jpk" if "header.properties" in names and any("segments/" in name for name in names) else ""
     if is_igor(head):  # images have a third dimension, of channels
@@ -59,6 +60,16 @@ def refuse_curves(path: Path) -> None:
             path,
             f"expected an image of heights, found force-distance curves ({kind}); read them with `roughxr measured`, "
             "in Python with roughxr.open_pull_off or roughxr.measured.open_curves",
+        )
+
+
+def _refuse_cut_archive(path: Path) -> None:
+    """Raise for a zip file whose list of members, at its end, is missing."""
+    if not zipfile.is_zipfile(path):
+        raise UnreadableScan(
+            path,
+            "expected an archive with the list of its members at the end, found none in "
+            f"{path.stat().st_size:,} bytes: cut short; copy the whole file again from where it was recorded",
         )
 
 
