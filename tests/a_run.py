@@ -56,7 +56,8 @@ def run_in_process(output, stops_after=None, ends_by=signal.SIGKILL, workers_by=
     checkpoint._BETWEEN_FILES = -1.0
     signal.signal(signal.SIGINT, signal.default_int_handler)
     if stops_after is not None:
-        put, stored = Checkpoint.put, []
+        put = Checkpoint.put
+        stored = []
 
         def put_and_stop(self, items, results):
             put(self, items, results)

@@ -16,7 +16,9 @@ import xarray as xr
 from roughxr import scans
 
 #: A picture with no symmetry at all, of unequal sides and square pixels.
-ROWS, COLUMNS, PIXEL = 18, 24, 5.0
+ROWS = 18
+COLUMNS = 24
+PIXEL = 5.0
 
 
 def picture(rows: int = ROWS, columns: int = COLUMNS) -> np.ndarray:
@@ -109,7 +111,8 @@ def write_bruker(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> P
 
 
 #: Sensitivity (nm/V) and range (V) of Nanoscope files, and the height of one of 65536 counts.
-SENSITIVITY, VOLTS = 10.0, 440.0
+SENSITIVITY = 10.0
+VOLTS = 440.0
 NANOMETRES_PER_COUNT = SENSITIVITY * VOLTS / 65536
 
 
@@ -138,7 +141,8 @@ def write_nanoscope(path: Path, images: list[tuple[str, str, np.ndarray]], size:
 
 def write_igor(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     """Write an Asylum Igor wave of version 5 with the one layer HeightRetrace."""
-    columns, lines = rows.shape[1], rows.shape[0]
+    columns = rows.shape[1]
+    lines = rows.shape[0]
     data = (rows[::-1] * 1e-9).astype("<f4").tobytes()  # x fastest, the last line first
     note = f"ScanSize: {size[0] * 1e-9:.6e}\rScanPoints: {columns}\r".encode()
     labels = b"".join(name.ljust(32, b"\0") for name in (b"", b"HeightRetrace"))
@@ -221,7 +225,9 @@ def write_jpk_pages(path: Path, pages: list[tuple[str, int, np.ndarray, tuple[st
         lines, columns = counts.shape
         whole = [(256, 4, columns), (257, 4, lines), (258, 3, 32), (259, 3, 1), (262, 3, 1), (273, 4, 0), (277, 3, 1)]
         whole += [(278, 4, lines), (279, 4, counts.nbytes), (339, 3, 2), *tags]
-        at, entries, behind = len(out) + 2 + 12 * len(whole) + 4, b"", b""
+        at = len(out) + 2 + 12 * len(whole) + 4
+        entries = b""
+        behind = b""
         for tag, kind, value in whole:
             value = struct.pack("<I", at if tag == 273 else value) if isinstance(value, int) else value
             count = len(value) // {2: 1, 3: 4, 4: 4, 12: 8}[kind]
@@ -342,8 +348,10 @@ def write_topostats(folder: Path, rows: np.ndarray, size: tuple[float, float]) -
 
     path = folder / "scan.topostats"
     with h5py.File(path, "w") as file:
-        file["topostats_version"], file["filename"] = "2.3.0", "minicircle"
-        file["pixel_to_nm_scaling"], file["image"] = size[0] / rows.shape[1], rows
+        file["topostats_version"] = "2.3.0"
+        file["filename"] = "minicircle"
+        file["pixel_to_nm_scaling"] = size[0] / rows.shape[1]
+        file["image"] = rows
         file["grain_masks/above"] = (rows > 1).astype(int)
     return path
 
@@ -372,7 +380,8 @@ def write_nhf(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path
     """Write a Nanosurf file of version 1: 32-bit counts over the calibrated range, the lowest line first."""
     import h5py
 
-    path, reach = folder / "scan.nhf", 1e-7
+    path = folder / "scan.nhf"
+    reach = 1e-7
     with h5py.File(path, "w") as file:
         group = file.create_group("measurement_0")
         group.attrs.update(image_points_per_line=rows.shape[1], image_number_of_lines=rows.shape[0])

@@ -37,12 +37,19 @@ def asperity_events(scales, law):
         nothing = EllipseState(scales.end, scales.end, scales.end, scales.end)
         return Events(nothing, nothing, nothing)
     if law.code >= ENERGY:
-        P, a = mark_at_row(law.marks, scales.row, 1), mark_at_row(law.marks, scales.row, 2)
-        b, delta = mark_at_row(law.marks, scales.row, 3), mark_at_row(law.marks, scales.row, 4)
+        P = mark_at_row(law.marks, scales.row, 1)
+        a = mark_at_row(law.marks, scales.row, 2)
+        b = mark_at_row(law.marks, scales.row, 3)
+        delta = mark_at_row(law.marks, scales.row, 4)
         P_end, a_end, b_end = lookup(law.spline, scales.row, 0.0)
     else:
-        P, a, b, delta = -1.0, 1.0, 1.0, -1.0 / 3.0
-        P_end, a_end, b_end = -5.0 / 9.0, jkr.END_A, jkr.END_A
+        P = -1.0
+        a = 1.0
+        b = 1.0
+        delta = -1.0 / 3.0
+        P_end = -5.0 / 9.0
+        a_end = jkr.END_A
+        b_end = jkr.END_A
     touch = asperity_contact(0.0, scales, law.spline)
     return Events(
         _state(P, a, b, delta, scales),
@@ -54,7 +61,9 @@ def asperity_events(scales, law):
 @kernel
 def asperities_contact(delta, scales, spline):
     """The ``AsperityContact`` of many asperities, each at its own displacements: all of shape (asperity, step)."""
-    P, a, b = np.empty(delta.shape), np.empty(delta.shape), np.empty(delta.shape)
+    P = np.empty(delta.shape)
+    a = np.empty(delta.shape)
+    b = np.empty(delta.shape)
     for i in range(delta.shape[0]):
         one = pick(scales, i)
         for j in range(delta.shape[1]):

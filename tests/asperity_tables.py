@@ -63,7 +63,8 @@ def sphere_row(z):
 
 def elliptic_row(ratio, z):
     """One row of samples of the branch, and its marks, by direct solution."""
-    lam, s_end = axis_ratio(ratio), branch_end(ratio)
+    lam = axis_ratio(ratio)
+    s_end = branch_end(ratio)
     end, pull_off = (contact_at(ratio, s) for s in (s_end, largest_tension(ratio)))
     row = []
     for q in 1 / z**2 - 1:
@@ -86,7 +87,8 @@ def elliptic():
 def maugis_row(parameter, z):
     """Samples (P*/(1+q)³, a*/(1+q), twice) along one row, and its marks."""
     P, a, delta = maugis.contact_at(parameter, maugis.ratios())
-    end, weakest = int(np.argmin(delta)), int(np.argmin(P))
+    end = int(np.argmin(delta))
+    weakest = int(np.argmin(P))
     q = np.sqrt(np.maximum(delta[: end + 1] - delta[end], 0.0))[::-1]
     keep = np.append(True, np.diff(np.maximum.accumulate(q)) > 0)
     wanted = 1 / z**2 - 1

@@ -33,12 +33,16 @@ def compliance(s, mismatch, ratio, base_ratio):
 
     layer = [(0, -1, 0.0), (1, -1, 0.0), (0, 1, s), (1, 1, s)]
     base = [(0, -1, s), (1, -1, s)] if mismatch else []
-    top, bottom = columns(0.0, 1.0, ratio, layer), columns(s, 1.0, ratio, layer)
+    top = columns(0.0, 1.0, ratio, layer)
+    bottom = columns(s, 1.0, ratio, layer)
     size = 4 + len(base)
-    matrix, right = np.zeros((size, size)), np.zeros(size)
-    matrix[:2, :4], right[0] = top[2:], -1.0
+    matrix = np.zeros((size, size))
+    right = np.zeros(size)
+    matrix[:2, :4] = top[2:]
+    right[0] = -1.0
     if mismatch:
-        matrix[2:, :4], matrix[2:, 4:] = bottom, -columns(s, 1.0 / mismatch, base_ratio, base)
+        matrix[2:, :4] = bottom
+        matrix[2:, 4:] = -columns(s, 1.0 / mismatch, base_ratio, base)
     else:
         matrix[2:, :4] = bottom[:2]
     return abs(top[0] @ np.linalg.solve(matrix, right)[:4]) / (2 * (1 - ratio))
@@ -48,7 +52,8 @@ def compliance(s, mismatch, ratio, base_ratio):
 def remainder(mismatch, ratio, base_ratio, count=600, last=16.0):
     """Return nodes s, weights of an integral over s, and F(s) − 1 there."""
     s, weight = np.polynomial.legendre.leggauss(count)
-    s, weight = 0.5 * last * (s + 1), 0.5 * last * weight
+    s = 0.5 * last * (s + 1)
+    weight = 0.5 * last * weight
     return s, weight, np.array([compliance(each, mismatch, ratio, base_ratio) for each in s]) - 1
 
 
@@ -64,11 +69,13 @@ def response(radius, layer, count=160, edge=0.0, *, flat=False):
     """
     thickness = layer[0] * radius
     t, weight = np.polynomial.legendre.leggauss(count)
-    t, weight = 0.5 * radius * (t + 1), 0.5 * radius * weight
+    t = 0.5 * radius * (t + 1)
+    weight = 0.5 * radius * weight
     q, weights, rest = remainder(*layer[1:])
     part = weights * rest / thickness
     points = np.append(t, radius)
-    cosines, own = np.cos(np.outer(points, q / thickness)), np.cos(np.outer(t, q / thickness))
+    cosines = np.cos(np.outer(points, q / thickness))
+    own = np.cos(np.outer(t, q / thickness))
     kernel = 2 * (cosines * part) @ own.T / np.pi * weight  # K(t − s) + K(t + s) is twice the product of cosines
     matrix = np.zeros((count + 2, count + 2))
     matrix[:-1, :count] = kernel

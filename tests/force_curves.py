@@ -5,7 +5,10 @@ import struct
 import numpy as np
 import xarray as xr
 
-RADIUS, MODULUS, WORK, STIFFNESS = 2000.0, 40.0, 0.02, 1.0
+RADIUS = 2000.0
+MODULUS = 40.0
+WORK = 0.02
+STIFFNESS = 1.0
 PULL = 1.5 * np.pi * WORK * RADIUS
 
 
@@ -29,9 +32,13 @@ def noisy_force(rng, piezo, noise=1.0, **sphere_options):
 
 def retraction_with_tail(rng, kind):
     """Return piezo, force and pull-off force (nN) of a retraction of the given kind, with noise, offset and tilt."""
-    length, n = rng.uniform(1000, 4000), int(rng.choice([400, 1000, 3000]))
-    z, pull, noise = np.linspace(length, 0, n), rng.uniform(50, 900), 10 ** rng.uniform(-0.5, 1.0)
-    flat, zero = rng.uniform(0.25, 0.6) * length, rng.uniform(0.75, 0.85) * length
+    length = rng.uniform(1000, 4000)
+    n = int(rng.choice([400, 1000, 3000]))
+    z = np.linspace(length, 0, n)
+    pull = rng.uniform(50, 900)
+    noise = 10 ** rng.uniform(-0.5, 1.0)
+    flat = rng.uniform(0.25, 0.6) * length
+    zero = rng.uniform(0.75, 0.85) * length
     lowest = flat + rng.uniform(0.2, 0.5) * (zero - flat)
     force = np.interp(z, [0, flat, flat + 1e-6, zero, length], [0, 0, -pull, 0, 3 * pull])
     if kind == "linear tail":
@@ -43,7 +50,8 @@ def retraction_with_tail(rng, kind):
         force += rng.uniform(2, 15) * np.sin(2 * np.pi * z / rng.uniform(250, 800) + rng.uniform(0, 6))
     if kind == "second rupture":
         still = rng.uniform(5, 40)
-        force, pull = force - np.where(z < rng.uniform(0.3, 0.7) * flat, 0, still), pull + still
+        force = force - np.where(z < rng.uniform(0.3, 0.7) * flat, 0, still)
+        pull = pull + still
     white = rng.normal(0, 1, n + 39)
     memory = np.exp(-np.arange(40) / 8.0) if kind == "slow noise" else np.eye(40)[0]
     own = noise * np.convolve(white, memory / np.sqrt((memory**2).sum()), "valid")
@@ -55,12 +63,15 @@ def retraction_with_fringes(rng, amplitude, *, shape="sine"):
 
     ``amplitude`` is that of the interference over the pull; lengths, noise, tilt and drift are drawn at random.
     """
-    length, n = rng.uniform(300, 4000), int(rng.choice([500, 1000, 2000, 4000]))
-    z, pull = np.linspace(length, 0, n), 10 ** rng.uniform(-1, 3)
+    length = rng.uniform(300, 4000)
+    n = int(rng.choice([500, 1000, 2000, 4000]))
+    z = np.linspace(length, 0, n)
+    pull = 10 ** rng.uniform(-1, 3)
     zero = rng.uniform(0.3, 0.9) * length
     stiffness = pull / (rng.uniform(0.02, 0.3) * zero)
     force = np.where(z > zero - pull / stiffness, (z - zero) * stiffness, 0.0)
-    period, phase = rng.uniform(0.15, 2.0) * zero, rng.uniform(0, 2 * np.pi)
+    period = rng.uniform(0.15, 2.0) * zero
+    phase = rng.uniform(0, 2 * np.pi)
     turns = 2 * np.pi * z / period + phase
     if shape == "chirp":
         wave = (1 + 0.6 * (z / length - 0.5)) * np.sin(turns * (1 + 0.1 * z / length))
@@ -70,7 +81,8 @@ def retraction_with_fringes(rng, amplitude, *, shape="sine"):
         wave = 2 / np.pi * np.arcsin(np.sin(turns))
     else:
         wave = np.sin(turns)
-    tilt, drift = rng.normal(0, 0.1) * z / length, rng.normal(0, 0.03) * np.linspace(0, 1, n)
+    tilt = rng.normal(0, 0.1) * z / length
+    drift = rng.normal(0, 0.03) * np.linspace(0, 1, n)
     noise = 10 ** rng.uniform(-3, -1.3) * rng.normal(size=n)
     return z, force + pull * (amplitude * wave + tilt + drift + rng.normal() + noise), pull
 

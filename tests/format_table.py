@@ -15,7 +15,8 @@ from .afm_files import WRITERS, given, image_size, picture
 PAGE = Path(__file__).parents[1] / "notebooks" / "site" / "how-to.md"
 
 #: The lines around the table.
-START, END = "<!-- formats: made by python -m tests.format_table -->\n", "<!-- end of formats -->\n"
+START = "<!-- formats: made by python -m tests.format_table -->\n"
+END = "<!-- end of formats -->\n"
 
 
 def printed(name: str, folder: Path) -> str:

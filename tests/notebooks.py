@@ -60,7 +60,8 @@ def _small_picture(encoded: str) -> str:
 
 def execute(path: Path, store: bool) -> tuple[str, bool]:
     """Execute a notebook; return its outcome in words, and whether a cell raised."""
-    start, notebook = time.perf_counter(), nbformat.read(path, as_version=4)
+    start = time.perf_counter()
+    notebook = nbformat.read(path, as_version=4)
     first = _TWICE_THE_DOTS if store else notebook.metadata.get("quick", "")
     notebook.cells = [new_code_cell(first), *notebook.cells] if first else notebook.cells
     try:

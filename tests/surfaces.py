@@ -45,7 +45,8 @@ def rigid_pull_off(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
     pixel = float(ds.x[1] - ds.x[0])
     cells = int(np.ceil(max(8 * pixel / wave, pixel)))  # of 1 nm at most
     if wave < float(scans.self_affine_fit(ds).shortest_wavelength):
-        ds, cells = scans.add_fine_roughness(ds, shortest=wave, seed=seed, mesh=cells), 1
+        ds = scans.add_fine_roughness(ds, shortest=wave, seed=seed, mesh=cells)
+        cells = 1
     else:
         ds = scans.smooth(ds, shortest=wave)
     return float(rigid(ds, subregions=subregions, delta=[0.0], law=law, mesh=cells).pull_off_force.mean())

@@ -14,7 +14,8 @@ from roughxr.kernels.halfspace.products import DENSE_LIMIT, surface_displacement
 from . import half_space as kalker
 
 RADIUS = 2000.0  # cells
-W, LENGTH = 0.03, 0.4
+W = 0.03
+LENGTH = 0.4
 
 
 def sphere(n=96, radius=RADIUS, shift=(0.0, 0.0)):
@@ -65,8 +66,11 @@ class Oracle:
     """
 
     def __init__(self, separation, w, length):
-        self.separation, self.w, self.length = separation, w, length
-        self.n, size = separation.shape[0], 2 * separation.shape[0]
+        self.separation = separation
+        self.w = w
+        self.length = length
+        self.n = separation.shape[0]
+        size = 2 * separation.shape[0]
         at = np.minimum(np.arange(size), size - np.arange(size))
         self.stiffness = 1 / scipy.fft.rfft2(love_coefficients(size, size)[at][:, at])
 
@@ -100,7 +104,8 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
     deltas = np.array([0.5, 1.0, 1.5])
     (path,) = follow(separation, deltas, law)
     ours = path.states[(path.states["prescribed"] > 0)][: deltas.size]
-    oracle, u = Oracle(separation, W, LENGTH), np.zeros((96, 96))
+    oracle = Oracle(separation, W, LENGTH)
+    u = np.zeros((96, 96))
     theirs = []
     for delta in deltas:
         force, u = oracle.force(delta, u)
@@ -109,7 +114,8 @@ def test_force_is_that_of_an_independent_minimisation(seed, law):
 
 
 def test_short_range_pulls_off_as_jkr():
-    radius, w = 400.0, 0.02
+    radius = 400.0
+    w = 0.02
     errors = []
     for tabor in (1.5, 3.0):
         length = (radius * w**2) ** (1 / 3) / tabor
@@ -121,7 +127,8 @@ def test_short_range_pulls_off_as_jkr():
 
 
 def test_a_stiff_sphere_pulls_off_as_a_rigid_one():
-    radius, w = 250.0, 5e-6
+    radius = 250.0
+    w = 5e-6
     (path,) = follow(sphere(130, radius), [0.2], laws.smooth_law(exponential=(w, 0.8), cut=10.0 * 0.8), step=0.2)
     assert pull_off(path) == pytest.approx(2 * np.pi * w * radius, rel=0.02)
 
@@ -207,7 +214,8 @@ def test_what_is_never_touched_has_no_force(law):
 def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name):
     """From contact on, where the van der Waals law repels more the closer it is."""
     law = laws.smooth_law(**{name: (0.03, 0.4)})
-    u, part = np.linspace(1e-4, 3.0, 61), 1e-5
+    u = np.linspace(1e-4, 3.0, 61)
+    part = 1e-5
     every = [[(*laws.traction(x, law), laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)]
     (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))
     np.testing.assert_allclose(fall, (low - high) / (2 * part), atol=1e-6 * law.strength / law.length)
@@ -216,7 +224,8 @@ def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name)
 
 def test_a_long_contact_may_lie_along_either_axis(law):
     """Where its linear systems need a part of the box that begins elsewhere along its length than across it."""
-    x, y = np.arange(40) - 19.6, np.arange(132) - 65.7
+    x = np.arange(40) - 19.6
+    y = np.arange(132) - 65.7
     separation = x[:, None] ** 2 / 50 + y**2 / 800
     both = separation, separation.T.copy()
     (one,), (other,) = (follow(turned, [0.5], law, fields=AT_DISPLACEMENTS) for turned in both)

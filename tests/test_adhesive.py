@@ -23,7 +23,8 @@ pytestmark = [
 by_cells = partial(adhesive, law="jkr", mesh=1)
 
 PIXEL = 9.77
-RADIUS, W = 3000.0, 2 * 0.6747
+RADIUS = 3000.0
+W = 2 * 0.6747
 PULL = 1.5 * np.pi * W * RADIUS
 
 
@@ -53,7 +54,8 @@ def at(offset, pixel):
 @pytest.fixture(scope="module", params=CENTRES, ids=list(CENTRES))
 def cycle(request):
     """Hertz's paraboloid on cells of half a pixel: on whole pixels forces are off by 2.1 % of the pull-off."""
-    ds, delta = flat(n=65), np.arange(-2.0, 5.01, 0.25)
+    ds = flat(n=65)
+    delta = np.arange(-2.0, 5.01, 0.25)
     centre = at(CENTRES[request.param], PIXEL)
     errors = ERRORS[CENTRES[request.param]]
     with surfaces.paraboloids():
@@ -119,7 +121,8 @@ def pulls_of_ellipse(ratio, n=101):
 
     On cells of half a pixel: on whole pixels, ten to the contact's radius, single places lie up to 0.014 too high.
     """
-    A, B = 1 / (2 * RADIUS) / np.sqrt(ratio), np.sqrt(ratio) / (2 * RADIUS)
+    A = 1 / (2 * RADIUS) / np.sqrt(ratio)
+    B = np.sqrt(ratio) / (2 * RADIUS)
     pulls = []
     for offset in OFFSETS:
         x, y = ((np.arange(n) - (n - 1) / 2 + part) * PIXEL for part in offset)
@@ -170,7 +173,8 @@ def test_exponential_law_lies_between_the_limits():
 
 
 def test_energy_is_kept_but_in_jumps():
-    ds, delta = flat(3 * PIXEL, 31).assign_coords(adhesion_range=W / STRENGTH), np.arange(-4, 4.01, 0.125)
+    ds = flat(3 * PIXEL, 31).assign_coords(adhesion_range=W / STRENGTH)
+    delta = np.arange(-4, 4.01, 0.125)
     solution = by_cells(
         ds,
         delta=delta,
@@ -181,11 +185,13 @@ def test_energy_is_kept_but_in_jumps():
     )
     back = solution.isel(subregion=0).sel(branch="retraction").sortby("delta", ascending=False)
     elastic = 0.5 * (back.pressure * back.displacement).sum(("x", "y")) * (3 * PIXEL) ** 2
-    dx, w = float(ds.x[1] - ds.x[0]), float(ds.work_of_adhesion)
+    dx = float(ds.x[1] - ds.x[0])
+    w = float(ds.work_of_adhesion)
     left = w * np.exp(-STRENGTH * back.gap.clip(min=0) / w) * dx**2
     energy = (elastic - left.where(back.gap.notnull()).sum(("x", "y"))).values
     work = np.append(0.0, np.cumsum(0.5 * (back.force.values[1:] + back.force.values[:-1]) * np.diff(back.delta)))
-    lost, turnover = work - (energy - energy[0]), np.ptp(energy)
+    lost = work - (energy - energy[0])
+    turnover = np.ptp(energy)
     held = back.contact_area.values > 0
     assert 20 < held.sum() < held.size  # it ends within the sweep
     np.testing.assert_allclose(lost[held], 0, atol=0.01 * turnover)
@@ -280,7 +286,8 @@ def test_a_rough_scan_moved_turned_or_larger_is_the_same():
 @pytest.mark.parametrize("refine", [1, 2])
 def test_fields_hold_the_contact(refine):
     """Forces beside fields are their sums, by the steeper edge: 6 % (4 % on half pixels) from the extrapolated ones."""
-    ds, centres = bump(n=31), ([0.0, 9.0], [0.0, 4.0])
+    ds = bump(n=31)
+    centres = ([0.0, 9.0], [0.0, 4.0])
     options = {"delta": [0.0, 0.5], "subregions": centres, "mesh": roughxr.Mesh(refine, step=0.5)}
     cycle = quiet(ds, **options, fields=True)
     bare = quiet(ds, **options)
@@ -301,7 +308,8 @@ def test_fields_hold_the_contact(refine):
 
 def test_refining_finds_the_sphere_again():
     # an asperity whose contact is a pixel wide, as the scan itself: splines carry its shape to finer cells
-    n, radius = 21, 100.0
+    n = 21
+    radius = 100.0
     x = (np.arange(n) - (n - 1) / 2 + 0.31) * PIXEL
     ds = surfaces.glass_pair(surfaces.scan(-(x[:, None] ** 2 + x[None, :] ** 2) / (2 * radius), PIXEL), 1e9)
     pull = 1.5 * np.pi * W * radius

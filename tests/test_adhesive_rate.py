@@ -10,7 +10,8 @@ from .surfaces import glass_pair, scan
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
 
-RADIUS, W = 3000.0, 2 * 0.6747
+RADIUS = 3000.0
+W = 2 * 0.6747
 CELLS = np.array([2.5, 4.0, 6.0, 10.0])  # to the radius of the contact at zero load
 
 
@@ -18,7 +19,8 @@ def pull_off_error(cells, places):
     """Return the error of the pull-off at places given in pixels, at so many pixels to the contact's radius."""
     modulus = float(glass_pair(scan(np.zeros((3, 3)))).contact_modulus)
     radius = (9 * np.pi * W * RADIUS**2 / (8 * modulus)) ** (1 / 3)
-    pixel, size = radius / cells, 2 * int(2 * cells + 6) + 1
+    pixel = radius / cells
+    size = 2 * int(2 * cells + 6) + 1
     ds = glass_pair(scan(np.zeros((size, size)), pixel), RADIUS)
     delta = 0.1 * radius**2 / RADIUS
     at = {"delta": [delta], "subregions": tuple(pixel * places.T)}
@@ -52,7 +54,8 @@ def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_t
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
     expected = float(roughxr.adhesive(two_bumps(1.0, (0.0, 0.0)), **options).pull_off_force[0])
-    covered, stated = [], []
+    covered = []
+    stated = []
     for pixel in (8.0, 5.0, 3.5, 2.5):
         for offset in ((0.0, 0.0), (0.31, 0.17), (0.5, 0.5)):
             cycle = roughxr.adhesive(two_bumps(pixel, offset), **options)

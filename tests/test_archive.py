@@ -71,8 +71,10 @@ def test_a_file_that_is_cut_short_is_refused(groups, tmp_path, capsys):
 def test_a_damaged_field_is_refused_where_it_is_read_and_nowhere_else(groups, tmp_path, monkeypatch):
     monkeypatch.setattr(archive, "_CHUNK", 1)  # read place by place, as larger fields are
     monkeypatch.setattr(archive, "_COMPRESSED", {})
-    path, expected = save(groups, tmp_path / "run.nc"), groups["solutions/direct"]
-    content, plane = path.read_bytes(), expected.gap.isel(subregion=2, delta=1).values.tobytes()
+    path = save(groups, tmp_path / "run.nc")
+    expected = groups["solutions/direct"]
+    content = path.read_bytes()
+    plane = expected.gap.isel(subregion=2, delta=1).values.tobytes()
     where = content.index(plane)
     path.write_bytes(content[: where + 80] + bytes([content[where + 80] ^ 1]) + content[where + 81 :])
     found = load(path)["solutions/direct"]

@@ -187,7 +187,8 @@ def test_splined_summits_are_those_of_the_surface_in_finer_pixels():
     """Of a wave of 2.6 pixels, every summit between the pixels; a scan four times finer is the oracle."""
     fine = self_affine((512, 512), 2.5, rms=1.5, hurst=0.8, rolloff=200, cutoff=26, seed=4)
     coarse = fine.isel(x=slice(None, None, 4), y=slice(None, None, 4))
-    found, oracle = asperities(coarse), asperities(fine)
+    found = asperities(coarse)
+    oracle = asperities(fine)
     assert float(found.pixel) == 10.0
     assert found.sizes["asperity"] == pytest.approx(oracle.sizes["asperity"], rel=0.05)
     for name in ("height", "curvature_min", "curvature_max", "axis_ratio"):

@@ -20,7 +20,9 @@ from roughxr.kernels.asperity.ellipse import axis_ratio, elliptic_integrals, her
 from .asperity_loops import asperities_contact, asperity_events
 from .asperity_tables import stable_state
 
-E_STAR, W = 39.407, 1.349  # GPa, J/m²
+# GPa, J/m²
+E_STAR = 39.407
+W = 1.349
 ADHESIVE = ASPERITY_LAWS[1:]
 FREE_SHAPE = ASPERITY_LAWS[3:]
 ROW = {name: column for column, name in enumerate(ADHESIVE)}
@@ -90,7 +92,9 @@ def test_plain_closed_forms_satisfy_equations_15_and_18(name):
     A, B = asperity(5.0)
     lam = axis_ratio(5.0)
     K, _ = elliptic_integrals(lam)
-    beta, gamma, power = A + lam**2 * B, W / 2, {"published": 2, "self_similar": 1}[name]
+    beta = A + lam**2 * B
+    gamma = W / 2
+    power = {"published": 2, "self_similar": 1}[name]
     for delta in (-0.5, 0.0, 4.0, 30.0):
         P, a, b = contact(name, delta, 5.0)
         assert b == pytest.approx(lam * a)
@@ -104,7 +108,8 @@ def test_self_similar_makes_the_energy_stationary():
     A, B = asperity(3.0)
     lam = axis_ratio(3.0)
     K, _ = elliptic_integrals(lam)
-    beta, delta = A + lam**2 * B, 2.0
+    beta = A + lam**2 * B
+    delta = 2.0
 
     def energy(a):
         bracket = beta**2 * a**4 / 5 - 2 / 3 * beta * delta * a**2 + delta**2
@@ -117,7 +122,10 @@ def test_self_similar_makes_the_energy_stationary():
 
 def test_plain_strain_energy_of_equation_8():
     """½∫pU over the ellipse is πab{…}: half of what is printed as πa²{…} on the circle."""
-    a, b, p0, p1 = 2.0, 1.0, 1.0, -0.3
+    a = 2.0
+    b = 1.0
+    p0 = 1.0
+    p1 = -0.3
     K, _ = elliptic_integrals(b / a)
     height = p0 * b * K  # A a² + B b² by eq. 10, with E* = 1; p1 alone adds 2 p1 b K (eq. 11)
     lam = b / a
@@ -125,8 +133,10 @@ def test_plain_strain_energy_of_equation_8():
     A = height / (a**2 + B_by_A * b**2)
 
     def pressure_times_displacement(t, r):  # x = a r cos t, y = b r sin t, r = sin s: edge singularity removed
-        s, r = r, np.sin(r)
-        x, y = a * r * np.cos(t), b * r * np.sin(t)
+        s = r
+        r = np.sin(r)
+        x = a * r * np.cos(t)
+        y = b * r * np.sin(t)
         U = height + 2 * p1 * b * K - A * x**2 - B_by_A * A * y**2
         return (p0 * np.cos(s) ** 2 + p1) * U * a * b * r
 
@@ -138,7 +148,8 @@ def test_plain_strain_energy_of_equation_8():
 
 def lambda_ratio(lam):
     """B/A of equation 7 from SciPy's integrals."""
-    K, E = special.ellipkm1(lam**2), special.ellipe(1 - lam**2)
+    K = special.ellipkm1(lam**2)
+    E = special.ellipe(1 - lam**2)
     return (E - lam**2 * K) / (lam**2 * (K - E))
 
 
@@ -149,8 +160,11 @@ def boussinesq(c, k, x, y):
     """∫∫p/r over the ellipse a = 1, b = k: Gauss-Chebyshev along chords through (x, y), quad over angles."""
 
     def chord(angle):
-        dx, dy = np.cos(angle), np.sin(angle)
-        q2, q1, q0 = dx**2 + (dy / k) ** 2, x * dx + y * dy / k**2, 1 - x**2 - (y / k) ** 2
+        dx = np.cos(angle)
+        dy = np.sin(angle)
+        q2 = dx**2 + (dy / k) ** 2
+        q1 = x * dx + y * dy / k**2
+        q0 = 1 - x**2 - (y / k) ** 2
         t = np.cos((np.arange(8) + 0.5) * np.pi / 8) * np.sqrt(q1**2 + q2 * q0) / q2 - q1 / q2
         strength = c[0] + c[1] * (x + t * dx) ** 2 + c[2] * ((y + t * dy) / k) ** 2
         return np.mean(strength) * np.pi / np.sqrt(q2)
@@ -172,12 +186,15 @@ def test_energy_is_stationary_in_both_axes(ratio):
     """Vary a and b of U = U_E − wπab at fixed δ, with U_E from the ansatz fitted on any ellipse."""
     state = stable_state(ratio, 0.2)
     unit = jkr.self_similar_units(1.0, ratio, 1.0, 1.0)
-    a, b, delta = state.a * unit.a, state.b * unit.a, state.delta * unit.delta
+    a = state.a * unit.a
+    b = state.b * unit.a
+    delta = state.delta * unit.delta
 
     def total_energy(a, b):
         fit = elliptic_jkr.fit(b / a, ratio)
         c0 = (delta / a**2 - fit.delta_fit) / fit.delta_c0
-        c1, c2 = fit.mean + fit.d, fit.mean - fit.d
+        c1 = fit.mean + fit.d
+        c2 = fit.mean - fit.d
         P, P_x, P_y = moments(c0, c1, c2)
         return np.pi * a**4 * b * (P * delta / a**2 - P_x - P_y * ratio * (b / a) ** 2) - np.pi * a * b
 
@@ -231,7 +248,8 @@ def test_table_against_direct_solution(tolerance=1e-6):
     rng = np.random.default_rng(20)
     table = elliptic_table.table()
     for ratio in elliptic_table.LARGEST_RATIO ** rng.uniform(0, 1, 40):
-        lam, row = axis_ratio(ratio), elliptic_table.table_row(ratio)
+        lam = axis_ratio(ratio)
+        row = elliptic_table.table_row(ratio)
         s_end = elliptic_jkr.branch_end(ratio)
         end = elliptic_jkr.contact_at(ratio, s_end)
         assert elliptic_table.mark_at_row(table.marks, row, 0) == pytest.approx(end.delta, abs=tolerance)
@@ -286,7 +304,8 @@ def test_weak_adhesion_and_large_load_tend_to_hertz(name, ratio):
 @pytest.mark.parametrize("name", ADHESIVE)
 def test_plain_scaling_laws(name):
     """With R → tR and w → tw, lengths grow as t and loads as t²."""
-    small, large = contact(name, 1.5, 6.0, w=0.2, Re=100.0), contact(name, 4.5, 6.0, w=0.6, Re=300.0)
+    small = contact(name, 1.5, 6.0, w=0.2, Re=100.0)
+    large = contact(name, 4.5, 6.0, w=0.6, Re=300.0)
     np.testing.assert_allclose(large, np.array(small) * [9, 3, 3], rtol=1e-12)
 
 

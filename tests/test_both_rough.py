@@ -8,7 +8,9 @@ import roughxr
 
 from .surfaces import rough, scan
 
-PIXEL, RADIUS, N = 10.0, 400.0, 49
+PIXEL = 10.0
+RADIUS = 400.0
+N = 49
 
 
 def probe(roughness):
@@ -24,7 +26,8 @@ def pressed(surface, indenter, **options):
 
 
 def test_a_rough_probe_on_a_rough_surface_is_the_composite_under_a_smooth_one():
-    own, other = rough(N, rms=1.0, seed=1), rough(N, rms=0.7, seed=2)
+    own = rough(N, rms=1.0, seed=1)
+    other = rough(N, rms=0.7, seed=2)
     delta = [1.0, 4.0, 9.0]
     both = pressed(scan(own, PIXEL), probe(other), delta=delta)
     composite = pressed(scan(own + other, PIXEL), probe(np.zeros((N, N))), delta=delta)
@@ -61,7 +64,8 @@ def turned_patch(roughness, member):
 
 def test_every_placement_is_the_composite_single_rough_surface(ensemble):
     roughness, indenters = ensemble
-    own, delta = rough(N, rms=1.0, seed=1), [1.0, 4.0]
+    own = rough(N, rms=1.0, seed=1)
+    delta = [1.0, 4.0]
     pair = scan(own, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
     both = pair.contact.vary(roughxr.direct, indenter=indenters, delta=delta, datum="first_contact")
     assert both.force.dims == ("placement", "subregion", "delta") and bool(both.converged.all())

@@ -21,7 +21,8 @@ def test_what_one_changes_in_place_no_other_sees():
 
 
 def test_threads_get_the_same(monkeypatch):
-    surface, found = glass_pair(scan(rough(48, seed=79))), []
+    surface = glass_pair(scan(rough(48, seed=79)))
+    found = []
     workers = [threading.Thread(target=lambda: found.append(surface.contact.asperities())) for _ in range(4)]
     for worker in workers:
         worker.start()

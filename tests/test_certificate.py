@@ -16,7 +16,10 @@ from .surfaces import rough, scan, sphere_gap
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 
-PIXEL, MODULUS, WORK, RANGE = 4.0, 40.0, 0.1, 0.3
+PIXEL = 4.0
+MODULUS = 40.0
+WORK = 0.1
+RANGE = 0.3
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +37,15 @@ def rows(solution):
 def displacement(pressure):
     """Return Love's displacement by a plain sum over all pairs of cells: none of the library's own operators."""
     x = np.arange(pressure.shape[0]) * PIXEL
-    out, half = np.zeros_like(pressure), PIXEL / 2
+    out = np.zeros_like(pressure)
+    half = PIXEL / 2
 
     def corner(a, b):
         return a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b))
 
     for i, j in np.argwhere(pressure != 0):
-        a, b = (x - x[i])[:, None], (x - x[j])[None, :]
+        a = (x - x[i])[:, None]
+        b = (x - x[j])[None, :]
         whole = corner(a + half, b + half) - corner(a + half, b - half)
         whole += corner(a - half, b - half) - corner(a - half, b + half)
         out += pressure[i, j] * whole / (np.pi * MODULUS)
@@ -120,10 +125,12 @@ def tampered(solution):
 def test_a_solution_that_solves_nothing_is_refused(surface, law):
     at = {"delta": [1.5, 2.0], "subregions": ([0.0], [0.0]), "fields": True}
     if law == "direct":
-        solution, own = roughxr.direct(surface, **at), set()
+        solution = roughxr.direct(surface, **at)
+        own = set()
     else:
         surface = surface.assign_coords(adhesion_range=2.0)
-        solution, own = roughxr.adhesive(surface, law=law, mesh=1, **at), {"mesh"}
+        solution = roughxr.adhesive(surface, law=law, mesh=1, **at)
+        own = {"mesh"}
     assert rows(solution)[1] <= own
     for name, change in tampered(solution):
         assert name in rows(solution.assign(change))[1]
@@ -166,7 +173,8 @@ def test_an_elastic_solve_that_stagnates_is_flagged_and_told_of(surface, monkeyp
 def test_numbers_that_are_none_do_not_pass_for_a_solution():
     """Every comparison with NaN is False: no violation would be found."""
     gap = sphere_gap(32, PIXEL)
-    begin, row = working_set.Guess(np.full(gap.shape, np.nan), gap < 1, gap < 1), np.zeros(8)
+    begin = working_set.Guess(np.full(gap.shape, np.nan), gap < 1, gap < 1)
+    row = np.zeros(8)
     lost = working_set.solve_in_box(1.0 - gap, begin, 1e-6, 100, np.inf)
     displacement_control.describe(row, lost, 1.0 - gap, np.inf, np.inf)
     assert row[half_space.STATUS] != half_space.CONVERGED and np.isnan(row[displacement_control.RESIDUAL])

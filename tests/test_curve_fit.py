@@ -14,7 +14,8 @@ REACH = 0.3
 def branch(modulus, work, radius):
     """Return the law that Tabor's parameter chooses, and force and indentation along its stable branch."""
     a_c = (9 * np.pi * work * radius**2 / (8 * modulus)) ** (1 / 3)
-    pull, tabor = 1.5 * np.pi * work * radius, (radius * work**2 / (modulus**2 * REACH**3)) ** (1 / 3)
+    pull = 1.5 * np.pi * work * radius
+    tabor = (radius * work**2 / (modulus**2 * REACH**3)) ** (1 / 3)
     a = np.r_[np.linspace(0.481, 1, 4000), np.geomspace(1.0005, 200, 20000)]
     if tabor > 5:
         return "jkr", pull * (a**3 - 2 * a**1.5), a_c**2 / radius * (a**2 - 4 / 3 * np.sqrt(a))
@@ -32,8 +33,10 @@ def measured(rng, modulus, work, radius, stiffness, errors, *, both=True, drift=
     fold = int(np.argmin(travel))
     travel, force, pull = travel[fold:], force[fold:], -force[fold:].min()
     top = np.interp(rng.uniform(1, 5) * pull, force, travel)
-    n, span = int(rng.choice([500, 1000, 2000])), (top - travel[0]) * rng.uniform(2.5, 5)
-    piezo, noise = top - np.linspace(0, span, n), pull * 10 ** rng.uniform(-2.7, -1.5)
+    n = int(rng.choice([500, 1000, 2000]))
+    span = (top - travel[0]) * rng.uniform(2.5, 5)
+    piezo = top - np.linspace(0, span, n)
+    noise = pull * 10 ** rng.uniform(-2.7, -1.5)
     stiffer, larger = np.array(errors) * rng.normal(size=2)
     recorded = []
     for end, z in ((travel[0], piezo), (max(travel[0], 0.0), piezo[::-1]))[: 1 + both]:  # on approach it snaps in
@@ -43,7 +46,8 @@ def measured(rng, modulus, work, radius, stiffness, errors, *, both=True, drift=
         own += pull * (rng.normal() + 0.1 * rng.normal() * (z - top) / span) + drift * noise * np.linspace(0, 1, n)
         recorded.append((z + 1000 * rng.normal(), own))
     values = np.array(recorded).transpose(1, 0, 2)
-    dims, names = ("branch", "sample"), ["retraction", "loading"][: 1 + both]
+    dims = ("branch", "sample")
+    names = ["retraction", "loading"][: 1 + both]
     made = {"piezo": (dims, values[0], {"units": "nm"}), "force": (dims, values[1], {"units": "nN"})}
     return xr.Dataset(made, {"branch": names}, {"spring_constant": stiffness * np.exp(-stiffer)})
 
@@ -57,7 +61,8 @@ def drawn(rng, soft):
 
 def covered(count, soft, errors, **options):
     """Return in how many curves modulus and work lie in their intervals, and half the logarithms of these."""
-    inside, width = [], []
+    inside = []
+    width = []
     for seed in range(count):
         rng = np.random.default_rng(seed)
         modulus, work, radius, stiffness = drawn(rng, soft)

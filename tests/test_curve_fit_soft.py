@@ -11,7 +11,8 @@ from roughxr.measured.curve_fit import MisfittingCurves
 
 from .test_curve_fit import branch, drawn, measured
 
-RADIUS, STIFFNESS = 5000.0, 0.05
+RADIUS = 5000.0
+STIFFNESS = 0.05
 
 #: Real force curves, where they are at hand.
 CURVES = Path(__file__).resolve().parents[2] / "shared" / "curves"
@@ -38,7 +39,8 @@ def soft_matter(rng, modulus=2e-5, work=3e-5, noise=0.02):
 
 
 def test_the_approach_gives_the_modulus_and_the_pull_the_work_where_they_disagree():
-    ratios, pulls = [], []
+    ratios = []
+    pulls = []
     for seed in range(4):
         curve, pull = soft_matter(np.random.default_rng(seed), noise=0.01)
         with pytest.warns(MisfittingCurves, match="1 of 1 curves: no one law .* times that of the"):
@@ -69,7 +71,8 @@ def test_intervals_hold_with_interference():
         modulus, work, radius, stiffness = drawn(rng, True)
         curve = measured(rng, modulus, work, radius, stiffness, (0.0, 0.0))
         travel = curve.piezo - curve.piezo.max("sample")
-        period, pull = rng.uniform(0.15, 0.6) * float(-travel.min()), -branch(modulus, work, radius)[1].min()
+        period = rng.uniform(0.15, 0.6) * float(-travel.min())
+        pull = -branch(modulus, work, radius)[1].min()
         fringes = 0.05 * pull * np.sin(2 * np.pi * travel / period + rng.uniform(0, 6))
         curve["force"] = (curve.force + fringes).assign_attrs(units="nN")
         exact = {"spring_constant_std": 0.0, "sensitivity_std": 0.0}

@@ -115,7 +115,8 @@ def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
 
 def test_a_centred_contact_is_lifted_where_it_pulls_off_and_not_tipped_before():
     """A JKR contact under a pull F at its axis holds max (|P| − F) a: nothing at P_c, 1.0879 P_c a_c at none."""
-    a_c, push = 40.0, {"moment": 1.087872 * 100 * 40.0, "hinge": 1.160397 * 40.0}
+    a_c = 40.0
+    push = {"moment": 1.087872 * 100 * 40.0, "hinge": 1.160397 * 40.0}
     ground = held(**push)
     ground["tipping_force"] = ground.resisting_moment * 0 + 100.0
     ground["tipping_hinge_distance"] = ground.resisting_moment * 0 + a_c
@@ -235,7 +236,8 @@ def sizes():
 
 def test_sizes_go_through_to_critical_values(sizes):
     surface, held_by_size = sizes
-    found, name = held_by_size.contact.critical_load(particle_density=2500), "critical_friction_velocity"
+    found = held_by_size.contact.critical_load(particle_density=2500)
+    name = "critical_friction_velocity"
     assert dict(found[name].sizes) == {"sphere_radius": 3, "subregion": 9}
     for radius in (1000.0, 4000.0):
         one = roughxr.rolling(surface.assign_coords(sphere_radius=radius), directions=6, subregions=(3, 3))
@@ -293,7 +295,8 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     np.testing.assert_allclose(changed.tipping_force, (90.0 - 7.0) * ratio + 7.0 + 0 * ground.tipping_force)
     np.testing.assert_allclose(changed.pull_off_force, other.pull_off_force)
     xr.testing.assert_equal(changed.hinge_distance, ground.hinge_distance)
-    free, air = ground.assign_attrs(normal_force=0.0), Flow(lift="none")
+    free = ground.assign_attrs(normal_force=0.0)
+    air = Flow(lift="none")
     before, after = (
         ds.contact.critical_load(flow=air).critical_friction_velocity for ds in (free, with_pull_off(free, other))
     )
@@ -317,7 +320,8 @@ def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
 
 def adhering(force, lever):
     """Return what `rolling` would of pull-offs (nN) and levers (nm), one for each place and direction."""
-    force, lever = np.asarray(force, float), np.asarray(lever, float)
+    force = np.asarray(force, float)
+    lever = np.asarray(lever, float)
     ground = held(force[:, None] * lever, directions=lever.shape[1])
     ground["pull_off_force"] = ("subregion", force)
     ground["lever"] = ground.resisting_moment / ground.pull_off_force
@@ -325,7 +329,8 @@ def adhering(force, lever):
 
 
 def test_parameters_are_those_that_the_samples_were_drawn_with():
-    rng, smooth = np.random.default_rng(5), 1.5 * np.pi * 0.1 * RADIUS
+    rng = np.random.default_rng(5)
+    smooth = 1.5 * np.pi * 0.1 * RADIUS
     ground = adhering(smooth * 0.03 * 2.5 ** rng.normal(size=4000), 50 * 1.5 ** rng.normal(size=(4000, 4)))
     found = particles.parameters(ground)
     assert float(found.adhesion_mean) == pytest.approx(0.03, rel=0.05)
@@ -364,7 +369,8 @@ def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspe
 
 def test_a_map_of_random_surfaces_shows_one_of_each_place():
     """Two random surfaces at three places, the places once for each surface."""
-    x, y = np.tile([0.0, 10.0, 10.0], 2), np.tile([0.0, 0.0, 10.0], 2)
+    x = np.tile([0.0, 10.0, 10.0], 2)
+    y = np.tile([0.0, 0.0, 10.0], 2)
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     ds = xr.Dataset({"critical_friction_velocity": ("subregion", np.arange(6.0))}, places)
     xr.testing.assert_identical(one_of_each_place(ds), ds.isel(subregion=[0, 1, 2]))

@@ -100,7 +100,8 @@ def test_a_full_disk_is_reported_and_no_file_remains(small_disk, name):
 
 
 def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):
-    path, done = tmp_path / "a.txt", []
+    path = tmp_path / "a.txt"
+    done = []
     with pytest.raises(KeyboardInterrupt), atomic_write(path) as temporary, uninterrupted(), uninterrupted():
         signal.raise_signal(signal.SIGINT)
         temporary.write_text("all of it")

@@ -71,7 +71,8 @@ def test_error_falls_with_the_pixel():
     """At least 3.5-fold per halving on average, over three halvings, for several places on the grid."""
     errors = []
     for halving in range(4):
-        n, dx = 32 * 2**halving, 640.0 / (32 * 2**halving)
+        n = 32 * 2**halving
+        dx = 640.0 / (32 * 2**halving)
         forces = [
             kalker.solve(sphere_gap(n, dx), d, dx, E, tolerance=1e-9).force / hertz(d) - 1 for d in (9, 11, 13, 15)
         ]
@@ -82,7 +83,11 @@ def test_error_falls_with_the_pixel():
 def test_elliptic_hertz():
     from roughxr.kernels.asperity.ellipse import hertz as elliptic
 
-    A, B, dx, n, delta = 1 / 6000, 5 / 6000, 5.0, 140, 12.0
+    A = 1 / 6000
+    B = 5 / 6000
+    dx = 5.0
+    n = 140
+    delta = 12.0
     x = (np.arange(n) - (n - 1) / 2) * dx
     separation = A * x[:, None] ** 2 + B * x[None, :] ** 2
     solution = kalker.solve(separation, delta, dx, E)
@@ -107,7 +112,8 @@ def test_conditions_hold_on_rough_windows(delta, smooth):
 @pytest.mark.parametrize("smooth", [0.7, 2.0])
 def test_a_bad_guess_leads_to_the_same_contact(smooth):
     z = rough(48, seed=3, smooth=smooth)
-    separation, deltas = z.max() - z + sphere_gap(48, 9.77), (9.6, 12.0)
+    separation = z.max() - z + sphere_gap(48, 9.77)
+    deltas = (9.6, 12.0)
     before, wanted = (kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).pressure * 9.77 / E for delta in deltas)
     found = working_set.solve_in_box(deltas[1] - separation, guess(before), 1e-9, 5000, np.inf)
     assert found.outcome.status == active_set.CONVERGED
@@ -142,7 +148,8 @@ def test_load_control_survives_bad_guesses(kind):
         "terraces": np.floor(sphere_gap(61, 9.77) / 8) * 8,
         "sphere": sphere_gap(61, 9.77),
     }
-    separation, loads = profiles[kind], 10.0 ** np.arange(-3, 6)
+    separation = profiles[kind]
+    loads = 10.0 ** np.arange(-3, 6)
     rising = list(loaded(separation, loads, 9.77, E))
     for load, (delta, solution) in zip(loads, rising):
         ((cold, _),) = loaded(separation, [load], 9.77, E)
@@ -242,7 +249,8 @@ def test_cells_out_of_reach_are_left_alone():
 
 def test_an_exhausted_solve_says_so():
     """Its residual is that of the contact conditions, recomputed, and its status not a finished solve's."""
-    separation, delta = sphere_gap(65, 9.77), 15.0
+    separation = sphere_gap(65, 9.77)
+    delta = 15.0
     solution, whole = (kalker.solve(separation, delta, 9.77, E, max_iterations=most) for most in (3, 5000))
     assert whole.converged and not solution.converged
     assert solution.iterations < whole.iterations
@@ -262,8 +270,10 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
     depth = 10.0 - separation[rows, columns]
     cells = operator(rows, columns, dense=dense)
     for patience in (0, active_set.PATIENCE):
-        pressure, gap = np.zeros(depth.size + 1), -np.append(depth, 0.0)
-        contact, goal = np.append(depth > 0.5 * depth.max(), False), 1e-9 * depth.max()
+        pressure = np.zeros(depth.size + 1)
+        gap = -np.append(depth, 0.0)
+        contact = np.append(depth > 0.5 * depth.max(), False)
+        goal = 1e-9 * depth.max()
         if not dense:
             goal = 1e-6 * depth.max()  # of single precision
         found = active_set.solve(cells, depth, pressure, gap, contact, goal, 5000, 0.0, np.inf, patience)

@@ -64,7 +64,8 @@ def test_what_is_no_peak_has_no_shape(A, B):
 def test_ellipse_beside_the_sphere_of_equal_load(ratio, lam, c, delta, p0):
     """Relative to the sphere of Re = 1/(2√(AB)) under the same load."""
     sphere = hertz(1.0, 0.5, 0.5, E_STAR)
-    A, B = 0.5 / np.sqrt(ratio), 0.5 * np.sqrt(ratio)
+    A = 0.5 / np.sqrt(ratio)
+    B = 0.5 * np.sqrt(ratio)
     depth = (sphere.P / hertz(1.0, A, B, E_STAR).P) ** (2 / 3)
     ellipse = hertz(depth, A, B, E_STAR)
     assert ellipse.b / ellipse.a == pytest.approx(lam, abs=5.1e-9)
@@ -74,10 +75,13 @@ def test_ellipse_beside_the_sphere_of_equal_load(ratio, lam, c, delta, p0):
 
 
 def test_hertz_satisfies_johnsons_relations():
-    delta, A, B = 3.0, 1 / 400, 1 / 90
+    delta = 3.0
+    A = 1 / 400
+    B = 1 / 90
     P, a, b, area, p0 = hertz(delta, A, B, E_STAR)
     lam = b / a
-    K, E = special.ellipkm1(lam**2), special.ellipe(1 - lam**2)
+    K = special.ellipkm1(lam**2)
+    E = special.ellipe(1 - lam**2)
     assert area == pytest.approx(np.pi * a * b)
     assert p0 == pytest.approx(3 * P / (2 * np.pi * a * b))
     assert delta == pytest.approx(p0 * b * K / E_STAR)

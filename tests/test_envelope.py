@@ -10,7 +10,8 @@ from roughxr.kernels.topography.envelope import asperity_rows, upper_envelope
 from roughxr.kernels.topography.paraboloid import fit_paraboloids
 from roughxr.kernels.topography.peaks import search
 
-X, Y = np.arange(37) * 10.0, np.arange(23) * 15.0
+X = np.arange(37) * 10.0
+Y = np.arange(23) * 15.0
 
 
 def random_asperities(seed, count=40):
@@ -33,8 +34,10 @@ def by_definition(asperities):
     for x, y, z, flat, sharp, angle in zip(*asperities.values()):
         if not flat > 0:
             continue
-        u, v = (X - x)[:, None], (Y - y)[None, :]
-        along, across = u * np.cos(angle) + v * np.sin(angle), v * np.cos(angle) - u * np.sin(angle)
+        u = (X - x)[:, None]
+        v = (Y - y)[None, :]
+        along = u * np.cos(angle) + v * np.sin(angle)
+        across = v * np.cos(angle) - u * np.sin(angle)
         paraboloid = z - 0.5 * (flat * along**2 + sharp * across**2)
         surface = np.fmax(surface, paraboloid)
     return surface
@@ -89,7 +92,8 @@ def test_symmetries():
 
 def test_envelope_of_one_dome_is_the_dome():
     """Peaks, fit and envelope together give a paraboloid back to rounding."""
-    u, v = (X - 183.0)[:, None], (Y - 160.0)[None, :]
+    u = (X - 183.0)[:, None]
+    v = (Y - 160.0)[None, :]
     z = 20 - (1e-3 * u**2 + 2e-3 * v**2 - 1e-3 * u * v)
     ix, iy, _ = search(z)
     fit = fit_paraboloids(z, ix, iy, 10, 15)

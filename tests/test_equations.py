@@ -19,7 +19,8 @@ from .surfaces import rough, scan
 PAGE = Path(__file__).parents[1] / "notebooks" / "site" / "equations.md"
 TESTS = Path(__file__).parent
 
-E_STAR, GAMMA = 39.4, 0.67
+E_STAR = 39.4
+GAMMA = 0.67
 
 
 def integrals(lam):
@@ -83,7 +84,8 @@ def test_each_test_on_the_page_exists():
 @pytest.mark.parametrize("lam", [0.95, 0.6, 0.1])
 def test_displacement_under_the_papers_pressure_is_that_of_equations_2_to_6(lam):
     """On a = 1, b = λ with E* = 1; 1 is a case of the general pressure with c₀ = p₀ + p₁, c₁ = c₂ = −p₀."""
-    p0, p1 = 1.3, -0.4
+    p0 = 1.3
+    p1 = -0.4
     K, E = integrals(lam)
     delta, A, B = elliptic_jkr.displacement(p0 + p1, -p0, -p0, lam)
     factor = p0 * lam / (1 - lam**2)
@@ -105,7 +107,10 @@ def strain_energy(a, lam, beta, delta):
 
 @pytest.mark.parametrize("lam", [1.0, 0.6, 0.2])
 def test_strain_energy_of_equations_8_9_12_and_13(lam):
-    a, beta, delta, step = 80.0, 4e-4, 1.1, 1e-3
+    a = 80.0
+    beta = 4e-4
+    delta = 1.1
+    step = 1e-3
     K, _ = integrals(lam)
     energy, p0, p1 = strain_energy(a, lam, beta, delta)
     bracket = beta**2 * a**4 / 5 - 2 / 3 * beta * delta * a**2 + delta**2
@@ -121,14 +126,16 @@ def test_strain_energy_of_equations_8_9_12_and_13(lam):
 @pytest.mark.parametrize("formulation", ["self_similar", "published"])
 def test_pressure_of_equations_10_11_16_carries_the_load_of_17(formulation):
     """The printed 16, with a for b, belongs to the printed 15."""
-    A, B = 1 / 900, 1 / 300
+    A = 1 / 900
+    B = 1 / 300
     lam = axis_ratio(B / A)
     K, _ = integrals(lam)
     shape = {"curvature_min": 2 * A, "curvature_max": 2 * B, "formulation": formulation}
     contact = reference.jkr_paraboloid([-0.05, 0.0, 1.0], **shape, contact_modulus=E_STAR, work_of_adhesion=2 * GAMMA)
     for branch, delta in (("stable", -0.05), ("stable", 1.0), ("unstable", -0.05)):
         state = contact.sel(branch=branch, delta=delta)
-        a, b = float(state.semi_axis_a), float(state.semi_axis_b)
+        a = float(state.semi_axis_a)
+        b = float(state.semi_axis_b)
         p0 = (A * a**2 + B * b**2) * E_STAR / (b * K)
         p1 = (delta - A * a**2 - B * b**2) * E_STAR / (2 * b * K)
         edge = a if formulation == "published" else b
@@ -149,7 +156,8 @@ def test_the_sphere_satisfies_equation_19():
 
 def test_coefficients_of_counted_heights_are_scaled_by_equations_27_to_30():
     """Least squares of 26 on the 5 × 5 counts around each peak, by hand, against the catalogue of heights in nm."""
-    pixel, step = 9.77, 0.1
+    pixel = 9.77
+    step = 0.1
     counts = np.round(rough(48, rms=1.5, smooth=2.0, seed=4) / step)
     catalogue = asperities(scan(counts * step, pixel=pixel), patch="paper")
     whole = catalogue.isel(asperity=~(catalogue.edge | catalogue.saddle).values)
@@ -170,7 +178,8 @@ def test_coefficients_of_counted_heights_are_scaled_by_equations_27_to_30():
 def test_principal_axes_are_those_of_equations_32_to_34(coefficients):
     A, B, C = coefficients
     theta = 0.5 * np.arctan2(C, A - B)
-    cosine, sine = np.cos(theta), np.sin(theta)
+    cosine = np.cos(theta)
+    sine = np.sin(theta)
     first = A * cosine**2 + B * sine**2 + C * cosine * sine
     second = A * sine**2 + B * cosine**2 - C * cosine * sine
     flat, sharp, orientation = principal(A, B, C)

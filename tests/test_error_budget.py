@@ -146,7 +146,8 @@ def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monk
     finer = roughxr.adhesive(rough, subregions=some, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
     monkeypatch.setattr(budget_changes, "place_cases", None)
     found = budget_of(rough, every, places=2, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
-    shift, entry = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1, found.sel(entry="mesh")
+    shift = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1
+    entry = found.sel(entry="mesh")
     assert float(entry.pull_off_change) == pytest.approx(shift, rel=1e-12) and int(entry.places) == 4
 
 

@@ -272,7 +272,8 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
     """Of Lennard-Jones's law, whose length is long beside the waves, as the added ones raise the standard deviation."""
     ground = synthetic.self_affine((256, 256), 5, rms=0.9, hurst=0.2, rolloff=25, cutoff=20, seed=2)
     ground = roughxr.assign_pair(ground, sphere_radius=5000, contact_modulus=4e2, work_of_adhesion=0.06)
-    ground, waves = ground.assign_coords(adhesion_range=3.0), [8, 14, 20]
+    ground = ground.assign_coords(adhesion_range=3.0)
+    waves = [8, 14, 20]
     model = known_spectrum(roughxr.scans.self_affine_fit(ground))
     sigma = []
     for wave in waves:  # ∫ C q dq / 2π

@@ -39,7 +39,8 @@ UNIT_ONE += ("superposed / direct",)
 def run():
     """A run on a small seeded surface with one debris particle among nine tiles."""
     scan = assign_pair(_surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=1.35)
-    grid, sweep = (3, 3), np.arange(-5, 20, 0.5)
+    grid = (3, 3)
+    sweep = np.arange(-5, 20, 0.5)
     catalogue = asperities(scan)
     middle = regions.centres(scan, (1, 1))
     groups = {
@@ -308,7 +309,8 @@ def test_the_band_of_chance_contains_directions_without_preference():
 
 
 def test_any_result_draws_itself(run):
-    solution, pulls = run["solutions/energy"], run["statistics/energy"]
+    solution = run["solutions/energy"]
+    pulls = run["statistics/energy"]
     drawn = run["scan"].contact.plot()
     assert (drawn.get_xlabel()[0], drawn.get_ylabel()[0]) == ("x", "y")
     assert solution.contact.plot().get_ylabel().startswith("contact force")
@@ -363,7 +365,8 @@ def adhering(push):
 
 
 def test_a_pull_is_seen_beside_a_push_a_thousand_times_as_large():
-    deep, shallow = figures.plot(adhering(1000.0)), figures.plot(adhering(3.0))
+    deep = figures.plot(adhering(1000.0))
+    shallow = figures.plot(adhering(3.0))
     assert (deep.get_yscale(), shallow.get_yscale()) == ("symlog", "linear")
     low, zero = (deep.transData.transform((0, force))[1] for force in (-2.0, 0.0))
     assert zero - low > 0.05 * deep.get_window_extent().height

@@ -49,7 +49,8 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
     again = roughxr.scans.add_fine_roughness(
         coarse, shortest=10, seed=2, mesh=4, spectrum=roughxr.scans.self_affine_fit(coarse, hurst=0.6)
     )
-    wanted, found = density(truth), density(again)
+    wanted = density(truth)
+    found = density(again)
     for low, high in ((10, 14), (14, 20), (20, 29)):
         inside = (2 * np.pi / wanted.wavevector[1:] > low) & (2 * np.pi / wanted.wavevector[1:] < high)
         power = [float((s.psd * s.psd_modes)[1:][inside.values].sum()) for s in (found, wanted)]

@@ -23,15 +23,18 @@ def test_love_coefficient_is_boussinesq_over_the_square(offset):
 def test_the_loaded_square_sinks_most_and_the_far_field_is_a_point_load():
     table = love_coefficients(512, 512)
     assert table[0, 0] == pytest.approx(4 * np.arcsinh(1) / np.pi, rel=1e-14)
-    i, j = 300, 400
+    i = 300
+    j = 400
     assert table[i, j] == pytest.approx(1 / (np.pi * 500), rel=1e-6)
 
 
 def printed_coefficients(n):
     """Eqs. 41–42 of Cheng, Dunn & Brach in their logarithms, with a₁ = m − i + 0.5: another writing of Love."""
     i, j = np.mgrid[0:n, 0:n].astype(float)
-    a1, b1 = i + 0.5, j + 0.5
-    a2, b2 = a1 - 1, b1 - 1
+    a1 = i + 0.5
+    b1 = j + 0.5
+    a2 = a1 - 1
+    b2 = b1 - 1
 
     def log(x1, x2, y1, y2):
         return np.log((x1 + np.hypot(y1, x1)) / (x2 + np.hypot(y2, x2)))
@@ -62,7 +65,8 @@ def test_engines_agree_with_the_plain_sum(shape, dense):
 
 @pytest.mark.parametrize("shape", [(1, 1), (13, 40), (400, 500)], ids=["one cell", "in one piece", "in strips"])
 def test_a_whole_box_is_displaced_exactly(shape):
-    pressure, rng = np.zeros(shape), np.random.default_rng(3)
+    pressure = np.zeros(shape)
+    rng = np.random.default_rng(3)
     i, j = (rng.integers(0, n, 40) for n in pressure.shape)
     pressure[i, j] = rng.standard_normal(40)
     table = printed_coefficients(max(pressure.shape))
@@ -81,7 +85,8 @@ def test_displacement_scales_with_pixel_and_modulus():
 
 def test_a_sphere_s_separation_is_the_circle_s_and_a_paraboloid_s_half_the_square():
     """At 3-4-5 distances from the axis, on a surface whose datum is not its highest point; beside the sphere: inf."""
-    x, y = np.array([-4.0, 0.0, 3.0]), np.array([0.0, 4.0])
+    x = np.array([-4.0, 0.0, 3.0])
+    y = np.array([0.0, 4.0])
     height = np.array([[0.5, 0.0], [0.2, -1.0], [0.0, 0.1]])
     above = 2.0 - height
     ball = np.array([[2.0, np.inf], [0.0, 2.0], [1.0, np.inf]])
@@ -95,9 +100,11 @@ def test_a_sphere_s_separation_is_the_circle_s_and_a_paraboloid_s_half_the_squar
 @pytest.mark.parametrize("pixel", [1e-3, 1.0, 1e3])
 def test_a_map_is_read_linearly_and_ends_at_its_rim(pixel):
     """Its highest point touches; what lies beyond its rim by rounding, in whatever unit, is on it."""
-    map_x, map_y = pixel * np.arange(4), pixel * np.arange(-1, 2)
+    map_x = pixel * np.arange(4)
+    map_y = pixel * np.arange(-1, 2)
     heights = 0.5 * np.arange(4)[:, None] - 0.25 * np.arange(3)
-    x, y = pixel * np.array([-1e-3, -1e-7, 0.4, 3.0 + 1e-7, 3.0 + 1e-3]), pixel * np.array([-1.0 - 1e-7, 0.5, 1.1])
+    x = pixel * np.array([-1e-3, -1e-7, 0.4, 3.0 + 1e-7, 3.0 + 1e-3])
+    y = pixel * np.array([-1.0 - 1e-7, 0.5, 1.1])
     surface = np.linspace(0.0, 1.4, 15).reshape(5, 3)
     found = map_separation(surface, 3.0, x, y, map_x, map_y, heights)
     rises = 1.5 - (0.5 * np.array([0.0, 0.4, 3.0])[:, None] - 0.25 * np.array([0.0, 1.5]))

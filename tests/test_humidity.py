@@ -29,7 +29,8 @@ pytestmark = [
     pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult"),
 ]
 
-GAMMA, LEAST = 0.072, 0.524253
+GAMMA = 0.072
+LEAST = 0.524253
 OF_LIQUID = {"humidity", "kelvin_radius", "surface_tension", *liquid.ANGLES, "liquid_film", "liquid_molecule"}
 OF_LIQUID |= {"share_under_liquid"}
 FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
@@ -195,7 +196,8 @@ def double_sum(ds, refine, humidity, radius, centres):
     """Return the pulls of water alone, cell by cell: splines on cells, each wet or not by the gap in its middle."""
     from scipy.interpolate import RectBivariateSpline
 
-    kelvin, found = LEAST / abs(np.log(humidity)), []
+    kelvin = LEAST / abs(np.log(humidity))
+    found = []
     spline = RectBivariateSpline(ds.x.values, ds.y.values, ds.height.values)
     cell = float(ds.x[1] - ds.x[0]) / refine
     n = int(np.sqrt(2 * radius * 40) / cell)
@@ -279,7 +281,8 @@ def test_as_humidity_falls_every_pull_off_becomes_that_of_the_dry_pair(method):
         pair = ds.contact.assign_pair(sphere_radius=300, materials="glass", humidity=air)
         return float(solve(pair).pull_off_force.squeeze())
 
-    dry, first = pull_off(None), pull_off(at_part(1e-4))
+    dry = pull_off(None)
+    first = pull_off(at_part(1e-4))
     with pytest.warns(UserWarning, match="nothing condenses, and the pair counts as dry"):
         assert [pull_off(1e-9), pull_off(0.03), pull_off(0.01, liquid="ethanol")] == [dry] * 3
     # the sum of asperities by Maugis's law has other ellipses than that by JKR's
@@ -320,7 +323,8 @@ def summit(radius=200.0, humidity=0.5, *, n=65, pixel=2.0, **options):
 def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
     pair = summit(contact_modulus=modulus)
-    menisci, both = liquid.menisci_of(pair), 1 / (1 / 200 + 1 / 3000)
+    menisci = liquid.menisci_of(pair)
+    both = 1 / (1 / 200 + 1 / 3000)
     parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
     found = float(pair.contact.pull_off_map(subregions=(1, 1), law="dugdale").pull_off_force[0])
     assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
@@ -447,7 +451,8 @@ def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(h
     if humidity == 0.9:
         return
     glass = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=39.4, **given)
-    work, pull = 2 * GAMMA, GAMMA / float(glass.kelvin_radius)
+    work = 2 * GAMMA
+    pull = GAMMA / float(glass.kelvin_radius)
     maugis = pull * (9 * 3000 / (2 * np.pi * work * 39.4**2)) ** (1 / 3)
     length = 1.157 / maugis * (3000 * work**2 / 39.4**2) ** (1 / 3)
     expected = maugis_pull_off(radius=3000, contact_modulus=39.4, work_of_adhesion=work, adhesion_range=length)
@@ -478,7 +483,9 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     """A smooth sphere and one summit by 4πRγ cos θ, a plane below, and Gaussian heights by their closed form."""
     pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
     table = pair.contact.formulas(subregions=(2, 2), mesh=2)
-    force, given, menisci = table.pull_off_force, table.attrs, liquid.menisci_of(pair)
+    force = table.pull_off_force
+    given = table.attrs
+    menisci = liquid.menisci_of(pair)
     assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
     share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
     assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)
@@ -502,7 +509,8 @@ def test_waves_below_the_pixel_matter_until_menisci_hide_them():
     ground = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
     left = {}
     for humidity in (0.6, 0.9):
-        pair, how = wet(ground, humidity, 300.0), {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
+        pair = wet(ground, humidity, 300.0)
+        how = {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
         bent = pair.contact.scale_dependence(**how).pull_off_force
         left[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
         rough, smooth = (rigid_pull_off(pair, wave, law="hamaker") for wave in how["shortest"])

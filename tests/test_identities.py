@@ -159,7 +159,8 @@ def resumed(now, draw):
                     raise InterruptedError
                 return found
 
-            path, scan = Path(folder) / "run.nc", now.scan.compute()
+            path = Path(folder) / "run.nc"
+            scan = now.scan.compute()
             try:
                 roughxr.checkpointed(groups, path, scan=scan, arguments={})
             except InterruptedError:
@@ -210,7 +211,8 @@ def holds(verb, seed, steps, draw):
     now = Setting(surface(seed), places(seed))
     for step in steps:
         now = step(now, draw)
-    expected, found = at_first(verb, seed), computed(verb, now)
+    expected = at_first(verb, seed)
+    found = computed(verb, now)
     rtol = max(HOW_FAR.get(verb, ROUNDING), now.far)
     words = f"{verb}, seed {seed}: {', '.join(step.__name__ for step in steps)}"
     assert set(found.data_vars) == set(expected.data_vars), words
@@ -272,7 +274,8 @@ _SCALED = [(49, 40.0, 1.0), (59, 0.1, 1.0), (7, 1 / 3, 100.0)]
 )
 def test_an_adhesive_cycle_scales_with_lengths_and_moduli(seed, s, c, step):
     """A given step, and the usual one: no length, force or modulus of its own decides, nor does rounding."""
-    first, at = surface(seed), places(seed)
+    first = surface(seed)
+    at = places(seed)
     here = (roughxr.Mesh(1, step=size and size * k) for size, k in ((step, 1.0), (step, s)))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

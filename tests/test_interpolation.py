@@ -26,7 +26,8 @@ def waves_of(shortest, seed, *, noise=0.0, n=64):
         scale = std / at(np.arange(n), np.arange(n)).std()
         return lambda x, y: scale * at(x, y)
 
-    rough, white = of(phases[0] * falling, 1.5), of(phases[1], noise)
+    rough = of(phases[0] * falling, 1.5)
+    white = of(phases[1], noise)
     return lambda x, y: rough(x, y) + white(x, y)
 
 
@@ -36,7 +37,9 @@ def centres(size, n):
 
 @pytest.mark.parametrize(("shortest", "most"), [(2.05, 2e-2), (3.0, 3e-3), (4.0, 2e-3)])
 def test_a_band_limited_surface_comes_out_as_it_is(shortest, most):
-    surface, pixels, fine = waves_of(shortest, 1), np.arange(64), centres(64, 4)
+    surface = waves_of(shortest, 1)
+    pixels = np.arange(64)
+    fine = centres(64, 4)
     inside = slice(40, -40)  # ten pixels from the edges, whose kink falls off
     true = surface(fine, fine)[inside, inside]
     off = np.abs(band_limited(surface(pixels, pixels), 4)[inside, inside] - true).max()
@@ -84,11 +87,14 @@ def scan_of(height, pixel):
     [(2.05, 0.0), *(pytest.param(*one, marks=pytest.mark.soak) for one in ((4.0, 0.05), (3.0, 0.0), (4.0, 0.0)))],
 )
 def test_half_a_pixel_aside_a_pull_off_is_the_same_within_its_stated_error(shortest, noise):
-    pixel, surface, n = 6.0, waves_of(shortest, 2, noise=noise), np.arange(64)
+    pixel = 6.0
+    surface = waves_of(shortest, 2, noise=noise)
+    n = np.arange(64)
     x, y = (c.ravel() for c in np.meshgrid(np.linspace(100, 280, 5), np.linspace(110, 290, 2)))
     solved = []
     for aside in (0.0, 0.5):
-        scan, places = scan_of(surface(n + aside, n + aside), pixel), (x - aside * pixel, y - aside * pixel)
+        scan = scan_of(surface(n + aside, n + aside), pixel)
+        places = (x - aside * pixel, y - aside * pixel)
         solved.append(scan.contact.adhesive(subregions=places, law="exponential"))
     one, other = (solution.pull_off_force.values for solution in solved)
     stated = np.hypot(*(solution.pull_off_error.values for solution in solved))

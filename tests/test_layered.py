@@ -30,7 +30,9 @@ def test_compliance_solves_the_boundary_value_problem(kind, s):
 
 @pytest.mark.parametrize("mismatch", [1e-3, 0.6, 30.0])
 def test_compliance_ends_at_the_film_and_at_its_base(mismatch):
-    film, base = 2 * mismatch * 1.17 / (1 - 0.17**2), 2 * 1.28 / (1 - 0.28**2)  # E*, at a shear modulus of 1 below
+    # E*, at a shear modulus of 1 below
+    film = 2 * mismatch * 1.17 / (1 - 0.17**2)
+    base = 2 * 1.28 / (1 - 0.28**2)
     assert compliance(40.0, mismatch, 0.17, 0.28) == pytest.approx(1.0, rel=1e-12)
     for s in (0.0, 1e-9):
         assert compliance(s, mismatch, 0.17, 0.28) == pytest.approx(film / base, rel=1e-6)
@@ -64,7 +66,8 @@ def _mean_over_square(kind, thickness, i, j):
 
 @films
 def test_thick_and_thin_films_are_their_half_spaces(kind):
-    love, share = love_coefficients(64, 64), 0.7
+    love = love_coefficients(64, 64)
+    share = 0.7
     thick, thin = (influence_coefficients(64, 64, Film(h, share, *FILMS[kind])) for h in (1e11, 1e-8))
     np.testing.assert_allclose(thick, love, rtol=1e-6)
     whole = 1 - share + share * compliance(0.0, *FILMS[kind])
@@ -96,7 +99,8 @@ def _paraboloid(film, depth, *, radius=2000.0, cells=128):
 @pytest.mark.parametrize("ratio", [0.1, 0.5, 1.0, 2.0, 5.0, 10.0])
 def test_sphere_on_a_layer(kind, ratio):
     """Force and contact radius at a/h from 0.1 to 10 by dual integral equations, to 4e-4 at 32 cells in radius."""
-    radius, a = 2000.0, 32.0
+    radius = 2000.0
+    a = 32.0
     force, depth = bonded_layer.response(1.0, (1 / ratio, *FILMS[kind]))
     states, gap = _paraboloid(Film(a / ratio, 1.0, *FILMS[kind]), depth * a**2 / radius)
     assert states[STATUS] == 0

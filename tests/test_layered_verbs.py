@@ -157,7 +157,9 @@ def test_pull_off_of_a_smooth_sphere(thickness, ratio, base, mesh):
 
     Layers are at least six cells thick: with three, the pull-off is off by up to 3 %.
     """
-    modulus, w, radius = 1.64, 0.1, 1000.0
+    modulus = 1.64
+    w = 0.1
+    radius = 1000.0
     young = modulus * (1 - ratio**2)
     mismatch = 0.0 if np.isinf(base) else young / (1 + ratio) * (1 + 0.3) / base
     expected, _ = bonded_layer.pull_off(w / (modulus * radius), thickness / radius, mismatch, ratio, 0.3)

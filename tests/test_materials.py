@@ -200,7 +200,8 @@ def test_van_der_waals_work_of_adhesion_is_near_twice_the_measured_surface_energ
 
 def _probe():
     """Return a scan of a probe's face as the microscope draws it, from its corner, lopsided."""
-    x, y = np.arange(61) * 10.0 + 5, np.arange(51) * 10.0 + 5
+    x = np.arange(61) * 10.0 + 5
+    y = np.arange(51) * 10.0 + 5
     height = 40.0 - (x[:, None] - 205) ** 2 / 2000 - (y - 285) ** 2 / 1000
     height[20, 28 + 10] += 3.0  # a bump 100 nm above the apex in the picture
     axes = {"x": ("x", x, {"units": "nm"}), "y": ("y", y, {"units": "nm"})}

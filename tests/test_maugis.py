@@ -11,7 +11,8 @@ from . import asperity_tables
 
 @pytest.mark.parametrize("parameter", [0.05, 0.13, 0.5, 0.85, 1.0, 1.3, 2.0, 6.0, 30.0])
 def test_the_table_holds_the_closed_form(parameter):
-    table, row = maugis.table(), maugis.table_row(parameter)
+    table = maugis.table()
+    row = maugis.table_row(parameter)
     P, a, delta = maugis.contact_at(parameter, 1 + np.geomspace(1e-6, 1e7, 20001))
     end = int(np.argmin(delta))
     tabulated_end = mark_at_row(table.marks, row, 0)

@@ -33,7 +33,8 @@ def test_fringes_leave_out_no_curve_and_bias_none(shape, amplitude):
 def test_a_map_with_fringes_has_its_true_mean():
     """Ramps of 600 nm with 2.1 N/m and fringes of 3 nN: only the strongest pulls were used, 53 % above the mean."""
     rng = np.random.default_rng(7)
-    travel, curves = np.linspace(150.0, -450.0, 1500), []
+    travel = np.linspace(150.0, -450.0, 1500)
+    curves = []
     for pull in rng.gamma(4.7, 10.5, 100) + 3:
         force = np.where(travel > -pull / 2.1, 2.1 * travel, 0.0)
         force += rng.normal(0, 4) + rng.normal(0, 0.01) * travel + rng.normal(0, 0.5, 1500)
@@ -46,7 +47,8 @@ def test_a_map_with_fringes_has_its_true_mean():
 @pytest.mark.parametrize("amplitude", [1, 8, 40])
 def test_a_jump_is_read_whatever_the_baseline(amplitude):
     """880 nN on interference of any period; 40 nN gave no value, or 1043."""
-    z, rng = np.linspace(3400.0, 0.0, 3400), np.random.default_rng(0)
+    z = np.linspace(3400.0, 0.0, 3400)
+    rng = np.random.default_rng(0)
     jump = np.interp(z, [0, 2349, 2350, 3400], [0, 0, -880, 3000])
     for period in (150, 300, 600, 900, 2000):
         force = jump + amplitude * np.sin(2 * np.pi * z / period) + rng.normal(0, 2, z.size)
@@ -56,7 +58,8 @@ def test_a_jump_is_read_whatever_the_baseline(amplitude):
 
 
 def test_a_jump_on_a_curved_baseline_is_its_height():
-    z, rng = np.linspace(1500.0, 0.0, 3000), np.random.default_rng(1)
+    z = np.linspace(1500.0, 0.0, 3000)
+    rng = np.random.default_rng(1)
     jump = np.where(z > 1000, (z - 1050) * 0.4, 0.0)
     force = jump + 30e-6 * z**2 + rng.normal(0, 0.1, z.size)
     result = evaluated_retraction(z, force, np.inf, 1.0)
@@ -65,7 +68,9 @@ def test_a_jump_on_a_curved_baseline_is_its_height():
 
 def test_a_tail_with_fringes_states_a_large_error():
     """A retraction of soft matter without a jump; its far fifth shows one fringe and a half."""
-    z, rng, values = np.linspace(3000.0, 0.0, 1500), np.random.default_rng(2), []
+    z = np.linspace(3000.0, 0.0, 1500)
+    rng = np.random.default_rng(2)
+    values = []
     for _ in range(20):
         force = np.interp(z, [0, 700, 1900, 2600, 3000], [0, 0, -850, 0, 2500])
         force += 20 * np.sin(2 * np.pi * z / 480 + rng.uniform(0, 6)) + rng.normal(0, 2.5, z.size)
@@ -80,7 +85,9 @@ def test_a_tail_with_fringes_states_a_large_error():
 @pytest.mark.parametrize(("pull", "slope"), [(0.0, 0.5), (2.0, 0.5), (4.0, 0.1), (4.0, 2.0), (6.0, 2.0)])
 def test_the_limit_of_a_weak_pull_holds(pull, slope):
     """Pulls of up to six times the noise, with minima of some to many samples."""
-    rng, x, results = np.random.default_rng(3), np.arange(1500) - 600.0, []
+    rng = np.random.default_rng(3)
+    x = np.arange(1500) - 600.0
+    results = []
     for _ in range(60):
         shifted = x - rng.uniform()
         force = np.where(shifted < 0, np.minimum(-pull - slope * shifted, 100.0), 0.0)
@@ -113,7 +120,8 @@ def test_the_limit_contains_the_pull_below_the_straight_line_through_the_far_end
 
 def test_a_pull_that_was_never_pressed_is_read():
     """The selection would depend on the force: only strong pulls are never pressed at a given travel."""
-    z, rng = np.linspace(2000.0, 0.0, 2000), np.random.default_rng(4)
+    z = np.linspace(2000.0, 0.0, 2000)
+    rng = np.random.default_rng(4)
     force = np.where(z > 1500, (z - 1500) * 0.01 - 6.0, 0.0) + rng.normal(0, 0.02, z.size)
     result = evaluated_retraction(z, force, np.inf, 1.0)
     assert abs(result.pull_off_force - 6.0) < 3 * result.pull_off_standard_error and np.isnan(result.contact_point)
@@ -131,7 +139,9 @@ def test_a_level_is_extrapolated_along_the_polynomial_that_it_follows():
 
 def test_a_sharp_minimum_has_the_error_of_its_sampling():
     """A few samples on two steep flanks miss the lowest force by up to half a step, with two of them nearly equal."""
-    rng, x, off = np.random.default_rng(9), np.arange(1500.0), []
+    rng = np.random.default_rng(9)
+    x = np.arange(1500.0)
+    off = []
     for _ in range(60):
         lowest = 600 + rng.uniform()
         flanks = np.where(x < lowest, 0.4 * (lowest - x), 0.5 * (x - lowest)) - 20
@@ -143,7 +153,8 @@ def test_a_sharp_minimum_has_the_error_of_its_sampling():
 
 def test_waves_are_the_error_of_a_jump_beside_them():
     """One period after the jump: the level beside the jump and the mean of the free part differ by the waves."""
-    z, rng = np.linspace(1200.0, 0.0, 1200), np.random.default_rng(10)
+    z = np.linspace(1200.0, 0.0, 1200)
+    rng = np.random.default_rng(10)
     for phase in np.linspace(0, 6, 7):
         wave = 6e-4 * np.sin(2 * np.pi * z / 400 + phase)
         force = np.where(z > 490, 3e-5 * (z - 490) - 0.0129, 0.0) + wave + rng.normal(0, 5e-5, z.size)
@@ -154,7 +165,8 @@ def test_waves_are_the_error_of_a_jump_beside_them():
 
 
 def test_a_late_loss_of_tension_is_a_step_but_interference_is_none():
-    rng, x = np.random.default_rng(6), np.arange(2000)
+    rng = np.random.default_rng(6)
+    x = np.arange(2000)
     step = np.where(x < 800, -5.0, 0.0) + rng.normal(0, 2.0, x.size)
     count, height = last_step(step, 2.0)
     assert abs(count - 800) < 60 and height == pytest.approx(5.0, rel=0.3)

@@ -8,7 +8,8 @@ import roughxr
 
 from .surfaces import glass_pair, rough, scan
 
-N, STEP = 24, 10.0
+N = 24
+STEP = 10.0
 
 
 def forces(values, places=None):

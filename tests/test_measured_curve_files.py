@@ -58,7 +58,8 @@ def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
 
 def test_recorded_forces_less_their_baselines_are_the_spheres(volume):
     curves = roughxr.measured.open_curves(volume[0])
-    found, drawn = roughxr.measured.curves_pull_off(curves), curves.sel(branch="retraction")
+    found = roughxr.measured.curves_pull_off(curves)
+    drawn = curves.sel(branch="retraction")
     fine = np.linspace(150.0, -800.0, 100_000)
     assert found.contact_point.mean() == pytest.approx(fine[np.flatnonzero(made.sphere(fine) > 0)[-1]], abs=1.0)
     left = drawn.force - found.baseline_offset - found.baseline_tilt * (drawn.piezo - found.contact_point)
@@ -105,7 +106,8 @@ def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
 
 def test_a_jpk_map_brings_its_places(tmp_path):
     rng = np.random.default_rng(2)
-    cycles, places = [made.cycle(rng) for _ in range(11)], [(100.0 * k, -50.0 * k) for k in range(11)]
+    cycles = [made.cycle(rng) for _ in range(11)]
+    places = [(100.0 * k, -50.0 * k) for k in range(11)]
     made.write_jpk(tmp_path / "map.jpk-force-map", cycles, places)
     found = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
     np.testing.assert_allclose(found.subregion_x, 100.0 * np.arange(11))
@@ -276,7 +278,8 @@ def test_a_wave_needs_no_notes_but_its_stiffness(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("write", [made.write_chiaro, made.write_workshop])
 def test_texts_in_an_archive_are_its_curves(tmp_path, write):
-    rng, given = np.random.default_rng(3), GIVEN if write is made.write_workshop else {}
+    rng = np.random.default_rng(3)
+    given = GIVEN if write is made.write_workshop else {}
     with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
         archive.writestr("notes/readme.txt", "no curve")
         for k in (1, 2, 10):
@@ -289,7 +292,8 @@ def test_texts_in_an_archive_are_its_curves(tmp_path, write):
 
 def test_the_names_of_an_archive_are_searched_once(tmp_path, monkeypatch):
     """afmformats searches them for each curve: 128 × 128 curves would take an hour."""
-    both, searched = made.cycle(np.random.default_rng(0), n=60), []
+    both = made.cycle(np.random.default_rng(0), n=60)
+    searched = []
     namelist = zipfile.ZipFile.namelist
     monkeypatch.setattr(zipfile.ZipFile, "namelist", lambda self: searched.append(1) or namelist(self))
     counts = []

@@ -18,7 +18,8 @@ def retraction(n=2000):
 def curves(count=60, noise=1.0, seed=0, **changed):
     rng = np.random.default_rng(seed)
     piezo, force = retraction()
-    tilt, offset = rng.normal(0, 0.02, (count, 1)), rng.normal(0, 30, (count, 1))
+    tilt = rng.normal(0, 0.02, (count, 1))
+    offset = rng.normal(0, 30, (count, 1))
     recorded = force + offset + tilt * piezo + rng.normal(0, noise, (count, piezo.size))
     made = {"piezo": ("sample", piezo, {"units": "nm"})}
     made["force"] = (("subregion", "sample"), recorded, {"units": "nN"})
@@ -95,7 +96,8 @@ def test_ruptures_are_counted_without_a_baseline():
 def test_distance_and_work_are_the_spheres():
     found = roughxr.measured.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
     piezo, force = retraction(200_000)
-    at, zero = int(np.argmin(force)), int(np.flatnonzero(force > 0)[-1])
+    at = int(np.argmin(force))
+    zero = int(np.flatnonzero(force > 0)[-1])
     travel = piezo[zero] - piezo[at] + force[at] / STIFFNESS
     assert float(found.pull_off_distance[0]) == pytest.approx(travel, abs=1.0)
     assert float(found.work_of_separation[0]) == pytest.approx(np.trapezoid(force[zero:], piezo[zero:]), rel=0.02)

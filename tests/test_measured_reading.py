@@ -208,7 +208,8 @@ def write_adhesion(folder, rows, units):
     """Write a picture as the second channel of a Gwyddion file, its values in units."""
     from gwyfile.objects import GwyContainer, GwyDataField
 
-    container, size = GwyContainer(), image_size(rows)
+    container = GwyContainer()
+    size = image_size(rows)
     sides = {"xreal": size[0] * 1e-9, "yreal": size[1] * 1e-9, "si_unit_xy": "m"}
     container["/0/data/title"] = "Height"
     container["/0/data"] = GwyDataField(rows * 1e-9, si_unit_z="m", **sides)
@@ -222,7 +223,8 @@ def write_adhesion(folder, rows, units):
 def test_an_adhesion_image_lies_on_the_scan_of_its_file(tmp_path):
     rows = picture() + 5.0
     path = write_adhesion(tmp_path, rows, "N")
-    found, scan = roughxr.open_pull_off(path), roughxr.open_scan(path, channel="Height")
+    found = roughxr.open_pull_off(path)
+    scan = roughxr.open_scan(path, channel="Height")
     assert found.measured == "adhesion image" and found.measured_units == "N"
     lowest = rows == rows.min()
     assert int(found.pull_off_force.isnull().sum()) == lowest.sum()
@@ -263,7 +265,8 @@ def write_peak_force(folder, rows, sensitivity, units="V"):
     """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 and a sensitivity."""
     path = write_bruker(folder, rows, image_size(rows))
     header, mark, data = path.read_bytes().partition(b"\x1a")
-    first, second = header.split(b"\\*Ciao image list")[:1], header.split(b"\\*Ciao image list")[1:]
+    first = header.split(b"\\*Ciao image list")[:1]
+    second = header.split(b"\\*Ciao image list")[1:]
     image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
     scale = rf"\@2:Z scale: V [Sens. ForceSens] (0.000122070 {units}/LSB) 8.0 {units}".encode()
     image = b"\r\n".join(scale if b"Z scale" in line else line for line in image.split(b"\r\n"))

@@ -115,14 +115,16 @@ def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_th
 def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):
     """Approach and retraction in each; the eighth does not adhere, and its reason does not hide the written forces."""
     piezo = np.concatenate([np.linspace(-300.0, 60.0, 361), np.linspace(60.0, -300.0, 361)])
-    rng, files = np.random.default_rng(0), []
+    rng = np.random.default_rng(0)
+    files = []
     for pull in (20.0, 30.0, 25.0, 40.0, 35.0, 28.0, 33.0, 0.0):
         adheres = np.where(np.arange(722) < 361, 0.0, pull)
         force = np.where(piezo > -adheres / 2.0, 2.0 * piezo, 0.0) + rng.normal(0, 0.1, 722)
         files.append(run / f"curve{len(files)}.csv")
         rows = "\n".join(f"{z:.3f},{f / 100:.6f}" for z, f in zip(piezo, force))
         files[-1].write_text(f"piezo (nm),deflection (V)\n{rows}\n")
-    names, table = [str(file) for file in files], str(run / "pulls.csv")
+    names = [str(file) for file in files]
+    table = str(run / "pulls.csv")
     calibration = ["--sensitivity", "50 nm/V", "--spring-constant", "2"]
     for baseline in ([], ["--baseline", "1"]):
         assert main(["measured", *names, *calibration, *baseline, "-o", table]) == 0

@@ -17,7 +17,8 @@ def dome(flat, sharp, angle, at=(0.0, 0.0), dx=1.0, dy=1.0, top=0.0):
     """An exact paraboloid: curvatures (nm⁻¹), direction of the flattest (rad), vertex from CENTRE (nm)."""
     x = (np.arange(SIDE) - CENTRE)[:, None] * dx - at[0]
     y = (np.arange(SIDE) - CENTRE)[None, :] * dy - at[1]
-    along, across = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
+    along = x * np.cos(angle) + y * np.sin(angle)
+    across = y * np.cos(angle) - x * np.sin(angle)
     return top - 0.5 * (flat * along**2 + sharp * across**2)
 
 
@@ -101,7 +102,8 @@ def test_orientation_of_pure_cases():
 def test_invariance(seed, vertex):
     z = random_surface(seed)
     ix, iy, _ = search(z)
-    dx, dy = 2.0, 3.0
+    dx = 2.0
+    dy = 3.0
     fit = fit_paraboloids(z, ix, iy, dx, dy, vertex=vertex)
 
     def check(other, angle, scale=1, shift=0):
@@ -144,7 +146,8 @@ def test_clipped_patch_is_fitted_on_what_is_there(cut, vertex):
     if cut == "nan":
         z[CENTRE + 2, CENTRE - 1] = np.nan
     else:
-        z, i = z[CENTRE - 1 :], 1
+        z = z[CENTRE - 1 :]
+        i = 1
         z, j = (z[:, CENTRE - 1 :], 1) if cut == "corner" else (z, CENTRE)
     fit = fit_paraboloids(z, np.array([i]), np.array([j]), 1, 1, vertex=vertex)
     assert fit.edge[0] and not fit.saddle[0]

@@ -54,7 +54,8 @@ def test_progress_counts_subregions(surface, scheduler, capsys):
 
 
 def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeypatch):
-    now, words = [0.0], {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
+    now = [0.0]
+    words = {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
     with progress(stream := io.StringIO()), Stages({"mesh": 60, "adhesive": 300, "pages": 60}, words) as stage:
         stage("mesh")

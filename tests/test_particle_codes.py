@@ -8,7 +8,8 @@ import xarray as xr
 
 from roughxr import particles, schema
 
-RADIUS, PULLS = 2000.0, np.array([50.0, 100.0, 200.0, 300.0, 450.0, 900.0])
+RADIUS = 2000.0
+PULLS = np.array([50.0, 100.0, 200.0, 300.0, 450.0, 900.0])
 
 
 @pytest.fixture

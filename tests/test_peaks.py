@@ -46,7 +46,8 @@ def picture(text):
 @given(quantised)
 @settings(deadline=None, max_examples=200)
 def test_agrees_with_labelling(z):
-    peaks, plateaus = search(z), plateaus_that_are_peaks(z)
+    peaks = search(z)
+    plateaus = plateaus_that_are_peaks(z)
     assert len(peaks.ix) == len(plateaus)
     for plateau in plateaus:
         (n,) = np.flatnonzero(plateau[peaks.ix, peaks.iy])  # exactly one peak on each
@@ -124,7 +125,8 @@ def test_scans_too_small_for_a_peak(shape):
 
 
 def test_an_ascent_ends_at_the_summit_of_a_ridge_from_wherever_it_begins():
-    c, s = np.cos(0.4), np.sin(0.4)
+    c = np.cos(0.4)
+    s = np.sin(0.4)
     turn = np.array([[c, -s], [s, c]])
     bend = turn @ np.diag([-1.0, -100.0]) @ turn.T
 
@@ -138,7 +140,8 @@ def test_an_ascent_ends_at_the_summit_of_a_ridge_from_wherever_it_begins():
 
 
 def test_an_ascent_rises_through_a_valley_to_a_level_crest_and_stays_there():
-    x, y = np.arange(40.0), np.arange(30.0)
+    x = np.arange(40.0)
+    y = np.arange(30.0)
     wave = RectBivariateSpline(x, y, np.broadcast_to(-np.cos(x / 5)[:, None], (40, 30)))
     found = ascend(wave.ev, [[2.0, 20.0], [29.0, 11.3]])
     np.testing.assert_allclose(found, [[5 * np.pi, 20.0], [5 * np.pi, 11.3]], atol=0.02)

@@ -19,7 +19,8 @@ def several(rng, *, scans=4, places=100, within=2.0, between=1.0, mean=20.0):
 
 def test_the_interval_holds_the_surfaces_mean_at_its_nominal_rate():
     rng = np.random.default_rng(0)
-    held, naive = [], []
+    held = []
+    naive = []
     for _ in range(80):
         ds = several(rng)
         found = roughxr.statistics.pooled(ds, "pull_off_force", statistics=["mean"], resamples=99).squeeze()
@@ -43,7 +44,8 @@ def test_what_is_left_between_scans_is_found_and_nothing_where_there_is_nothing(
 
 
 def test_of_equal_errors_it_is_the_analysis_of_variance():
-    estimate, error = np.array([1.0, 2.0, 4.0, 5.0]), np.full(4, 0.5)
+    estimate = np.array([1.0, 2.0, 4.0, 5.0])
+    error = np.full(4, 0.5)
     found = random_effects(estimate, error, confidence=0.95)
     assert found.mean == pytest.approx(3.0)
     assert found.between**2 == pytest.approx(estimate.var(ddof=1) - 0.25)
@@ -147,7 +149,8 @@ def test_scans_of_several_sizes_are_one_spectrum():
 
 
 def test_one_scan_is_its_own_spectrum_and_what_it_cannot_tell_is_left_out(scans):
-    found, rings = roughxr.scans.combined_spectrum(scans[:1]), roughxr.scans.power_spectrum(scans[0], window="hann")
+    found = roughxr.scans.combined_spectrum(scans[:1])
+    rings = roughxr.scans.power_spectrum(scans[0], window="hann")
     kept = rings.where((rings.wavevector > 2 * np.pi / 320) & (rings.wavevector <= 2 * np.pi / 40), drop=True)
     assert float((found.psd * found.psd_modes).sum()) == pytest.approx(float((kept.psd * kept.psd_modes).sum()))
     blunt = roughxr.scans.combined_spectrum(scans, shortest="100 nm")

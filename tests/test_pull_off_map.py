@@ -74,7 +74,8 @@ def test_no_branch_falls_below_its_mark():
 def test_no_fine_sweep_finds_a_larger_pull(surface, formulation):
     """At the displacement found `superpose` gives that very force, and none of 12,000 displacements a lower one."""
     rng = np.random.default_rng(0)
-    low, high = float(surface.x[0]), float(surface.x[-1])
+    low = float(surface.x[0])
+    high = float(surface.x[-1])
     places = rng.uniform(low, high, 30), rng.uniform(low, high, 30)
     found = superpose(surface, delta=[0.0], subregions=places, formulation=formulation)
     deltas = np.arange(-4, 20, 0.002)
@@ -93,7 +94,8 @@ def test_the_map_is_plain_superposition_at_200_random_centres(glass):
     rng = np.random.default_rng(1)
     catalogue = asperities(glass)
     i, j = rng.integers(0, 512, (2, 200))
-    x, y = glass.x.values[i], glass.y.values[j]
+    x = glass.x.values[i]
+    y = glass.y.values[j]
     found = pull_off_map(catalogue, subregions=(x, y))
     deltas, own = np.unique(found.pull_off_delta, return_inverse=True)
     every = superpose(catalogue, delta=deltas, subregions=(x, y))

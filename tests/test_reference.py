@@ -14,7 +14,8 @@ from roughxr.kernels.asperity import asperity_laws
 
 from .closed_forms import maugis_pull_off, potential, rigid_sphere, sphere_attraction
 
-W, R = 0.1, 100.0
+W = 0.1
+R = 100.0
 MAUGIS = [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)]
 
 
@@ -27,7 +28,8 @@ def test_paper_sphere():
 def test_jkr_sphere_at_the_points_of_its_curve():
     given = {"radius": R, "contact_modulus": 40, "work_of_adhesion": W}
     a_c = (9 * np.pi * W * R**2 / (8 * 40)) ** (1 / 3)
-    P_c, delta_c = 1.5 * np.pi * W * R, a_c**2 / R
+    P_c = 1.5 * np.pi * W * R
+    delta_c = a_c**2 / R
     delta = np.array([-(3 ** (-1 / 3)) * (1 - 1e-12), -1 / 3, 0.839947, 2.114382])
     found = reference.jkr_sphere(delta * delta_c, **given)
     assert found.force.values / P_c == pytest.approx([-5 / 9, -1, 0, 2.343146], abs=2e-6)
@@ -73,8 +75,10 @@ def test_both_branches_of_a_similar_ellipse_are_the_papers_curve(formulation):
     """Equations 20-24, with λ² for λ in the published units; figures 2-4."""
     end = 3 ** (-1 / 3)
     contact = paraboloid(5.0, [-end * (1 + 1e-12), -end * (1 - 1e-12), -1 / 3, -1e-3, 0.0, 0.839947], formulation)
-    K, lam = special.ellipk(1 - float(contact.axis_ratio) ** 2), float(contact.axis_ratio)
-    beta, lam_printed = 0.005 + lam**2 * 0.025, lam**2 if formulation == "published" else lam
+    K = special.ellipk(1 - float(contact.axis_ratio) ** 2)
+    lam = float(contact.axis_ratio)
+    beta = 0.005 + lam**2 * 0.025
+    lam_printed = lam**2 if formulation == "published" else lam
     assert float(contact.unit_semi_axis) ** 3 == pytest.approx(9 * W / 2 * lam_printed * K / (2 * beta**2 * 40))
     assert float(contact.unit_delta) == pytest.approx(beta * float(contact.unit_semi_axis) ** 2)
     assert float(contact.unit_force) == pytest.approx(3 * np.pi * W / 2 * lam_printed / beta)
@@ -178,7 +182,8 @@ def test_work_is_the_integral_of_traction_and_a_sphere_that_of_its_surface(law, 
         points = np.unique([g, *[e for e in ends if e > g]])
         expected = over(lambda u: potentials.traction(u, found), points) if points.size > 1 else 0.0
         assert float(potentials.energy(g, found)) == pytest.approx(expected, rel=1e-6, abs=1e-13)
-    radius, z = 50.0, start + 0.05
+    radius = 50.0
+    z = start + 0.05
     rings = [0, 0.24, 1, 10, 2 * radius]
     direct = over(lambda S: 2 * np.pi * (radius - S) * potentials.traction(z + S, found), rings)
     assert float(sphere_attraction(z, radius, found)) == pytest.approx(direct, rel=1e-6)

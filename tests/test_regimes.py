@@ -72,7 +72,8 @@ def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
 @pytest.mark.parametrize(("radius", "rms", "wavelength"), [(200, 1, 60), (200, 5, 100), (1000, 3, 200), (5000, 1, 200)])
 def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelength):
     """Caps 1.817 rms high and half a wavelength wide on a plane, one of them under the sphere: within 5 %."""
-    pixel, z0 = wavelength / 40, 0.3
+    pixel = wavelength / 40
+    z0 = 0.3
     near = (np.arange(160) * pixel) % wavelength - wavelength / 2
     r2 = near[:, None] ** 2 + near**2
     caps = scan(1.817 * rms * np.clip(1 - r2 / (wavelength / 4) ** 2, 0, None), pixel)
@@ -116,7 +117,8 @@ def test_what_is_recommended_is_near_the_simulation_and_the_rest_is_not(rough):
 
 def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
     table = rough.contact.formulas(subregions=(2, 2))
-    force, given = table.pull_off_force, table.attrs
+    force = table.pull_off_force
+    given = table.attrs
     assert float(force.sel(formula="bradley")) == pytest.approx(2 * np.pi * 0.06 * 500)
     expected = reference.rabinovich(
         radius=500,

@@ -24,7 +24,8 @@ def caps(centres, pixel, *, radius=400.0, half=300.0):
     """Return spheres of a radius (nm) whose centres lie at height 0, on a ground far below."""
     n = int(2 * half / pixel) + 1
     axis = (np.arange(n) - (n - 1) / 2) * pixel
-    x, y = axis[:, None], axis[None, :]
+    x = axis[:, None]
+    y = axis[None, :]
     r2 = [(x - a) ** 2 + (y - b) ** 2 for a, b in centres]
     summits = [np.sqrt(np.maximum(radius**2 - q, 0)) for q in r2]
     rounding = radius / 80  # of the valleys: heights between pixels would ring by a kink
@@ -54,7 +55,8 @@ def test_landings_are_any_places():
 
 @pytest.mark.parametrize("corners", [3, 4])
 def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
-    pixel, ring = 4.0, 150.0
+    pixel = 4.0
+    ring = 150.0
     found = resting(caps(polygon(corners, ring), pixel))
     assert found.sizes["subregion"] == 1
     place = found.isel(subregion=0)
@@ -68,7 +70,8 @@ def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
 def test_unequal_summits_shift_the_rest_as_the_sphere_through_three_points_says():
     x = polygon(3, 150.0)
     radii = np.array([400.0, 380.0, 420.0])
-    pixel, n = 3.0, 201
+    pixel = 3.0
+    n = 201
     axis = (np.arange(n) - 100) * pixel
     r2 = [(axis[:, None] - a) ** 2 + (axis - b) ** 2 for a, b in x]
     tops = [np.where(q < 150.0**2, np.sqrt(np.maximum(r**2 - q, 0)) - r, -25.0) for q, r in zip(r2, radii)]
@@ -117,7 +120,8 @@ def test_the_lever_of_the_simulation_is_the_distance_of_the_foremost_of_three_eq
 
 def test_from_the_resting_positions_of_a_sphere_a_larger_one_rolls_to_its_own():
     surface = glass_pair(scan(rough(64, seed=1)), 1500.0)
-    larger, rests = surface.assign_coords(sphere_radius=1575.0), resting(surface)
+    larger = surface.assign_coords(sphere_radius=1575.0)
+    rests = resting(surface)
     rests = rests.where(~rests.truncated, drop=True)
     own = resting(larger)
     for ds, expected, moves in ((surface, rests, False), (larger, own, True)):
@@ -158,7 +162,8 @@ def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(tu
 
 @pytest.mark.parametrize("amplitude", [1.0, 8.0])
 def test_an_egg_box_has_its_rests_in_the_valleys_and_equal_shares(amplitude):
-    wave, pixel = 400.0, 8.0
+    wave = 400.0
+    pixel = 8.0
     axis = np.arange(250) * pixel
     height = amplitude * (np.cos(2 * np.pi * axis[:, None] / wave) + np.cos(2 * np.pi * axis / wave))
     found = resting(glass_pair(scan(height, pixel), 1500.0))
@@ -176,7 +181,8 @@ def test_an_egg_box_has_its_rests_in_the_valleys_and_equal_shares(amplitude):
 @pytest.mark.parametrize("name", ["tilted", "level", "bump"])
 def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
     axis = np.arange(60) * 5.0
-    x, y = axis[:, None] - 147.0, axis - 147.0
+    x = axis[:, None] - 147.0
+    y = axis - 147.0
     height = {"tilted": 0.02 * x + 0.01 * y, "level": 0 * (x + y), "bump": 20 * np.exp(-(x**2 + y**2) / 60.0**2)}
     with pytest.warns(UserWarning, match="no resting position"):
         found = resting(glass_pair(scan(height[name], 5.0)))
@@ -207,7 +213,8 @@ def _hills(pixel):
     axis = np.arange(-480.0, 480.1, pixel)
     height = 0.0
     for _ in range(20):
-        (kx, ky), phase = 2 * np.pi * rng.uniform(-1, 1, 2) / 200.0, rng.uniform(0, 2 * np.pi)
+        (kx, ky) = 2 * np.pi * rng.uniform(-1, 1, 2) / 200.0
+        phase = rng.uniform(0, 2 * np.pi)
         height = height + 2 * np.cos(kx * axis[:, None] + ky * axis + phase)
     return glass_pair(scan(height, pixel))
 
@@ -248,7 +255,8 @@ _CHANGES = {
 @pytest.mark.parametrize("change", [*_CHANGES])
 def test_linked_contacts_do_not_depend_on_orientation(seed, change):
     """One order of contacts gave four supports for three."""
-    z, turn = rough(24, rms=1.5, smooth=2.0, seed=seed), _CHANGES[change][0]
+    z = rough(24, rms=1.5, smooth=2.0, seed=seed)
+    turn = _CHANGES[change][0]
     first, turned = (resting(glass_pair(scan(np.ascontiguousarray(k), 8.0), 800.0)) for k in (z, turn(z)))
     for name in ("supports", "landing_share"):
         np.testing.assert_allclose(np.sort(turned[name]), np.sort(first[name]), atol=1e-6)
@@ -298,7 +306,8 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     places = resting(surface)
     held = roughxr.rolling(surface, directions=8, subregions=places)
     assert held.landing_share.values == pytest.approx(places.landing_share.values)
-    share, force = places.landing_share.values, held.pull_off_force.values
+    share = places.landing_share.values
+    force = held.pull_off_force.values
     mean = (share * force).sum() / share.sum()
     assert mean != pytest.approx(force.mean(), rel=1e-4)
     table = roughxr.statistics.summary(held[["pull_off_force"]])

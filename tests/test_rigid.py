@@ -118,7 +118,8 @@ def test_work_left_over_gaussian_heights_is_the_mean_of_the_potential(sigma, tol
 
 def test_force_falls_with_the_distance_and_ends_where_bodies_touch(rough):
     found = rough.contact.rigid(subregions=(2, 2))
-    force, touch = found.force.transpose("subregion", "delta").values, found.touch_delta.values
+    force = found.force.transpose("subregion", "delta").values
+    touch = found.touch_delta.values
     for curve, t in zip(force, touch):
         known = np.isfinite(curve)
         assert (np.diff(curve[known]) < 0).all() and (curve[known] < 0).all()
@@ -222,7 +223,8 @@ def test_the_error_of_the_cells_is_stated(pixel):
     places = middle + shifts[0], middle + shifts[1]
     found = flat.contact.rigid(subregions=places, delta=[-1.0])
     fine = flat.contact.rigid(subregions=places, delta=[-1.0], mesh=16)
-    stated, true = found.cell_error.values, (found.pull_off_force / fine.pull_off_force - 1).values
+    stated = found.cell_error.values
+    true = (found.pull_off_force / fine.pull_off_force - 1).values
     np.testing.assert_allclose(stated, true, atol=0.1 * true.max())
     assert stated[2] == stated.max() > 0.005 and stated[0] < 1e-3
     assert np.isnan(flat.contact.rigid(subregions=places, law="lennard_jones", delta=[-1.0]).cell_error).all()

@@ -17,12 +17,14 @@ from .test_identities import places
 from .verb_calls import surface
 
 #: A flat sphere over asperities of this radius: its own curvature changes theirs by 1e-7.
-SPHERE, RADIUS = 1e9, 100.0
+SPHERE = 1e9
+RADIUS = 100.0
 
 
 def ground(x, y, *, height=0.0, w=0.1, modulus=39.4):
     """Return a catalogue of equal spherical asperities."""
-    x, y = np.atleast_1d(x).astype(float), np.atleast_1d(y).astype(float)
+    x = np.atleast_1d(x).astype(float)
+    y = np.atleast_1d(y).astype(float)
     curvature = np.full(x.size, 1 / RADIUS - 1 / SPHERE)
     edge = np.ptp(np.r_[x, y]) + 1.0
     values = {
@@ -69,7 +71,8 @@ def test_two_asperities_hold_the_textbook_lever():
 
 def test_many_equal_asperities_on_a_ring():
     """The same turn done as an integral over the ring, of JKR's closed form."""
-    n, ring = 240, 1e5
+    n = 240
+    ring = 1e5
     angle = 2 * np.pi * np.arange(n) / n
     held = at_origin(ground(ring * np.cos(angle), ring * np.sin(angle)), directions=[0.0])
     start = jkr.displacement(2 ** (2 / 3))
@@ -88,7 +91,8 @@ def test_many_equal_asperities_on_a_ring():
 
 
 def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
-    load, corners = 2.0, np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
+    load = 2.0
+    corners = np.array([[600.0, 0.0], [-300.0, 500.0], [-300.0, -500.0]])
     held = at_origin(ground(*corners.T, modulus=1e6, w=0.0), normal_force=load, directions=72)
     e = np.stack([np.cos(held.direction), np.sin(held.direction)])
     support = (corners @ e).max(axis=0)
@@ -131,7 +135,8 @@ def test_isotropic_ground_has_an_isotropic_rose_and_a_stretched_one_has_not():
         surface = glass_pair(scan(height, pixel=10.0), sphere_radius=1000.0)
         moment = surface.contact.rolling(directions=8, subregions=(6, 6)).resisting_moment
         moment = moment / moment.mean("direction")
-        mean, error = moment.mean("subregion"), moment.std("subregion") / np.sqrt(36)
+        mean = moment.mean("subregion")
+        error = moment.std("subregion") / np.sqrt(36)
         roses.append(float(np.abs((mean - 1) / error).max()))
     assert roses[0] < 3.5
     assert roses[1] > roses[0]
@@ -206,7 +211,9 @@ def test_the_lever_of_a_contact_without_range_is_that_of_a_jkr_sphere(cells, par
 @pytest.mark.parametrize(("parameter", "cells"), [(0.3, 4), (1.0, 8)])
 def test_the_lever_of_a_contact_with_a_range_is_that_of_maugis_and_dugdale(parameter, cells):
     """The largest −P a along the branch in closed form."""
-    radius, modulus, work = 300.0, 40.0, 0.1
+    radius = 300.0
+    modulus = 40.0
+    work = 0.1
     unit = jkr.self_similar_units(0.5 / radius, 0.5 / radius, modulus, work)
     strength = 0.5 * parameter * (np.pi * work * (4 / 3 * modulus) ** 2 / radius) ** (1 / 3)
     force, contact, _ = maugis.contact_at(parameter, maugis.ratios())
@@ -236,7 +243,8 @@ def test_levers_of_a_summit_depend_neither_on_the_pixels_nor_on_its_place_on_the
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
     surface = glass_pair(scan(np.zeros((41, 41)), pixel=10.0))
-    x, y = np.array([200.0, 203.0]), np.array([200.0, 198.0])
+    x = np.array([200.0, 203.0])
+    y = np.array([200.0, 198.0])
     options = {"delta": [-1.0, 0.0, 1.0], "mesh": roughxr.Mesh(1, step=1.0), "law": "jkr", "fields": True}
     together = surface.contact.adhesive(subregions=(x, y), **options).contact.rolling(directions=4)
     for k in range(2):
@@ -249,7 +257,8 @@ def test_places_that_lie_unequally_on_the_pixels_resist_as_each_alone():
 
 def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
     """A line of n cells that pull with P each: about the front of a single cell, P times the radius of its disc."""
-    cell, pull = 4.0, 3.0
+    cell = 4.0
+    pull = 3.0
     for n in (1, 3):
         x = cell * np.arange(n)[:, None]
         pressure = np.full((n, 1), -pull)
@@ -273,7 +282,8 @@ def test_directions_that_tie_are_told_whatever_the_rounding():
 
 def test_the_state_at_rest_is_the_first_of_the_retraction_and_not_a_last_thread():
     """Forces on the way out, from the deepest (last) on: rest lies between 8 and −9; near its end a thread pulls −1."""
-    area, force = np.array([0.0, 5.0, 60.0, 80.0, 90.0]), np.array([0.0, -1.0, -9.0, 8.0, 30.0])
+    area = np.array([0.0, 5.0, 60.0, 80.0, 90.0])
+    force = np.array([0.0, -1.0, -9.0, 8.0, 30.0])
     assert moments._state_at_rest(area, force, 0.0) == 3
     assert moments._state_at_rest(area, force, -6.0) == 2
     assert moments._state_at_rest(area, force, 50.0) == 4  # never as heavy

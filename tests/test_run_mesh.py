@@ -28,9 +28,11 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
         groups = parts._adhesive_simulation(analysis.Task(specimen_of(scan), plan))
-        rough, fine = replace(plan.mesh, accuracy=None), roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
+        rough = replace(plan.mesh, accuracy=None)
+        fine = roughxr.Mesh(16 if refined else 4, step=0.5 * plan.mesh.step)
         coarse, finest = (scan.contact.adhesive(subregions=plan.subregions, mesh=mesh) for mesh in (rough, fine))
-    solved, finer = groups["solutions/adhesive"], groups["solutions/finer"]
+    solved = groups["solutions/adhesive"]
+    finer = groups["solutions/finer"]
     assert (solved.mesh > coarse.mesh).all() == refined
     assert (finer.mesh == 2 * solved.mesh).all()
     change = float(abs(solved.pull_off_force / finest.pull_off_force - 1).median())
@@ -43,7 +45,8 @@ def test_a_run_refines_until_the_pull_off_settles(cutoff, refined):
 def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(tmp_path):
     scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=600, seed=3)
     scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
-    plan, stream = analysis.plan(specimen_of(scan), subregions=(5, 4)), io.StringIO()
+    plan = analysis.plan(specimen_of(scan), subregions=(5, 4))
+    stream = io.StringIO()
     options = {"subregions": plan.subregions}
     with warnings.catch_warnings(), roughxr.progress(stream), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
@@ -92,7 +95,8 @@ def test_a_run_ends_where_its_first_places_have_no_pull_off(tmp_path, monkeypatc
 def test_a_run_takes_the_finest_mesh_that_can_be_solved(monkeypatch):
     scan = self_affine((64, 64), 20.0, rms=8, hurst=0.9, rolloff=800, cutoff=40, seed=3)
     scan = scan.contact.assign_pair(sphere_radius=4000, contact_modulus=40, work_of_adhesion=0.1)
-    plan, options = analysis.plan(specimen_of(scan), subregions=(2, 1)), {"subregions": (2, 1)}
+    plan = analysis.plan(specimen_of(scan), subregions=(2, 1))
+    options = {"subregions": (2, 1)}
     with warnings.catch_warnings(), Stages({"adhesive": 1}, {}) as stage:
         warnings.simplefilter("ignore", UserWarning)
         free, _ = run_mesh.converged_mesh(specimen_of(scan), plan, options, stage)

@@ -77,7 +77,8 @@ def workers_of(process):
 
 def same(path, other):
     """Compare two archives bit by bit, all but the log of what happened when."""
-    ours, theirs = contents(path), contents(other)
+    ours = contents(path)
+    theirs = contents(other)
     assert list(ours) == list(theirs)
     for name, ds in ours.items():
         xr.testing.assert_identical(ds, theirs[name])
@@ -119,7 +120,8 @@ KILLS = [pytest.param(seed, marks=[] if seed in (1, 2, 5) else pytest.mark.soak)
 def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
     """The parent under threads or processes, or one of its workers; some are killed twice, some store by stages."""
     expected, seconds = undisturbed
-    path, draw = tmp_path / "run.nc", np.random.default_rng(seed)
+    path = tmp_path / "run.nc"
+    draw = np.random.default_rng(seed)
     options = {"scheduler": "threads" if seed % 2 else "processes", "stages": seed % 3 == 1}
     for _ in range(1 + (seed % 5 == 0)):
         child = start(path, **options)
@@ -132,7 +134,8 @@ def test_a_run_killed_at_a_random_moment_goes_on(tmp_path, undisturbed, seed):
         else:
             kill(child)
         if path.exists():  # stages that ended can be read
-            groups, whole = archive.load(path), archive.load(expected)
+            groups = archive.load(path)
+            whole = archive.load(expected)
             for name in set(groups) - {"log"}:
                 xr.testing.assert_identical(groups[name].load(), whole[name].load())
     finish(path, stages=options["stages"])
@@ -203,7 +206,8 @@ def damage(file, how, draw):
 
 @pytest.mark.parametrize("how", ["cut", "flipped", "noise"])
 def test_damaged_batches_are_computed_anew(tmp_path, undisturbed, how):
-    path, draw = tmp_path / "run.nc", np.random.default_rng(0)
+    path = tmp_path / "run.nc"
+    draw = np.random.default_rng(0)
     batches = sorted(stopped(path).glob("[!.]*.npz"))
     for file in batches[::2]:
         damage(file, how, draw)
@@ -294,7 +298,8 @@ def test_a_run_holds_what_the_functions_return(undisturbed):
 def test_a_place_that_two_solves_share_is_solved_once(tmp_path):
     """Of twelve places four were solved before, of the same four under another pair none."""
     ds = a_run.surface()
-    places, stiffer = regions.centres(ds, (4, 3)), ds.assign_coords(contact_modulus=2 * ds["contact_modulus"])
+    places = regions.centres(ds, (4, 3))
+    stiffer = ds.assign_coords(contact_modulus=2 * ds["contact_modulus"])
 
     def compute():
         few = direct(ds, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
@@ -331,7 +336,8 @@ def test_an_interrupt_stores_all_finished_results(tmp_path, monkeypatch):
         solved.append(place)
         return solve(place, *rest)
 
-    interrupted.__module__, interrupted.__qualname__ = solve.__module__, solve.__qualname__
+    interrupted.__module__ = solve.__module__
+    interrupted.__qualname__ = solve.__qualname__
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
         patch.setattr(elastic, "_sweep", interrupted)
         a_run.run(path, scheduler="synchronous")
@@ -340,14 +346,16 @@ def test_an_interrupt_stores_all_finished_results(tmp_path, monkeypatch):
 
 
 def test_failed_subregions_are_named_and_the_others_kept(tmp_path, monkeypatch):
-    path, good = tmp_path / "run.nc", elastic._sweep
+    path = tmp_path / "run.nc"
+    good = elastic._sweep
 
     def bad(place, *rest):
         if place.window.rows.start == 0 and place.window.columns.start == 0:
             raise ZeroDivisionError("a fault")
         return good(place, *rest)
 
-    bad.__module__, bad.__qualname__ = good.__module__, good.__qualname__
+    bad.__module__ = good.__module__
+    bad.__qualname__ = good.__qualname__
     with monkeypatch.context() as patch:
         patch.setattr(elastic, "_sweep", bad)
         with pytest.raises(

@@ -74,7 +74,8 @@ def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster, mo
     """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
     monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", -1.0)  # each batch has its file
     address, workers = cluster
-    path, opened = tmp_path / "far.nc", []
+    path = tmp_path / "far.nc"
+    opened = []
 
     def watch_and_kill():
         folder = tmp_path / "far.nc.checkpoint"
@@ -93,7 +94,8 @@ def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster, mo
     assert workers[1].poll() is None
     assert not [name for name in opened if name.endswith((".nc", ".npz", ".part"))]
     solve(tmp_path / "near.nc", surface, scheduler="synchronous")
-    far, near = archive.load(path), archive.load(tmp_path / "near.nc")
+    far = archive.load(path)
+    near = archive.load(tmp_path / "near.nc")
     for name in set(near) - {"log"}:
         xr.testing.assert_identical(far[name], near[name])
 

@@ -14,7 +14,9 @@ from roughxr.contact.elastic import direct
 
 from .surfaces import glass_pair, rough, scan
 
-RADII, MODULI, WORKS = [2000.0, 3000.0], [20.0, 40.0, 80.0], [0.5, 1.0]
+RADII = [2000.0, 3000.0]
+MODULI = [20.0, 40.0, 80.0]
+WORKS = [0.5, 1.0]
 
 
 @pytest.fixture(scope="module")

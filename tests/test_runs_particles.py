@@ -74,7 +74,8 @@ def test_detach_counts_particles_not_places(folder, groups, capsys):
     assert main(["detach", str(folder), "--method", "adhesive"]) == 0
     told = capsys.readouterr().out
     assert "5 % of particles below" in told
-    rests, share = report.run_moments(groups, "adhesive"), groups["statistics/rests"].landing_share.values
+    rests = report.run_moments(groups, "adhesive")
+    share = groups["statistics/rests"].landing_share.values
     at_rest = roughxr.particles.critical_load(rests).critical_friction_velocity.values
     printed = float(re.search(r"median ([\d.]+)", told).group(1))
     assert printed == pytest.approx(median(at_rest, share), rel=0.02)

@@ -67,7 +67,8 @@ def damaged(data, header, rng):
     for fewer in (1, 2, 9, 100):
         yield f"{fewer} bytes fewer", data[:-fewer]
     for _ in range(FLIPS):
-        place, bit = int(rng.integers(header)), int(rng.integers(8))
+        place = int(rng.integers(header))
+        bit = int(rng.integers(8))
         yield f"bit {bit} of byte {place}", data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
 
 
@@ -147,7 +148,8 @@ def test_real_files_cut_anywhere(shared_scans, tmp_path):
 
 
 def test_garbled_pictures_and_lines_are_doubted_and_real_ones_are_not():
-    ordinary, rng = rough(64), np.random.default_rng(0)
+    ordinary = rough(64)
+    rng = np.random.default_rng(0)
     spiked = ordinary.copy()
     spiked[5, 5] = 400.0
     lines = ordinary + 200.0 * (np.arange(64) % 2)  # every second line, along x, has an offset
@@ -164,7 +166,8 @@ def test_garbled_pictures_and_lines_are_doubted_and_real_ones_are_not():
 
 def pages(path, count):
     """Write a TIFF of very many empty pages, each of which its reader looks at."""
-    tag, length = struct.pack("<HHII", 50432, 4, 1, 0x0E031301), 18
+    tag = struct.pack("<HHII", 50432, 4, 1, 0x0E031301)
+    length = 18
     body = b"".join(
         struct.pack("<H", 1) + tag + struct.pack("<I", 8 + length * (k + 1) if k < count - 1 else 0)
         for k in range(count)
@@ -197,7 +200,8 @@ def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
 
 
 def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys):
-    path, nasty = tmp_path / "scan.nc", "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
+    path = tmp_path / "scan.nc"
+    nasty = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
     surface = scan(rough(32), title=nasty, source=nasty, channel=nasty, source_file=nasty, remark=nasty)
     to_netcdf(surface.assign_attrs({"channel": nasty}), path)
     other = tmp_path / "other.nc"

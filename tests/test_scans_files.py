@@ -110,7 +110,8 @@ def test_what_a_file_says_is_kept(tmp_path):
 def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
     rows = picture()
     path = write_bruker(tmp_path, rows, image_size(rows))
-    forward, backward = open_scan(path), open_scan(path, scan_direction="retrace")
+    forward = open_scan(path)
+    backward = open_scan(path, scan_direction="retrace")
     assert backward.attrs["scan_direction"] == "retrace"
     np.testing.assert_allclose(forward["height"], -backward["height"])
     for options in ({"channel": 1}, {"channel": "height", "scan_direction": "retrace"}):
@@ -124,7 +125,8 @@ def test_channels_are_chosen_by_name_number_and_direction(tmp_path):
 def nanoscope(folder, *names):
     """Write a file with an image of 1000 counts for the last name, and shallower ones for the names before it."""
     v, u = np.mgrid[:64, :64]
-    deformation, heights = 20 * np.cos(u / 3) + 30, 300 * np.sin(u / 5) + 200 * np.cos(v / 6)
+    deformation = 20 * np.cos(u / 3) + 30
+    heights = 300 * np.sin(u / 5) + 200 * np.cos(v / 6)
     images = [(name, "Trace", deformation) for name in names[:-1]] + [(names[-1], "Trace", heights)]
     return write_nanoscope(folder / "map.spm", images, (640, 640))
 

@@ -14,7 +14,8 @@ PIXEL = 12.5
 def with_background(order, seed=0, n=40, m=56):
     """Return (a rough scan, the same on a polynomial of total degree ``order``)."""
     rng = np.random.default_rng(seed)
-    x, y = np.linspace(-1, 1, n)[:, None], np.linspace(-1, 1, m)
+    x = np.linspace(-1, 1, n)[:, None]
+    y = np.linspace(-1, 1, m)
     terms = [(i, j) for i in range(order + 1) for j in range(order + 1 - i)]
     background = sum(rng.normal(0, 50) * x**i * y**j for i, j in terms)
     return background, scan(background, PIXEL)

@@ -69,7 +69,8 @@ def test_a_bruker_file_and_its_export_as_text_agree(shared_scans):
 
 def test_channels_of_a_real_file(shared_scans):
     path = shared_scans / "bruker_10um_512_rough.di"
-    trace, retrace = open_scan(path), open_scan(path, channel="Height", scan_direction="retrace")
+    trace = open_scan(path)
+    retrace = open_scan(path, channel="Height", scan_direction="retrace")
     a, b = (scan["height"].values.ravel() for scan in (trace, level(retrace)))
     assert np.corrcoef(level(trace)["height"].values.ravel(), b)[0, 1] == pytest.approx(0.94, abs=0.01)
     assert np.unique(a).size == 1055

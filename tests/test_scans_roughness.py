@@ -8,7 +8,9 @@ from roughxr.scans.texture_parameters import texture_parameters
 
 from .surfaces import rough, scan
 
-N, M, PIXEL = 96, 64, 10.0
+N = 96
+M = 64
+PIXEL = 10.0
 
 
 def waves(amplitude=2.0, periods=6):

@@ -59,13 +59,15 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch
     pressures, gaps = np.transpose([smooth_cell(d - HEIGHT, law, compliance(places)) for d in DELTAS])
     left = np.array([smooth_laws.remaining_work(gap, law) for gap in gaps])
     energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - left
-    number, atol = len(places), 1e-6 * law.strength
+    number = len(places)
+    atol = 1e-6 * law.strength
     for states in asked(found):
         np.testing.assert_allclose(states["force"], number * pressures, atol=atol)
         np.testing.assert_allclose(states["energy"], number * energies, atol=atol)
         np.testing.assert_array_equal(states["contact_area"], number * (gaps == 0.0))
         np.testing.assert_array_equal(states["contact_patches"], number * (gaps == 0.0))
-        closed, attracts = np.maximum(left, 0.0) / (w - law.cut), pressures < -0.02 * law.strength
+        closed = np.maximum(left, 0.0) / (w - law.cut)
+        attracts = pressures < -0.02 * law.strength
         np.testing.assert_allclose(states["resolution"][attracts], np.sqrt(closed[attracts] / np.pi), atol=1e-6)
         np.testing.assert_allclose(states["dissipated"], 0.0, atol=0.06 * number * w)  # of long steps
         assert states["converged"].all()
@@ -78,15 +80,20 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
 def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
-    law, cap, sinks, number = smooth_laws.smooth_law(exponential=(0.2, 0.8)), 0.9, compliance(places), len(places)
-    separation, deltas = window(places), DELTAS[-4:]
+    law = smooth_laws.smooth_law(exponential=(0.2, 0.8))
+    cap = 0.9
+    sinks = compliance(places)
+    number = len(places)
+    separation = window(places)
+    deltas = DELTAS[-4:]
     with np.errstate(invalid="ignore"):
         (found,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=AT_DISPLACEMENTS)
     dent = deltas[-1] - HEIGHT - sinks * cap
     states = found.states[found.states["prescribed"] > 0]
     after = [smooth_cell(d - HEIGHT - dent, law, sinks)[0] for d in deltas[::-1]]
     np.testing.assert_allclose(states["force"][deltas.size :], number * np.array(after), atol=5e-3)
-    turned, first = found.states[found.turn - 1], found.states[0]
+    turned = found.states[found.turn - 1]
+    first = found.states[0]
     assert turned["yielded_fraction"] == turned["yielded_area_fraction"] == 1.0
     assert turned["yielded_area"] == number
     assert turned["plastic_work"] == pytest.approx(number * dent, abs=5e-3)

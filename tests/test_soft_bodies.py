@@ -144,15 +144,20 @@ def test_a_sphere_snaps_in_where_its_equations_turn_back(tabor):
     edges = np.linspace(0.0, 14.0, 161)
     r = 0.5 * (edges[1:] + edges[:-1])
     response = tabor**1.5 * np.diff(np.array([_sunk_under_disc(r, a) for a in edges]).T, axis=1)
-    z, gap, least, size = 20 + 0.5 * r**2, 19.0, np.inf, r.size
+    z = 20 + 0.5 * r**2
+    gap = 19.0
+    least = np.inf
+    size = r.size
     for middle in np.geomspace(20, 1.1, 300):
         for _ in range(30):
             residual = np.append(z - 1 - gap - 0.5 * r**2 + response @ (8 / 3 * (z**-3 - z**-9)), z[0] - middle)
             slopes = np.zeros((size + 1, size + 1))
             slopes[:size, :size] = np.eye(size) + response * (8 / 3 * (9 * z**-10 - 3 * z**-4))
-            slopes[:size, size], slopes[size, 0] = -1.0, 1.0
+            slopes[:size, size] = -1.0
+            slopes[size, 0] = 1.0
             change = np.linalg.solve(slopes, -residual)
-            z, gap = z + change[:size], gap + change[size]
+            z = z + change[:size]
+            gap = gap + change[size]
             if np.abs(change).max() < 1e-9:
                 break
         if gap > least:

@@ -128,7 +128,8 @@ def test_summary_equals_numpy(sample):
 
 
 def test_weights_count_as_repetition():
-    values, counts = [1.0, 2.0, 4.0, 7.0], [3, 1, 2, 5]
+    values = [1.0, 2.0, 4.0, 7.0]
+    counts = [3, 1, 2, 5]
     weighted = xr.Dataset({"height": ("asperity", values, {"units": "nm"})}).assign_coords(
         landing_share=("asperity", counts)
     )

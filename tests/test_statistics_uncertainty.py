@@ -73,7 +73,8 @@ def test_intervals_of_few_independent_places_that_are_given_hold(side, length, s
     """
     rng = np.random.default_rng(side)
     lattice = np.argwhere(np.ones((side, side))) + 3.0
-    held, given = 0, 0
+    held = 0
+    given = 0
     for _ in range(300):
         z = field(side, max(length, 0.1), rng)
         if summits:
@@ -192,7 +193,8 @@ def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
     ds = xr.Dataset({"height": ("asperity", height, {"units": "nm"})}, coords=at)
     found = bootstrap(ds, "height", statistics=["mean"]).isel(statistic=0)
     low, high = (float(found[end]) for end in ("low", "high"))
-    middle, estimate = (low + high) / 2, float(found.estimate)
+    middle = (low + high) / 2
+    estimate = float(found.estimate)
     assert abs(middle - estimate) < 0.2 * (high - low)
     assert low < estimate < high
 

@@ -18,7 +18,9 @@ from .surfaces import glass_pair, paraboloids, rough, scan
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 
-E, W, R = contact_modulus(75, 0.22), 2 * 0.6747, 3000.0
+E = contact_modulus(75, 0.22)
+W = 2 * 0.6747
+R = 3000.0
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,8 @@ def published_by_hand(A, B, delta):
     """Eqs. 20–24 as printed, their cubic solved by NumPy."""
     lam = axis_ratio(B / A)
     K, _ = elliptic_integrals(lam)
-    beta, gamma = A + lam**2 * B, W / 2
+    beta = A + lam**2 * B
+    gamma = W / 2
     a_c = (9 * gamma * lam**2 * K / (2 * beta**2 * E)) ** (1 / 3)
     s = np.roots([1, 0, 0, -4 / 3, -delta / (beta * a_c**2)])  # a* = s², δ* = s⁴ − (4/3) s
     a = max(root.real for root in s if abs(root.imag) < 1e-9 and root.real > 0) ** 2
@@ -70,7 +73,8 @@ def test_published_is_the_paper_to_the_letter(delta):
 
 def test_displacement_follows_the_sign_of_equation_35():
     """An asperity off the axis, and below the highest point, is reached later by S₀ and by its depth."""
-    r, depth = 100.0, 4.0
+    r = 100.0
+    depth = 4.0
     z = one_asperity(1 / 200, 1 / 200, at=(r, 0.0))
     z["height"][0, 0] = z.height.max() + depth  # a spike at the edge sets the datum and is no peak
     late = depth + r**2 / (R + np.sqrt(R**2 - r**2))
@@ -153,7 +157,8 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
 def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law, under_a_paraboloid):
     """Two of R = 250 nm, 40 nm apart: neither reaches the other's middle when they meet, at a = 20 nm."""
     deltas = np.linspace(-1, 4, 501)
-    one, two = with_contacts(1, apart=40.0), with_contacts(2, apart=40.0)
+    one = with_contacts(1, apart=40.0)
+    two = with_contacts(2, apart=40.0)
     middle = ([20.0], [0.0])
     radius = np.sqrt(superpose(one, delta=deltas, subregions=middle, law=law).contact_area / np.pi)
     found = superpose(two, delta=deltas, subregions=middle, law=law).contacts_overlapping[0]
@@ -173,7 +178,8 @@ def test_ellipses_overlap_by_the_radii_that_face_each_other(under_a_paraboloid):
         overlapping = found.contacts_overlapping[0] > 0
         return float(found.delta[int(np.argmax(overlapping.values))]) if overlapping.any() else np.inf
 
-    end_to_end, side_by_side = begins(0.0, 0.0), begins(np.pi / 2 - 1e-12, 0.0)
+    end_to_end = begins(0.0, 0.0)
+    side_by_side = begins(np.pi / 2 - 1e-12, 0.0)
     assert end_to_end < 0.2 * side_by_side
     assert begins(0.7, 0.7) == pytest.approx(end_to_end, abs=0.03)
 

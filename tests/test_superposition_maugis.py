@@ -53,7 +53,8 @@ def test_one_sphere_pulls_off_as_published(parameter, pull):
 
 @pytest.mark.parametrize("shape", [(1 / 200, 1 / 200), (1 / 400, 1 / 150)])
 def test_short_range_is_jkr(shape):
-    asperity, deltas = one_asperity(*shape), np.arange(-0.8, 4, 0.05)
+    asperity = one_asperity(*shape)
+    deltas = np.arange(-0.8, 4, 0.05)
     close = superpose(reaching(asperity, 1e-3), delta=deltas, law="dugdale").force
     limit = superpose(asperity, delta=deltas, formulation="self_similar").force
     np.testing.assert_allclose(close, limit, atol=1e-3 * 1.5 * np.pi * W * RADIUS)
@@ -61,7 +62,8 @@ def test_short_range_is_jkr(shape):
 
 def test_long_range_is_dmt():
     """Lets go at 2πwR with a contact that has shrunk to a point; loaded, Hertz's load on that contact less 2πwR."""
-    asperity, far = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02)), {"law": "dugdale"}
+    asperity = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02))
+    far = {"law": "dugdale"}
     dmt = 2 * np.pi * W * RADIUS
     found = pull_off_map(asperity, subregions=(1, 1), **far)
     assert found.pull_off_force.item() == pytest.approx(dmt, rel=3e-3)
@@ -75,7 +77,9 @@ def test_long_range_is_dmt():
 @pytest.mark.parametrize("ratio, part", [(1.5, 0.99773), (5, 0.96796), (10, 0.94088)])
 def test_an_ellipse_is_as_far_from_its_equivalent_sphere_as_self_similar_jkr(ratio, part):
     """The rigid paraboloid's pull is 2πwR at any B/A (Derjaguin): what Hertz's shape misses of it at long range."""
-    sharp, flat = 1 / 150, 1 / (150 * ratio)  # with the sphere's own curvature
+    # with the sphere's own curvature
+    sharp = 1 / 150
+    flat = 1 / (150 * ratio)
     asperity = one_asperity(flat - 1 / 3000, sharp - 1 / 3000)
     R = 1 / np.sqrt(sharp * flat)
     far = (R * W**2 / E**2) ** (1 / 3) / (0.02 / 1.157)
@@ -95,14 +99,16 @@ def test_beyond_the_table_it_stays_at_its_ends():
 
 def gap_where_the_pull_ends(a, c, R, traction):
     """Return the gap at r = c of a sphere in contact up to a, pulled by the traction from a to c (K = 1, E* = 3/4)."""
-    s, angle = np.sqrt(c**2 - a**2), np.arccos(a / c)
+    s = np.sqrt(c**2 - a**2)
+    angle = np.arccos(a / c)
     return (a * s + (c**2 - 2 * a**2) * angle) / (np.pi * R) + 16 * traction / (3 * np.pi) * (s * angle - c + a)
 
 
 def sphere_by_hand(a, R, w, traction):
     """Return load and displacement at contact radius a: the pull ends where the gap is w over the traction."""
     c = brentq(lambda c: gap_where_the_pull_ends(a, c, R, traction) * traction - w, a, a + 1e3, xtol=1e-14)
-    s, angle = np.sqrt(c**2 - a**2), np.arccos(a / c)
+    s = np.sqrt(c**2 - a**2)
+    angle = np.arccos(a / c)
     return a**3 / R - 2 * traction * (c**2 * angle + a * s), a**2 / R - 8 / 3 * traction * s
 
 
@@ -129,7 +135,8 @@ def load_by_hand(A, B, delta, z0):
 @pytest.mark.parametrize("z0", [0.3, 1.2])
 def test_the_sum_is_that_of_the_equations_solved_directly(surface, z0):
     """On many elliptic asperities, in JKR-like and in DMT-like contact."""
-    catalogue, deltas = reaching(asperities(surface), z0), np.array([0.5, 2.0, 4.0])
+    catalogue = reaching(asperities(surface), z0)
+    deltas = np.array([0.5, 2.0, 4.0])
     found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="dugdale")
     r2 = (catalogue.x**2 + catalogue.y**2).values
     touch = float(catalogue.datum_height) - catalogue.height.values + r2 / (3000 + np.sqrt(3000**2 - r2))
@@ -168,7 +175,8 @@ def test_no_branch_falls_below_its_mark():
 @pytest.mark.parametrize("work, z0", [(1.35, 0.3), (1.35, 1.5), (0.1, 0.3), (0.1, 1.0), (0.02, 3.0)])
 def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
     """From λ = 3 to beyond the table's end; at the displacement found `superpose` gives that very force."""
-    sticky, options = reaching(surface.assign_coords(work_of_adhesion=work), z0), {"law": "dugdale"}
+    sticky = reaching(surface.assign_coords(work_of_adhesion=work), z0)
+    options = {"law": "dugdale"}
     rng = np.random.default_rng(0)
     places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 12))
     found = pull_off_map(sticky, subregions=tuple(places), **options)

@@ -45,7 +45,8 @@ def test_rms_mean_labels_and_units():
 
 @pytest.mark.parametrize("hurst", [0.2, 0.8])
 def test_spectrum_falls_with_the_hurst_exponent(hurst):
-    pixel, rolloff = 10.0, 1000.0
+    pixel = 10.0
+    rolloff = 1000.0
     scan = self_affine((512, 512), pixel, rms=1, hurst=hurst, rolloff=rolloff, seed=1)
     density = np.abs(np.fft.fft2(scan.height.values)) ** 2
     frequency = np.hypot(*np.meshgrid(*[np.fft.fftfreq(512, pixel)] * 2))

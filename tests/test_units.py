@@ -193,7 +193,8 @@ def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others
 
 @pytest.mark.parametrize("kind", ["quantity", "text", "array", "dataset"])
 def test_places_take_quantities(kind):
-    ground, expected = made()["scan"], roughxr.pull_off_map(made()["scan"], subregions=PLACES)
+    ground = made()["scan"]
+    expected = roughxr.pull_off_map(made()["scan"], subregions=PLACES)
     if kind == "dataset":
         axes = (("subregion", np.asarray(axis) / 1000, {"units": "um"}) for axis in PLACES)
         given = xr.Dataset(coords=dict(zip(("subregion_x", "subregion_y"), axes)))

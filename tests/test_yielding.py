@@ -16,7 +16,8 @@ from .half_space import loaded
 from .surfaces import rough, scan, sphere_gap
 from .test_halfspace import printed_coefficients
 
-E, H = 39.4, 6.0
+E = 39.4
+H = 6.0
 
 
 def yield_depth(radius, hardness=H):
@@ -48,7 +49,8 @@ def pressed_paraboloid(times, cells, radius=1000.0):
 
 
 # Force over that of first yield and area over πRδ_Y, from axisymmetric rings and from squares on a plane alike.
-FORCES, AREAS = {1: 1.0, 2: 2.7204, 5: 9.0327}, {2: 2.07, 5: 6.08}
+FORCES = {1: 1.0, 2: 2.7204, 5: 9.0327}
+AREAS = {2: 2.07, 5: 6.08}
 
 
 def test_what_is_left_is_the_closed_gap_where_the_hardness_bears():
@@ -83,7 +85,9 @@ def test_its_error_falls_with_the_cell(times):
 @pytest.mark.parametrize("ratio", [1.0, 4.0])
 def test_deep_indentations_bear_the_hardness_on_what_they_displace(ratio):
     """P → HA and A → 2π √(R₁R₂) δ, what is wanting as the root of the depth: the elastic part of it grows as that."""
-    radius, bears, covers = 1000.0, [], []
+    radius = 1000.0
+    bears = []
+    covers = []
     for times in (300, 3000):
         delta = times * yield_depth(radius)
         dx = np.sqrt(2 * radius * delta) / 40
@@ -99,7 +103,9 @@ def test_deep_indentations_bear_the_hardness_on_what_they_displace(ratio):
 
 
 def test_scaling_laws_of_an_ellipse_that_yields():
-    separation, delta, dx = paraboloid(150.0, 10.0, 500.0, ratio=3.0), 150.0, 10.0
+    separation = paraboloid(150.0, 10.0, 500.0, ratio=3.0)
+    delta = 150.0
+    dx = 10.0
     once = solve(separation, delta, dx, tolerance=1e-9)
     assert 0.1 < once.hard_area / once.area < 0.95
     larger = solve(4 * separation, 4 * delta, 4 * dx, tolerance=1e-9)
@@ -138,7 +144,8 @@ def test_equals_a_dense_solver_on_small_grids(seed, delta, hardness):
 def assert_yields(found, separation, delta, dx, hardness):
     """Hold the conditions against an independent sum."""
     gap = plain_gap(found, separation, delta, dx)
-    small, hard = 1e-6 * delta, found.pressure >= hardness
+    small = 1e-6 * delta
+    hard = found.pressure >= hardness
     assert found.converged
     assert 0 <= found.pressure.min() and found.pressure.max() <= hardness
     assert gap[~hard].min() >= -small
@@ -167,7 +174,8 @@ def test_conditions_hold_on_rough_windows(delta, smooth, hardness):
 
 @pytest.mark.parametrize("delta", [1.0, 4.0, 12.0, 20.0])
 def test_misleading_guesses_lead_to_the_same_contact(delta):
-    separation, unit = window(48, 5), 9.77 / E
+    separation = window(48, 5)
+    unit = 9.77 / E
     wrong = kalker.solve(separation, 20.0, 9.77, E).pressure * unit  # far above the hardness
     cold = solve(separation, delta, 9.77, 3.0, tolerance=1e-8).pressure * unit
     guess = working_set.Guess(wrong, wrong > 0, wrong > 0)
@@ -207,7 +215,8 @@ def test_the_shape_that_is_left_bears_the_same_pressures_elastically():
 
 def test_what_has_yielded_goes_on_yielding():
     """Pressures only grow, and dents only deepen, so that loading leaves what its deepest displacement says."""
-    separation, deltas = window(48, 12, smooth=1.0), np.linspace(2, 20, 30)
+    separation = window(48, 12, smooth=1.0)
+    deltas = np.linspace(2, 20, 30)
     found = kalker.sweep(separation, deltas, 9.77, E, hardness=kalker.Hardness(3.0), tolerance=1e-9)
     for before, after in pairwise(found):
         assert (after.pressure - before.pressure).min() >= -1e-6

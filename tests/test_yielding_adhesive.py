@@ -22,7 +22,8 @@ from .surfaces import rough, scan
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 
-E, W = 39.4, 0.1
+E = 39.4
+W = 0.1
 
 
 def pair(height, pixel=5.0, **options):
@@ -99,7 +100,8 @@ def test_a_hardness_that_is_never_reached_changes_nothing(heights, law):
 @pytest.mark.filterwarnings("ignore:.*have a range")
 @pytest.mark.parametrize("law", LAWS)
 def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights, law):
-    loads, bodies = [0, 100.0, 1000.0, 5000.0], pair(heights, hardness=2.0)
+    loads = [0, 100.0, 1000.0, 5000.0]
+    bodies = pair(heights, hardness=2.0)
     elastic, hard = (
         adhesive(body, preload=loads, mesh=Mesh(1, step=0.1), law=law)
         for body in (bodies.rename(hardness="hardness_estimate"), bodies)
@@ -129,13 +131,16 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
 
     As the law's range is not short beside that shape the pull lies between JKR's 3/2 and Bradley's 2 times π w R.
     """
-    H, radius, dx = 6.0, 100.0, 2.0
+    H = 6.0
+    radius = 100.0
+    dx = 2.0
     x = (np.arange(65) - 32) * dx
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     law = smooth_laws.smooth_law(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
     (found,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
-    pull, contact = -found.states["force"].min() * E * dx, found.states["contact_area"][found.turn - 1] * dx**2
+    pull = -found.states["force"].min() * E * dx
+    contact = found.states["contact_area"][found.turn - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
     assert flattened > 1.2 * radius
     assert 1.3 * np.pi * 0.05 * flattened < pull < 2.0 * np.pi * 0.05 * flattened
@@ -146,7 +151,9 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypat
     """Steps that multiply the contact leave what the adhesionless solver finds at once."""
     monkeypatch.setattr(smooth_states, "TOLERANCE", 1e-7)
     x = np.arange(41) - 20.0
-    separation, deltas, w = (x[:, None] ** 2 + x**2) / 60.0, np.array([2.0]), 1e-5
+    separation = (x[:, None] ** 2 + x**2) / 60.0
+    deltas = np.array([2.0])
+    w = 1e-5
     law = smooth_laws.without_range(w, 0.25)
     (found,) = follow_path(separation, deltas, step, law, cap=0.05, limit=0.05)
     limits = {"hardness": displacement_control.Hardness(0.05), "tolerance": 1e-10, "keep": 1}
@@ -192,8 +199,10 @@ def pull_of_rings(length, count=40):
     4r/(πE*) [E(b/r) − (1 − b²/r²) K(b/r)].
     """
     edges = PUNCH * np.sin(np.linspace(0, np.pi / 2, count + 1))
-    middle, area = 0.5 * (edges[1:] + edges[:-1])[:, None], np.pi * np.diff(edges**2)
-    inner, outer = np.minimum(middle / np.maximum(edges, 1e-9), 1) ** 2, np.minimum(edges / middle, 1) ** 2
+    middle = 0.5 * (edges[1:] + edges[:-1])[:, None]
+    area = np.pi * np.diff(edges**2)
+    inner = np.minimum(middle / np.maximum(edges, 1e-9), 1) ** 2
+    outer = np.minimum(edges / middle, 1) ** 2
     beyond = middle * (ellipe(outer) - (1 - outer) * ellipk(np.minimum(outer, 1 - 1e-15)))
     sinks = np.where(middle < edges, edges * ellipe(inner), beyond) * 4 / (np.pi * E)
     stiffness = area[:, None] * np.linalg.inv(np.diff(sinks, axis=1))
@@ -204,7 +213,8 @@ def pull_of_rings(length, count=40):
         attraction = area * W * np.exp(-gap / length)
         return 0.5 * (raised - gap) @ held - attraction.sum(), attraction / length - held
 
-    gap, pulls = np.zeros(count), [0.0]
+    gap = np.zeros(count)
+    pulls = [0.0]
     for raised in np.arange(0.005, 2.0, 0.005):
         options = {"ftol": 1e-14, "gtol": 1e-9, "maxiter": 5000}
         bounds = [(0, None)] * count
@@ -218,7 +228,8 @@ def pull_of_rings(length, count=40):
 @pytest.mark.parametrize("length", [0.3, 0.1, 0.05])
 def test_a_flat_punch_of_ten_cells_pulls_as_rings_of_the_same_law_do(length):
     """Within half a percent, and two where less than one cell spans the law's zone at the edge (0.05 nm)."""
-    griffith, rings = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W), pull_of_rings(length)
+    griffith = punch_pull_off(radius=PUNCH, contact_modulus=E, work_of_adhesion=W)
+    rings = pull_of_rings(length)
     assert exponential_pull(10, length) == pytest.approx(rings, rel=0.02 if length < 0.1 else 0.005)
     assert rings < 0.85 * griffith
 
@@ -265,12 +276,14 @@ def flattened(hard, cells=10):
 
     ``hard`` is H over √(w E*/a); the sphere is so small that all of its contact, of ``cells`` in radius, bears H.
     """
-    H, dx = hard * np.sqrt(W * E / PUNCH), PUNCH / cells
+    H = hard * np.sqrt(W * E / PUNCH)
+    dx = PUNCH / cells
     radius = min(6 * PUNCH, 0.05 * E * PUNCH / H)
     delta = PUNCH**2 / (2 * radius) + 4 * H * PUNCH / (np.pi * E)
     half = int(np.sqrt(2 * radius * delta) / dx) + 4
     x = np.arange(-half, half + 1) * dx
-    separation, deltas = (x[:, None] ** 2 + x**2) / (2 * radius), np.array([delta])
+    separation = (x[:, None] ** 2 + x**2) / (2 * radius)
+    deltas = np.array([delta])
     limits = {"hardness": displacement_control.Hardness(H), "tolerance": 1e-9, "keep": 1}
     found, pressure, sinks = displacement_control.sweep_arrays(separation, deltas, dx, E, **limits)
     assert found[0, displacement_control.FORCE] > 0.98 * H * found[0, displacement_control.AREA]
@@ -295,7 +308,8 @@ def test_an_asperity_pressed_flat_pulls_as_its_closed_form(hard):
 
 def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():
     flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
-    punch, unit = punch_pull_off(**flat), np.sqrt(W * E / PUNCH)
+    punch = punch_pull_off(**flat)
+    unit = np.sqrt(W * E / PUNCH)
     found = np.array([flattened_pull_off(hardness=hard * unit, **flat) for hard in (1e-4, 0.03, 0.5, 2.0, 100.0, 1e4)])
     assert (np.diff(found) < 0).all()
     assert found[0] == pytest.approx(punch, rel=1e-4) and 0.98 * punch < found[1] < 0.99 * punch
@@ -305,7 +319,8 @@ def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():
 
 def test_a_flattened_asperity_is_made_of_punches():
     """Its largest pull is that of a contact held together by punches: P = 2E* ∫ (δ − g) da, δ − g(a) = −√(2πaw/E*)."""
-    H, parts = 0.5, np.linspace(0.5, 0.95, 4001)
+    H = 0.5
+    parts = np.linspace(0.5, 0.95, 4001)
     a = parts * PUNCH
     shape = 2 * H / E * (PUNCH - np.sqrt(PUNCH**2 - a**2))  # of the contact, as punches add up to it
     delta = shape - np.sqrt(2 * np.pi * a * W / E)

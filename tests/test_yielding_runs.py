@@ -31,7 +31,8 @@ def groups(tmp_path_factory):
 
 
 def test_a_run_keeps_both_ways(groups):
-    there, back = groups["solutions/direct"], groups["solutions/retraction"]
+    there = groups["solutions/direct"]
+    back = groups["solutions/retraction"]
     assert there.force.dims == back.force.dims == ("subregion", "delta")
     assert (back.force <= there.force * (1 + 1e-6)).all()
     assert (back.force.isel(delta=1) < 0.9 * there.force.isel(delta=1)).any()
@@ -74,7 +75,8 @@ def test_elastic_runs_warn_of_what_lies_above_an_estimate():
 @pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_superposition_is_compared_with_the_way_in():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, hardness=3.0)
-    deltas, places = [4.0, 8.0, 12.0], (2, 2)
+    deltas = [4.0, 8.0, 12.0]
+    places = (2, 2)
     summed = roughxr.superpose(pair, delta=deltas, law="hertz", subregions=places)
     solved = roughxr.direct(pair, delta=deltas, subregions=places)
     found = statistics.force_ratio(summed, solved)
@@ -100,7 +102,8 @@ def test_hardness_is_an_entry_of_the_budget():
         budget_of(pair, solved, settings={"hardness": factors}, **options).sel(entry="hardness")
         for factors in ([0.5], [2.0], [0.5, 2.0])
     )
-    up, down = float(softer.pull_off_change), float(harder.pull_off_change)
+    up = float(softer.pull_off_change)
+    down = float(harder.pull_off_change)
     assert up > 0.1 and down < -0.1  # what is softer flattens more, and sticks harder
     assert float(both.relative_std) == pytest.approx(max(up, -down)) and float(both.slope) < 0
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)

@@ -261,7 +261,8 @@ def _text_numbers(text):
 
 def assert_same(found, expected, *, rtol, leave=(), words=""):
     """Raise where two results differ by more than rounding, relative to the largest of each variable."""
-    found, expected = numbers(found, leave), numbers(expected, leave)
+    found = numbers(found, leave)
+    expected = numbers(expected, leave)
     assert found.keys() == expected.keys(), words
     for name in expected:
         scale = np.abs(expected[name][np.isfinite(expected[name])]).max(initial=0.0)

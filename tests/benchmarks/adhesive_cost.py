@@ -26,10 +26,13 @@ def pressed():
     for law in ("exponential", "jkr"):
         adhesive(scan, subregions=(1, 1), law=law, mesh=1, **options)  # compile
     for law, refine in PRESSED:
-        wall, processor = time.perf_counter(), time.process_time()
+        wall = time.perf_counter()
+        processor = time.process_time()
         cycle = adhesive(scan, subregions=(8, 8), law=law, mesh=refine, **options)
-        wall, processor = time.perf_counter() - wall, time.process_time() - processor
-        pull, ends = cycle.pull_off_force, int(cycle.complete.sum())
+        wall = time.perf_counter() - wall
+        processor = time.process_time() - processor
+        pull = cycle.pull_off_force
+        ends = int(cycle.complete.sum())
         print(
             f"{law}, refine {refine}: {wall:.0f} s, {processor:.0f} s of processor time, "
             f"pull-off {float(pull.mean()):.0f} ± {float(pull.std()):.0f} nN, complete {ends}/64",

@@ -21,8 +21,13 @@ from pathlib import Path
 
 import numpy as np
 
-SIDE, REFINE, DEPTH, STEP = 192, 4, 4.0, 0.25
-MODULUS, WORK, RANGE = 39.407, 1.35, 0.3
+SIDE = 192
+REFINE = 4
+DEPTH = 4.0
+STEP = 0.25
+MODULUS = 39.407
+WORK = 1.35
+RANGE = 0.3
 
 #: Places of the 8 × 8, one in each row.
 PLACES = (2, 9, 20, 27, 38, 45, 52, 61)
@@ -58,7 +63,8 @@ def ours(separation, dx, deltas=(DEPTH,)):
     """Return our pull-off force (nN), at the displacements alone if there are several, and processor time (s)."""
     from roughxr.kernels.adhesion import path, traction_laws
 
-    began, per_unit = time.process_time(), dx / MODULUS
+    began = time.process_time()
+    per_unit = dx / MODULUS
     law = traction_laws.smooth_law(exponential=(WORK * per_unit, RANGE))
     (followed,) = path.follow_path(separation, np.array(deltas), STEP, law)
     back = followed.states[followed.turn :]
@@ -84,11 +90,14 @@ def peers(separation, dx):
     )
     goal = PEER_TOLERANCE * abs(law.max_tensile) * surface.area_per_pt
     there = np.arange(-8 * RANGE, DEPTH, STEP)
-    forces, missed, u = [], 0, None
+    forces = []
+    missed = 0
+    u = None
     for delta in [*there, *np.arange(DEPTH, -60.0, -STEP)]:
         options = {"gtol": goal, "ftol": 0, "maxcor": 10, "maxiter": 3000}
         found = system.minimize_proxy(offset=delta, initial_displacements=u, options=options)
-        missed, u = missed + (not found.success), system.disp
+        missed = missed + (not found.success)
+        u = system.disp
         forces.append(float(system.compute_normal_force()))
         if len(forces) > there.size + 1 and -forces[-1] < 1e-3 * -min(forces) and delta < 0:
             break

@@ -126,7 +126,8 @@ def flattened_pull(scan):
     ).isel(subregion=0, delta=0)
     gap = np.sort(found.gap.values[np.isfinite(found.gap.values)])
     area = float(scan.x[1] - scan.x[0]) ** 2
-    length, work = float(scan.adhesion_range), float(scan.work_of_adhesion)
+    length = float(scan.adhesion_range)
+    work = float(scan.work_of_adhesion)
 
     def pulled(depth):
         return area * work / length * np.exp(-np.maximum(gap - depth, 0.0) / length).sum()
@@ -157,7 +158,8 @@ def on_diamond(seed, cells, *, hardness, ruby, spectrum, law):
 
     ``ruby`` is the sphere's own rms over the film's, ``spectrum`` the part of its continued spectrum's distribution.
     """
-    radius, cell = 250_000.0, 9400.0 / cells
+    radius = 250_000.0
+    cell = 9400.0 / cells
     model = known_spectrum(film_spectrum(), 1e5)._replace(tilt=float(ndtri(spectrum)))
     at = (np.arange(cells) + 0.5) * cell
     height = np.hypot(1, ruby) * nested_roughness(at, at, model.directional_density, 1e5, 4 * cell, seed)
@@ -199,7 +201,8 @@ def carbon(seed, cells, *, radius, hurst, rolloff, work, length, hardness):
 
 def silicon(seed, cells, *, humidity, angle, smooth, etched, tip, hurst, rolloff, slope):
     """Return by how much the pull of a flat tip of 2 µm falls from smooth to etched silicon."""
-    cell, forces = 2400 / cells, []
+    cell = 2400 / cells
+    forces = []
     at = (np.arange(cells | 1) - (cells | 1) // 2) * cell
     away = np.hypot(at[:, None], at)
     face = np.where(away < 1000, np.radians(slope) * at[:, None], -1e4)
@@ -349,7 +352,8 @@ def draw(table, ax):
     """Draw predicted against stated, each with its interval; arrows are bounds."""
     facts = [fact for one in EXPERIMENTS for fact in one.stated]
     for k, (row, fact) in enumerate(zip(table.itertuples(), facts), 1):
-        colour, bound = COLOURS[row.verdict], bool(np.isinf(fact.high))
+        colour = COLOURS[row.verdict]
+        bound = bool(np.isinf(fact.high))
         last = 4 * fact.low if bound else fact.high
         x = fact.low if bound else np.sqrt(fact.low * last) if np.isnan(fact.middle) else fact.middle
         ax.plot([fact.low, last], [row.middle] * 2, color=colour, linewidth=1.2)

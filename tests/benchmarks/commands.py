@@ -75,7 +75,11 @@ class Took(NamedTuple):
 def command(arguments, cache=None, limit=None):
     """Run Python in a process of its own, interrupted after ``limit`` seconds; return what it took."""
     environment = {**os.environ, "MPLBACKEND": "Agg", **({"NUMBA_CACHE_DIR": cache} if cache else {})}
-    begun, first, told, left, line = time.monotonic(), 0.0, "", "", ""
+    begun = time.monotonic()
+    first = 0.0
+    told = ""
+    left = ""
+    line = ""
     streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
     process = subprocess.Popen([sys.executable, *arguments], env=environment, text=True, **streams)
     alarm = threading.Timer(limit or threading.TIMEOUT_MAX, process.send_signal, [signal.SIGINT])
@@ -83,7 +87,8 @@ def command(arguments, cache=None, limit=None):
     alarm.start()
     for line in process.stderr:
         if estimate := _ESTIMATE.match(line):
-            first, told = first or sum(psutil.Process(process.pid).cpu_times()[:2]), estimate[1]
+            first = first or sum(psutil.Process(process.pid).cpu_times()[:2])
+            told = estimate[1]
         if line.startswith("stage "):
             left = line.split(":")[0]
     _, status, used = os.wait4(process.pid, 0)
@@ -91,7 +96,8 @@ def command(arguments, cache=None, limit=None):
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode not in _ENDS:
         print(f"ended with {process.returncode}: {line.strip()}")
-    wall, memory = time.monotonic() - begun, used.ru_maxrss / 1024
+    wall = time.monotonic() - begun
+    memory = used.ru_maxrss / 1024
     return Took(used.ru_utime + used.ru_stime, wall, first, memory, told, left, process.returncode)
 
 

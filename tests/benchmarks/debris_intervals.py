@@ -20,7 +20,8 @@ import roughxr
 from roughxr.statistics import bootstrap
 
 #: Places along a side of the grids, and of the grid of the true mean.
-SIDES, FINE = (3, 4, 6), 60
+SIDES = (3, 4, 6)
+FINE = 60
 
 #: Pull-off from a smooth flat over the mean without debris, where values have no surface.
 SMOOTH = 40.0
@@ -47,7 +48,8 @@ DEBRIS = ((0.1, 10.0), (0.04, 15.0), (0.2, 4.0), (0.08, 0.3))
 def covers(ds, mean):
     """Return whether the interval contains the mean (NaN without an interval), and its upper over its lower end."""
     interval = bootstrap(ds, statistics=["mean"], resamples=199).isel(statistic=0)
-    low, high = float(interval.low), float(interval.high)
+    low = float(interval.low)
+    high = float(interval.high)
     return (float(low <= mean <= high), high / low) if np.isfinite(low) else (np.nan, np.nan)
 
 
@@ -72,7 +74,8 @@ def of_values(trials, rng):
     for (share, ratio), (name, law) in zip(DEBRIS, LAWS.items()):
         mean = 1 - share + share * ratio
         for side in SIDES:
-            alone, known = [], []
+            alone = []
+            known = []
             for _ in range(trials):
                 on_debris = rng.uniform(size=side**2) < share
                 values = np.where(on_debris, ratio, 1.0) * law(rng, side**2)
@@ -85,17 +88,22 @@ def of_values(trials, rng):
 
 def surface_with_particles(rng):
     """Return a random surface with particles and a pair of bodies."""
-    pixel, pixels = 10.0, 256
-    rms, hurst, rolloff = rng.uniform(0.5, 3.0), rng.uniform(0.4, 0.9), rng.uniform(80.0, 400.0)
+    pixel = 10.0
+    pixels = 256
+    rms = rng.uniform(0.5, 3.0)
+    hurst = rng.uniform(0.4, 0.9)
+    rolloff = rng.uniform(80.0, 400.0)
     seed = int(rng.integers(1_000_000))
     scan = roughxr.scans.synthetic.self_affine(
         (pixels, pixels), pixel, rms=rms, hurst=hurst, rolloff=rolloff, cutoff=40, seed=seed
     )
-    x, y = scan["x"].values[:, None], scan["y"].values
+    x = scan["x"].values[:, None]
+    y = scan["y"].values
     height = scan["height"].values.copy()
     for _ in range(rng.integers(1, 9)):
         centre = rng.uniform(0.0, pixel * pixels, 2)
-        width, top = rng.uniform(20.0, 90.0), rms * rng.uniform(5.0, 12.0)
+        width = rng.uniform(20.0, 90.0)
+        top = rms * rng.uniform(5.0, 12.0)
         height += top * np.exp(-(((x - centre[0]) ** 2 + (y - centre[1]) ** 2) ** 2) / width**4)
     scan = scan.assign(height=scan["height"].copy(data=height))
     radius = 10 ** rng.uniform(2.5, 3.7)

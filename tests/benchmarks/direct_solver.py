@@ -33,7 +33,9 @@ from roughxr.scans.synthetic import self_affine
 from tests import half_space as kalker
 from tests.half_space import loaded
 
-DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
+DX = 9.77
+RADIUS = 3000.0
+MODULUS = 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)
 
 
@@ -81,7 +83,9 @@ def reference_force(separation, delta, dx, start, tolerance=1e-9):
     def product(p):
         return scipy.fft.irfft2(scipy.fft.rfft2(p, padded) * transfer, padded)[: shape[0], : shape[1]]
 
-    p, direction, old = start.copy(), np.zeros(shape), 0.0
+    p = start.copy()
+    direction = np.zeros(shape)
+    old = 0.0
     for _ in range(3000):
         gap = product(p) + separation - delta
         contact = p > 0
@@ -227,7 +231,8 @@ def bare_kernels(scan):
     from roughxr.kernels.halfspace.separation import SPHERE, sphere_separation
     from roughxr.scans import regions
 
-    z, dx = scan.height.values, float(scan.x[1] - scan.x[0])
+    z = scan.height.values
+    dx = float(scan.x[1] - scan.x[0])
     windows, _ = regions.windows(scan, regions.centres(scan, (8, 8)), np.sqrt(2 * RADIUS * DELTAS[-1]))
     cut = []
     for w in windows:

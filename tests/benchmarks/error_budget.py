@@ -20,7 +20,8 @@ from roughxr.scans import regions
 from roughxr.studies.uncertainty_budget import budget_of
 
 #: The mesh that `run` finds fine enough with its steps, and the one that it is compared to.
-MESH, FINER = roughxr.Mesh(4, None, 0.4), roughxr.Mesh(8, None, 0.2)
+MESH = roughxr.Mesh(4, None, 0.4)
+FINER = roughxr.Mesh(8, None, 0.2)
 
 
 def timed(work):

@@ -58,7 +58,8 @@ def readme(name):
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(["git", "clone", "-q", repository, folder], check=True)
         for part in line.split(" && "):
-            before, begun = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            begun = time.monotonic()
             subprocess.run(part, shell=True, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
             walls.append(time.monotonic() - begun)

@@ -54,7 +54,8 @@ def main(count):
         for errors in ((0.0, 0.0), (0.1, 0.03)):
             for both in (True, False):
                 inside, width = covered(count, soft, errors, both=both, drift=1.0)
-                share, free = inside.mean(axis=0), np.isinf(width[:, 0]).mean()
+                share = inside.mean(axis=0)
+                free = np.isinf(width[:, 0]).mean()
                 print(
                     f"{'soft' if soft else 'stiff':10s} {'wrong' if any(errors) else 'exact':12s} {1 + both:8d} "
                     f"{len(inside):7d}  {share[0]:12.3f}  {share[1]:.3f}  {free:19.0%}  {np.median(width[:, 1]):13.0%}",

@@ -33,8 +33,14 @@ PAIR = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0.1, "
 
 #: rms (nm), Hurst exponent and roll-off wavelength (nm) of each kind.
 KINDS = {"low": (1.0, 0.8, 160), "high": (1.5, 0.8, 160), "flat": (1.0, 0.6, 240), "long": (1.5, 0.9, 240)}
-WORKS, TABLE = (0.05, 0.2), np.geomspace(0.0125, 0.8, 5)
-SURFACES, SETS, PLACES, MEASURED, NOISE, CALIBRATION = 5, 5, 20, 12, 0.05, 0.1
+WORKS = (0.05, 0.2)
+TABLE = np.geomspace(0.0125, 0.8, 5)
+SURFACES = 5
+SETS = 5
+PLACES = 20
+MEASURED = 12
+NOISE = 0.05
+CALIBRATION = 0.1
 
 
 class Surface:
@@ -84,7 +90,8 @@ def sets_of(kind: str, shortest: float) -> list[dict]:
     rows = []
     for k, surface in enumerate(surfaces):
         for work in WORKS * SETS:
-            measured, other = surface.measured(work), surfaces[(k + 1) % SURFACES]
+            measured = surface.measured(work)
+            other = surfaces[(k + 1) % SURFACES]
             both = {"own": fitted(surface, measured, work), "other": fitted(other, measured, work)}
             rows.append({"kind": kind, "shortest": shortest, "surface": k, "work": work, **both})
     return rows
@@ -109,7 +116,8 @@ def told(name: str, rows: list[dict], shortest: float, scan: str) -> None:
     """Print one row; an open end of an interval counts as holding nothing, and surfaces, not sets, as independent."""
     rows = [row for row in rows if row["shortest"] == shortest]
     value, low, high = np.array([row[scan] for row in rows]).T
-    held, logs = (low < 1) & (1 < high), np.log(value)
+    held = (low < 1) & (1 < high)
+    logs = np.log(value)
     groups = [f"{row['kind']} {row['surface']}" for row in rows]
     means = [np.nanmean(logs[np.array(groups) == one]) for one in sorted(set(groups))]
     error = np.std(means, ddof=1) / np.sqrt(len(means))

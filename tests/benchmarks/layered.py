@@ -30,7 +30,8 @@ def main():
     parser.add_argument("--only", choices=("direct", "adhesive"))
     given = parser.parse_args()
     warnings.simplefilter("ignore")
-    scan, at = roughxr.open_sample("glass"), {"subregions": (given.places, given.places)}
+    scan = roughxr.open_sample("glass")
+    at = {"subregions": (given.places, given.places)}
     bodies = {
         "glass": scan.contact.assign_pair(sphere_radius=3000, materials="glass"),
         "50 nm of oxide on silicon": scan.contact.assign_pair(**SPHERE, layer=Layer("50 nm", "silica")),

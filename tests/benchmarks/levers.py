@@ -105,7 +105,8 @@ def print_row(name, parts):
     """Print the coverage of the errors of some places."""
     stated, true, lever = (np.concatenate(part) for part in zip(*parts))
     known = np.isfinite(stated) & np.isfinite(true).all(axis=1)
-    stated, true = stated[known], true[known]
+    stated = stated[known]
+    true = true[known]
     print(
         f"{name}: {stated.size} places ({(~known).sum()} left out), lever {np.median(lever[known]):.3g} nm; the stated "
         f"error covers the largest difference at {np.mean(true.max(axis=1) <= stated):.0%} of places and "

@@ -35,7 +35,8 @@ def scored(name, curves):
         np.array([getattr(result, name) for result in results])
         for name in ("pull_off_force", "pull_off_standard_error", "pull_off_at_most")
     )
-    measured, limited = np.isfinite(force), np.isfinite(limit)
+    measured = np.isfinite(force)
+    limited = np.isfinite(limit)
     off = ((force - true) / error)[measured]
     true_or_nan = np.where(true > 0, true, np.nan)
     relative = (force / true_or_nan - 1)[measured]

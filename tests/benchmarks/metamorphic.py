@@ -95,10 +95,13 @@ def differences(verb, seed, steps, s, draw):
     now = scaled(identities.Setting(surface(seed), identities.places(seed)), s)
     for step in steps:
         now = step(now, draw) if (verb, step) != ("resting", identities.in_single_precision) else now
-    expected, found, out = at_first(verb, seed), computed(verb, now, s), {}
+    expected = at_first(verb, seed)
+    found = computed(verb, now, s)
+    out = {}
     rtol = max(FAR.get(verb, identities.ROUNDING), now.far)
     for name in expected.keys() & found.keys():
-        a, b = found[name], expected[name]
+        a = found[name]
+        b = expected[name]
         largest = np.abs(b[np.isfinite(b)]).max(initial=0.0)
         if a.shape != b.shape or not np.allclose(a, b, rtol, rtol * largest, equal_nan=True):
             out[name] = (

@@ -32,7 +32,10 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import roughxr
 from roughxr import particles
 
-WORK, ROUGHNESS, WAVES, SIDE = 0.56, (5.0, 20.0, 50.0), 10_000.0, 20_000.0
+WORK = 0.56
+ROUGHNESS = (5.0, 20.0, 50.0)
+WAVES = 10_000.0
+SIDE = 20_000.0
 BODIES = {"young_modulus": (380.0, 207.0), "poisson_ratio": (0.22, 0.30), "work_of_adhesion": WORK}
 SPEEDS = np.geomspace(0.05, 50, 61)
 

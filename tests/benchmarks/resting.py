@@ -27,7 +27,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 import roughxr
 
 BODIES = {"sphere_radius": 3000.0, "young_modulus": 75.0, "poisson_ratio": 0.22, "work_of_adhesion": 0.1}
-GRID, SPEEDS = (8, 8), (0.05, 0.1, 0.2, 0.5)
+GRID = (8, 8)
+SPEEDS = (0.05, 0.1, 0.2, 0.5)
 
 
 def median(values, share):
@@ -77,9 +78,11 @@ def large(pixels, form, path):
     roughxr.particles.resting(roughxr.assign_pair(small, **BODIES))
     scan = xr.open_dataset(path, chunks={"x": 512, "y": 512} if form == "lazy" else None)
     scan = roughxr.assign_pair(scan if form == "lazy" else scan.load(), **BODIES)
-    start, busy = time.perf_counter(), time.process_time()
+    start = time.perf_counter()
+    busy = time.process_time()
     places = roughxr.particles.resting(scan)
-    took, busy = time.perf_counter() - start, time.process_time() - busy
+    took = time.perf_counter() - start
+    busy = time.process_time() - busy
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
         f"{pixels}², {form}: {places.sizes['subregion']} rests in {took:.1f} s ({busy:.1f} s of processor time, "

@@ -28,7 +28,8 @@ from roughxr.particles.force_balance import with_pull_off
 PAIR = {"sphere_radius": 3000, "young_modulus": 75, "poisson_ratio": 0.22, "surface_energy": 0.675}
 
 #: Largest moments in closed form: of one JKR asperity over P_c a_c, of a ring of many over N P_c ρ.
-ONE, RING = 15 / 16 * 1.25 ** (2 / 3), 0.8770
+ONE = 15 / 16 * 1.25 ** (2 / 3)
+RING = 0.8770
 
 
 def spent(function):
@@ -80,7 +81,8 @@ def afterwards(held, repeat):
 
 def asperities_at(x, y, radius=100.0, sphere=1e9):
     """Return a catalogue of equal spherical asperities under a sphere so flat that its curvature does not count."""
-    curvature, edge = np.full(x.size, 1 / radius - 1 / sphere), np.ptp(np.r_[x, y]) + 1.0
+    curvature = np.full(x.size, 1 / radius - 1 / sphere)
+    edge = np.ptp(np.r_[x, y]) + 1.0
     values = {"height": np.zeros(x.size), "curvature_min": curvature, "curvature_max": curvature}
     values["orientation"] = np.zeros(x.size)
     scalars = {"sphere_radius": sphere, "contact_modulus": 39.4, "work_of_adhesion": 0.1, "patch_radius": 50.0}

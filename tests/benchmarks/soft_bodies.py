@@ -27,7 +27,8 @@ from roughxr.contact.adhesive_options import usual_step
 from roughxr.contact.refinement import LARGEST_SETTLING, settling_changes
 from roughxr.specimen import specimen_of
 
-PIXEL, RANGE = 20.0, 0.3
+PIXEL = 20.0
+RANGE = 0.3
 
 #: Pull-offs that differ by more than this part belong to different contacts.
 OTHER_CONTACT = 0.3
@@ -115,7 +116,9 @@ def main():
     rows = [ROWS[k] for k in options.only]
     if options.seeds:
         rows = [row for seed in options.seeds for row in nine_places(seed)]
-    covered, has_range, errors = [], [], []
+    covered = []
+    has_range = []
+    errors = []
     for row in rows:
         began = time.process_time()
         pull_off = surface(row).contact.adhesive(subregions=subregion(row), mesh=options.mesh or "auto")

@@ -66,7 +66,8 @@ def rigid_pull_off(scan, place, refine=16):
     first = float(scan.x[0]) - 0.5 * (refine - 1) * cell
     x, y = (first + cell * np.arange(size) for size in height.shape)
     distance = np.hypot(x[:, None] - float(place.subregion_x[0]), y - float(place.subregion_y[0]))
-    radius, length = float(scan.sphere_radius), float(scan.adhesion_range)
+    radius = float(scan.sphere_radius)
+    length = float(scan.adhesion_range)
     separation = radius - np.sqrt(np.maximum(radius**2 - distance**2, 0.0)) - height
     gap = separation - separation.min()
     return float(scan.work_of_adhesion) / length * cell**2 * np.exp(-gap / length).sum()
@@ -87,7 +88,9 @@ def true_pull_off(scan, refinement, options):
 
 def covered(scan, places, accuracy, law):
     """Return the stated and the true errors of the places whose cycles are complete, and the cells to a pixel."""
-    stated, true, refinement = [], [], []
+    stated = []
+    true = []
+    refinement = []
     some = regions.sample(regions.centres(scan, (8, 8)), places)
     for k in range(some.sizes["subregion"]):
         options = {"subregions": some.isel(subregion=[k]), "law": law}

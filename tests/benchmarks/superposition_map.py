@@ -52,7 +52,8 @@ def every_pixel(scan, picture):
             f"every pixel, {workers} thread(s): {seconds:.1f} s for {centres} centres, "
             f"{cpu / centres * 1e6:.0f} us of processor time each"
         )
-    rng, worst = np.random.default_rng(0), 0.0
+    rng = np.random.default_rng(0)
+    worst = 0.0
     catalogue = scan.contact.asperities()
     for i, j in rng.integers(0, scan.sizes["x"], (200, 2)):
         place = scan.x.values[[i]], scan.y.values[[j]]

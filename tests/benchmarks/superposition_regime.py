@@ -35,7 +35,8 @@ from roughxr.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
 
 TABLE = Path(__file__).parents[2] / "datasets" / "superposition_family.csv"
-PIXEL, PIXELS = 8.0, 128
+PIXEL = 8.0
+PIXELS = 128
 ELASTIC = {"young_modulus": 75, "poisson_ratio": 0.22}
 PAIRS = [(radius, work) for radius in (500.0, 3000.0) for work in (0.2, 1.35)]  # nm, J/m²
 PATCHES = ("auto", 3, 5, 7)
@@ -114,7 +115,8 @@ def contact_radius(scan, catalogue):
 def refinement(scan):
     """Return by how much the simulation is refined: five of its pixels to a wave, and one to a contact's radius."""
     catalogue = scan.contact.asperities()
-    pixel, a = float(catalogue.pixel), contact_radius(scan, catalogue)
+    pixel = float(catalogue.pixel)
+    a = contact_radius(scan, catalogue)
     wave = float(catalogue.shortest_wavelength)
     return int(np.clip(np.ceil(max(4.8 * pixel / wave, pixel / a)), 1, 4 if a < 0.4 * pixel else 2))
 

@@ -18,7 +18,9 @@ import roughxr
 from roughxr.kernels.asperity.asperity_laws import asperity_scales, law
 from tests.asperity_loops import asperity_events
 
-E, W = 40.0, 1.0  # GPa, J/m²
+# GPa, J/m²
+E = 40.0
+W = 1.0
 PLACES = [(0.0, 0.0), (0.5, 0.5), (0.31, 0.17)]
 MORE = [*PLACES, *map(tuple, np.random.default_rng(0).uniform(0, 0.5, (13, 2)).tolist())]
 
@@ -47,7 +49,9 @@ def bump(cells, place=(0.0, 0.0), ratio=1.0, radius=1000.0, modulus=E, work=W):
 
 def least_energy(ratio):
     """Return the pull-off of the ellipse of least energy over the sphere's."""
-    A, B, energy = 0.5 / np.sqrt(ratio), 0.5 * np.sqrt(ratio), law("energy")
+    A = 0.5 / np.sqrt(ratio)
+    B = 0.5 * np.sqrt(ratio)
+    energy = law("energy")
     return -asperity_events(asperity_scales(A, B, 1.0, 1.0, energy), energy).largest_tension.P / (1.5 * np.pi)
 
 
@@ -69,7 +73,8 @@ def row(name, ds, places, exact=None, finer=None, **options):
     spent = time.process_time() - begin
     if exact is None:
         exact = ds.contact.adhesive(subregions=places, law="jkr", mesh=finer).pull_off_force.values
-    ratio, stated = found.pull_off_force.values / exact, found.pull_off_error.values
+    ratio = found.pull_off_force.values / exact
+    stated = found.pull_off_error.values
     held = np.mean(np.abs(1 / ratio - 1) <= stated)
     figures = f"{np.round(ratio, 4)}, stated {np.round(stated, 3)}, covered {held:.0%}"
     print(f"{name}: {figures}, cells per pixel {found.mesh.values}, {spent:.0f} s", flush=True)
@@ -77,13 +82,16 @@ def row(name, ds, places, exact=None, finer=None, **options):
 
 def spheres(cells):
     """Print how far spheres of so many cells in radius are off, over sixteen places on the pixels."""
-    off, held = [], []
+    off = []
+    held = []
     for place in MORE:
         ds, exact = bump(cells, place)
         found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="jkr", mesh=1)
         off.append(float(found.pull_off_force[0]) / exact - 1)
         held.append(abs(1 / (1 + off[-1]) - 1) <= float(found.pull_off_error[0]))
-    mean, square, largest = np.mean(off), np.sqrt(np.mean(np.square(off))), np.abs(off).max()
+    mean = np.mean(off)
+    square = np.sqrt(np.mean(np.square(off)))
+    largest = np.abs(off).max()
     print(
         f"spheres, {cells:g} cells: mean {mean:+.2%}, root mean square {square:.2%}, largest {largest:.2%}, "
         f"covered {np.mean(held):.0%}",

@@ -18,7 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
+DX = 9.77
+RADIUS = 3000.0
+MODULUS = 39.4
 CASES = ((15.0, 4.0), (15.0, 2.0), (8.0, 1.0), (15.0, 0.5))
 PEERS = ("contactmechanics", "tamaas")
 
@@ -48,7 +50,8 @@ def tamaas(separation, hardness, pressure, delta):
     tm.set_log_level(tm.LogLevel.error)
     n, m = separation.shape
     model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [n * DX, m * DX], [n, m])
-    model.E, model.nu = MODULUS, 0.0
+    model.E = MODULUS
+    model.nu = 0.0
     tm.ModelFactory.registerNonPeriodic(model, "dcfft")
     solver = tm.KatoSaturated(model, np.ascontiguousarray(-separation), 1e-10, float(hardness))
     solver.setIntegralOperator("dcfft")
@@ -73,7 +76,8 @@ def contactmechanics(separation, hardness, pressure, delta):
 
 def told(pressure, hardness):
     """Return force (nN), contact area (nm²), and the shares of area and of force at the hardness."""
-    touching, yields = pressure > 1e-6 * hardness, pressure > hardness * (1 - 1e-4)
+    touching = pressure > 1e-6 * hardness
+    yields = pressure > hardness * (1 - 1e-4)
     force = pressure.sum()
     shares = yields.sum() / max(touching.sum(), 1), pressure[yields].sum() / force
     return np.array([force * DX**2, touching.sum() * DX**2, *shares])
@@ -90,7 +94,8 @@ def violated(pressure, separation, hardness):
     half = np.concatenate([quarter[:0:-1], quarter])
     whole = np.concatenate([half[:, :0:-1], half], axis=1)
     level = separation + fftconvolve(pressure, whole, mode="full")[n - 1 : 2 * n - 1, m - 1 : 2 * m - 1] * DX / MODULUS
-    touching, yields = pressure > 1e-6 * hardness, pressure > hardness * (1 - 1e-4)
+    touching = pressure > 1e-6 * hardness
+    yields = pressure > hardness * (1 - 1e-4)
     elastic = touching & ~yields
     approach = np.median(level[elastic])
     misses = abs(level - approach)[elastic], (level - approach)[yields], (approach - level)[~touching]
@@ -100,7 +105,8 @@ def violated(pressure, separation, hardness):
 def solved_elsewhere(python, peer, given):
     """Return a peer's pressures and whether it converged, from a process of its own, or what went wrong."""
     with tempfile.TemporaryDirectory() as folder:
-        task, answer = Path(folder) / "task.npz", Path(folder) / "answer.npz"
+        task = Path(folder) / "task.npz"
+        answer = Path(folder) / "answer.npz"
         np.savez(task, **given)
         command = [python, __file__, "--solve", peer, str(task), str(answer)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)

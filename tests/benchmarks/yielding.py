@@ -31,7 +31,9 @@ from roughxr.scans.synthetic import self_affine
 from tests import half_space as kalker
 from tests.closed_forms import flattened_pull_off, punch_pull_off
 
-DX, RADIUS, MODULUS = 9.77, 3000.0, 39.4
+DX = 9.77
+RADIUS = 3000.0
+MODULUS = 39.4
 DELTAS = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 15.0, 17.5, 20.0)
 LOADS = np.geomspace(100.0, 1e5, 12)
 
@@ -100,7 +102,8 @@ def labelled_rows(repeat):
 
 def accuracy_rows():
     """Print the errors of a paraboloid's force."""
-    radius, hardness = 1000.0, 6.0
+    radius = 1000.0
+    hardness = 6.0
     depth = radius * (np.pi * hardness / (2 * MODULUS)) ** 2
     load = np.pi**3 * radius**2 * hardness**3 / (6 * MODULUS**2)
     areas = {1: 1.0, 2: 2.07, 5: 6.08}
@@ -122,8 +125,10 @@ def punch_rows():
     for cells in (5, 10, 20):
         x = np.arange(-cells - 3, cells + 4)
         disc = np.hypot(x[:, None], x) <= cells
-        separation, dx = np.where(disc, 0.0, np.inf), 10.0 / np.sqrt(disc.sum() / np.pi)
-        w, row = 0.1 * dx / MODULUS, []
+        separation = np.where(disc, 0.0, np.inf)
+        dx = 10.0 / np.sqrt(disc.sum() / np.pi)
+        w = 0.1 * dx / MODULUS
+        row = []
         for words, law, exact in (
             ("no range", smooth_laws.without_range(w, 0.25), griffith),
             (
@@ -144,11 +149,14 @@ def punch_rows():
 
 def pressed_flat(cells, hardness, edge=10.0):
     """Return separation and displacement (nm) of a paraboloid that was pressed until all of its contact bore H."""
-    radius, dx = min(6 * edge, 0.05 * MODULUS * edge / hardness), edge / cells
+    radius = min(6 * edge, 0.05 * MODULUS * edge / hardness)
+    dx = edge / cells
     delta = edge**2 / (2 * radius) + 4 * hardness * edge / (np.pi * MODULUS)
     half = int(np.sqrt(2 * radius * delta) / dx) + 4
-    x, deltas = np.arange(-half, half + 1) * dx, np.array([delta])
-    separation, limit = (x[:, None] ** 2 + x**2) / (2 * radius), kalker.Hardness(hardness)
+    x = np.arange(-half, half + 1) * dx
+    deltas = np.array([delta])
+    separation = (x[:, None] ** 2 + x**2) / (2 * radius)
+    limit = kalker.Hardness(hardness)
     found, *fields = kalker.sweep_arrays(separation, deltas, dx, MODULUS, hardness=limit, tolerance=1e-9, keep=1)
     left = residual_heights(*fields, separation, deltas, hardness)[0]
     return separation - left, delta, np.sqrt(found[0, kalker.AREA] / np.pi)
@@ -156,7 +164,8 @@ def pressed_flat(cells, hardness, edge=10.0):
 
 def flattened_rows(edge=10.0, work=0.1):
     """Print pull-offs without range of an asperity pressed flat, by hardness, over closed forms."""
-    flat, unit = {"contact_modulus": MODULUS, "work_of_adhesion": work}, np.sqrt(work * MODULUS / edge)
+    flat = {"contact_modulus": MODULUS, "work_of_adhesion": work}
+    unit = np.sqrt(work * MODULUS / edge)
     for hard in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0):
         punch = punch_pull_off(radius=edge, **flat)
         closed = flattened_pull_off(radius=edge, hardness=hard * unit, **flat)
