@@ -143,7 +143,7 @@ def write_igor(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
     """Write an Asylum Igor wave of version 5 with the one layer HeightRetrace."""
     columns = rows.shape[1]
     lines = rows.shape[0]
-    data = (rows[::-1] * 1e-9).astype("<f4").tobytes()  # x fastest, the last line first
+    samples = (rows[::-1] * 1e-9).astype("<f4").tobytes()  # x fastest, the last line first
     note = f"ScanSize: {size[0] * 1e-9:.6e}\rScanPoints: {columns}\r".encode()
     labels = b"".join(name.ljust(32, b"\0") for name in (b"", b"HeightRetrace"))
     step = (size[0] * 1e-9 / columns, size[1] * 1e-9 / lines, 1.0, 1.0)
@@ -153,7 +153,7 @@ def write_igor(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
         *(b"m", b"m\0\0\0m".ljust(16, b"\0"), 0, 0, 0.0, 0.0, *[0] * 10, 0, 0, 0, 0, 0, 0, 0, 0, 0),
     )
     assert len(wave) == 320
-    sizes = (len(wave) + len(data), 0, len(note), 0, 0, 0, 0, 0, 0, 0, len(labels), 0, 0, 0, 0)
+    sizes = (len(wave) + len(samples), 0, len(note), 0, 0, 0, 0, 0, 0, 0, len(labels), 0, 0, 0, 0)
 
     def header(checksum: int) -> bytes:
         return struct.pack("<hh15i", 5, checksum, *sizes) + wave
@@ -161,16 +161,16 @@ def write_igor(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
     total = int(np.frombuffer(header(0), "<i2").sum(dtype=np.int64))
     checksum = (-total) & 0xFFFF
     path = folder / "scan.ibw"
-    path.write_bytes(header(checksum - 0x10000 if checksum > 0x7FFF else checksum) + data + note + labels)
+    path.write_bytes(header(checksum - 0x10000 if checksum > 0x7FFF else checksum) + samples + note + labels)
     return path
 
 
 def write_park(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     """Write a Park TIFF: one 1 x 1 thumbnail, heights in um as float32 in a private tag."""
-    data = (rows[::-1] * 1e-3).astype("<f4").tobytes()  # the bottom line first
+    samples = (rows[::-1] * 1e-3).astype("<f4").tobytes()  # the bottom line first
 
-    def text(words: str, length: int) -> bytes:
-        return words.encode("utf-16-le").ljust(2 * length, b"\0")
+    def text(label: str, length: int) -> bytes:
+        return label.encode("utf-16-le").ljust(2 * length, b"\0")
 
     header = struct.pack("<I", 0) + text("Z Height", 32) + text("Tapping", 8)
     header += struct.pack("<dIIIIdId4I", 0.0, 0, 1, rows.shape[1], rows.shape[0], 0.0, 0, 0.1, 1, 0, 0, 0)[:-4]
@@ -180,21 +180,21 @@ def write_park(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Pat
     tags = [(256, 4, 1, 1), (257, 4, 1, 1), (258, 4, 1, 8), (259, 4, 1, 1), (262, 4, 1, 1), (273, 4, 1, 8)]
     tags += [(277, 4, 1, 1), (278, 4, 1, 1), (279, 4, 1, 1), (50432, 4, 1, 0x0E031301), (50433, 4, 1, 0x1000002)]
     start = 16 + 2 + 12 * (len(tags) + 2) + 4
-    tags += [(50434, 1, len(data), start), (50435, 1, len(header), start + len(data))]
+    tags += [(50434, 1, len(samples), start), (50435, 1, len(header), start + len(samples))]
     table = struct.pack("<H", len(tags)) + b"".join(struct.pack("<HHII", *tag) for tag in tags) + b"\0" * 4
     path = folder / "scan.tiff"
-    path.write_bytes(b"II*\0" + struct.pack("<I", 16) + b"\0" * 8 + table + data + header)
+    path.write_bytes(b"II*\0" + struct.pack("<I", 16) + b"\0" * 8 + table + samples + header)
     return path
 
 
 def write_jpk(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     """Write a JPK image: a thumbnail, Height (measured) trace, and retrace, which is upside down in height."""
-    data = np.round(rows / JPK_COUNT).astype("<i4")[::-1]  # the first line is the lowest
+    counts = np.round(rows / JPK_COUNT).astype("<i4")[::-1]  # the first line is the lowest
     return write_jpk_pages(
         folder / "scan.jpk",
         [
-            ("Height (measured)", 0, data, ("m", JPK_COUNT * 1e-9)),
-            ("Height (measured)", 1, -data, ("m", JPK_COUNT * 1e-9)),
+            ("Height (measured)", 0, counts, ("m", JPK_COUNT * 1e-9)),
+            ("Height (measured)", 1, -counts, ("m", JPK_COUNT * 1e-9)),
         ],
         size,
     )
@@ -212,13 +212,13 @@ def write_jpk_pages(path: Path, pages: list[tuple[str, int, np.ndarray, tuple[st
         (0x8043, 12, struct.pack("<d", size[1] * 1e-9)),
     ]
     written = [(grid, np.zeros((2, 2), "<i4"))]
-    for name, retrace, counts, (units, one) in pages:
+    for name, retrace, counts, (units, multiplier) in pages:
         tags = [(0x8050, 2, name.encode() + b"\0"), (0x8051, 4, struct.pack("<I", retrace))]
         tags += [(0x8052, 2, name.encode() + b"\0"), (0x8080, 4, struct.pack("<I", 2)), (0x8081, 2, b"calibrated\0")]
         tags += [(0x8090, 2, b"volts\0"), (0x80A2, 2, b"V\0"), (0x80A3, 2, b"LinearScaling\0")]
         tags += [(0x80A4, 12, struct.pack("<d", 1.0)), (0x80A5, 12, struct.pack("<d", 0.0))]
         tags += [(0x80C0, 2, b"calibrated\0"), (0x80D2, 2, units.encode() + b"\0"), (0x80D3, 2, b"LinearScaling\0")]
-        tags += [(0x80D4, 12, struct.pack("<d", one)), (0x80D5, 12, struct.pack("<d", 0.0))]
+        tags += [(0x80D4, 12, struct.pack("<d", multiplier)), (0x80D5, 12, struct.pack("<d", 0.0))]
         written.append((tags, counts))
     out = bytearray(b"II*\0" + struct.pack("<I", 8))
     for number, (tags, counts) in enumerate(written):
@@ -228,14 +228,14 @@ def write_jpk_pages(path: Path, pages: list[tuple[str, int, np.ndarray, tuple[st
         at = len(out) + 2 + 12 * len(whole) + 4
         entries = b""
         behind = b""
-        for tag, kind, value in whole:
-            value = struct.pack("<I", at if tag == 273 else value) if isinstance(value, int) else value
-            count = len(value) // {2: 1, 3: 4, 4: 4, 12: 8}[kind]
+        for tag, kind, content in whole:
+            content = struct.pack("<I", at if tag == 273 else content) if isinstance(content, int) else content
+            count = len(content) // {2: 1, 3: 4, 4: 4, 12: 8}[kind]
             if tag == 273:
                 place = len(entries)
-            if len(value) > 4:
-                value, behind = struct.pack("<I", at + len(behind)), behind + value
-            entries += struct.pack("<HHI", tag, kind, count) + value.ljust(4, b"\0")
+            if len(content) > 4:
+                content, behind = struct.pack("<I", at + len(behind)), behind + content
+            entries += struct.pack("<HHI", tag, kind, count) + content.ljust(4, b"\0")
         entries = entries[: place + 8] + struct.pack("<I", at + len(behind)) + entries[place + 12 :]
         end = at + len(behind) + counts.nbytes
         following = struct.pack("<I", end if number < len(written) - 1 else 0)
@@ -336,8 +336,8 @@ def write_movie(path: Path, frames: list[np.ndarray], size: tuple[float, float],
         head = head[:4] + struct.pack("<i", len(head)) + head[8:]
     levels = [np.round((5 * 2.0 - rows) / ASD_LEVEL).astype("<i2")[::-1].tobytes() for rows in frames]
     parts = [
-        struct.pack("<i", k).ljust(32, b"\0") + data
-        for k, data in enumerate([*levels, *(bytes(len(x)) for x in levels)])
+        struct.pack("<i", k).ljust(32, b"\0") + frame
+        for k, frame in enumerate([*levels, *(bytes(len(x)) for x in levels)])
     ]
     path.write_bytes(head + b"".join(parts))
     return path

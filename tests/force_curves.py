@@ -54,8 +54,8 @@ def retraction_with_tail(rng, kind):
         pull = pull + still
     white = rng.normal(0, 1, n + 39)
     memory = np.exp(-np.arange(40) / 8.0) if kind == "slow noise" else np.eye(40)[0]
-    own = noise * np.convolve(white, memory / np.sqrt((memory**2).sum()), "valid")
-    return z, force + own + rng.normal(0, 50) + rng.normal(0, 0.02) * z, pull
+    noise_of_detector = noise * np.convolve(white, memory / np.sqrt((memory**2).sum()), "valid")
+    return z, force + noise_of_detector + rng.normal(0, 50) + rng.normal(0, 0.02) * z, pull
 
 
 def retraction_with_fringes(rng, amplitude, *, shape="sine"):
@@ -123,23 +123,23 @@ def write_afmformats(path, count=4, fmt="hdf5", seed=0, **options):
     rng = np.random.default_rng(seed)
     cycles = [cycle(rng, **options) for _ in range(count)]
     side = int(np.ceil(np.sqrt(count)))
-    curves = [AFMForceDistance(*_contents(path, k, side, both)) for k, both in enumerate(cycles)]
+    curves = [AFMForceDistance(*_contents(path, k, side, cycle_of_curve)) for k, cycle_of_curve in enumerate(cycles)]
     if fmt == "tab":
         curves[0].export_data(path, fmt="tab")
         return cycles
     with h5py.File(path, "w") as file:
-        for one in curves:
-            one.export_data(file, fmt="hdf5")
+        for curve in curves:
+            curve.export_data(file, fmt="hdf5")
     return cycles
 
 
-def _contents(path, number, side, both):
-    piezo, force = (np.concatenate(parts) for parts in zip(*both))
-    segment = np.repeat([0, 1], [both[0][0].size, both[1][0].size]).astype(np.uint8)
-    data = {"force": force * 1e-9, "height (measured)": -piezo * 1e-9, "segment": segment}
+def _contents(path, number, side, branches):
+    piezo, force = (np.concatenate(parts) for parts in zip(*branches))
+    segment = np.repeat([0, 1], [branches[0][0].size, branches[1][0].size]).astype(np.uint8)
+    columns = {"force": force * 1e-9, "height (measured)": -piezo * 1e-9, "segment": segment}
     header = {"spring constant": STIFFNESS, "sensitivity": 5e-8, "imaging mode": "force-distance", "enum": number}
     header |= {"position x": (number // side) * 5e-7, "position y": (number % side) * 5e-7, "path": path}
-    return data, header | {"point count": force.size}
+    return columns, header | {"point count": force.size}
 
 
 #: NanoScope's size of a count, V; its sensitivities of deflection, piezo and height sensor, nm/V.
@@ -153,7 +153,9 @@ def write_nanoscope_curves(
     path, cycles, *, dtype="<i4", bits=0, sensor=False, volume=False, capture=False, trigger=True, lacking=""
 ):
     """Write cycles as NanoScope's force curves: extension, then retraction, both from contact outwards."""
-    heights, forces = ([part for both in cycles for part in parts(both)] for parts in (_outwards(0), _outwards(1)))
+    heights, forces = (
+        [part for branches in cycles for part in parts(branches)] for parts in (_outwards(0), _outwards(1))
+    )
     counts = np.concatenate(forces) / (STIFFNESS * DEFLECTION_SENSITIVITY * VOLTS_PER_COUNT) * 2**bits
     channels = [("DeflectionError", "DeflSens", counts)]
     if sensor:
@@ -184,22 +186,22 @@ def write_nanoscope_curves(
         side = round(len(cycles) ** 0.5)
         head += ["\\*Ciao image list", f"\\Samps/line: {side}", f"\\Number of lines: {side}", "\\Scan Size: 2 2 ~m"]
     text = "\r\n".join(line for line in head if not (lacking and lacking in line)) + "\r\n\\*File list end\r\n\x1a"
-    data = b"".join(np.round(values).astype(dtype).tobytes() for _, _, values in channels)
-    path.write_bytes(text.encode("latin-1").ljust(8192, b"\0") + data)
+    samples = b"".join(np.round(values).astype(dtype).tobytes() for _, _, values in channels)
+    path.write_bytes(text.encode("latin-1").ljust(8192, b"\0") + samples)
     return path
 
 
 def _outwards(part):
     """Return a function of a cycle that gives piezo or force of both branches from contact outwards."""
-    return lambda both: (both[0][part][::-1], both[1][part])
+    return lambda branches: (branches[0][part][::-1], branches[1][part])
 
 
-def write_jpk_text(path, both, unit="N"):
+def write_jpk_text(path, branches, unit="N"):
     """Write a cycle as JPK's programs export text, with a pause in contact."""
     scale = {"N": 1e-9, "m": 1e-9 / STIFFNESS, "V": 1e-9 / (STIFFNESS * 50e-9)}[unit]
-    pause = np.full(50, both[0][0][-1]), np.full(50, both[0][1][-1])
+    pause = np.full(50, branches[0][0][-1]), np.full(50, branches[0][1][-1])
     lines = ["# TEXT EXPORT", "# xPosition: 2.0E-6", "# yPosition: 3.0E-6", "#"]
-    for segment, (piezo, force) in zip(("extend", "pause", "retract"), (both[0], pause, both[1])):
+    for segment, (piezo, force) in zip(("extend", "pause", "retract"), (branches[0], pause, branches[1])):
         lines += [f"# segment: {segment}", "# columns: height vDeflection strainGaugeHeight time"]
         lines += ["# sensitivity: 5.0E-8", f"# springConstant: {STIFFNESS}", f"# units: m {unit} m s", "#"]
         lines += [f"{-2e-9 * z:.12e} {f * scale:.10e} {-1e-9 * z:.12e} 0.1" for z, f in zip(piezo, force)] + [""]
@@ -207,21 +209,21 @@ def write_jpk_text(path, both, unit="N"):
     return path
 
 
-def write_nanoscope_text(path, both, *, unit="pN", head=True):
+def write_nanoscope_text(path, branches, *, unit="pN", head=True):
     """Write a cycle as NanoScope Analysis exports text."""
     scale = {"pN": 1e3, "nm": 1 / STIFFNESS, "V": 1 / (STIFFNESS * DEFLECTION_SENSITIVITY)}[unit]
     lines = ['"\\?Force file list"', f'"\\@Sens. DeflSens: V {DEFLECTION_SENSITIVITY} nm/V"'] if head else []
     lines += [f'"\\Spring Constant: {STIFFNESS}"', '"\\*Force file list end"'] if head else []
     lines += [f"Time_s_Ex\tCalc_Ramp_Ex_nm\tCalc_Ramp_Rt_nm\tDefl_{unit}_Ex\tDefl_{unit}_Rt\t"]
-    rows = np.c_[both[0][0] * 0, both[0][0], both[1][0], both[0][1] * scale, both[1][1] * scale]
-    lines += ["\t".join(f"{value:.9e}" for value in row) + "\t" for row in rows]
+    rows = np.c_[branches[0][0] * 0, branches[0][0], branches[1][0], branches[0][1] * scale, branches[1][1] * scale]
+    lines += ["\t".join(f"{number:.9e}" for number in row) + "\t" for row in rows]
     path.write_text("\n".join(lines) + "\n")
     return path
 
 
-def write_workshop(path, both, volts=True):
+def write_workshop(path, branches, volts=True):
     """Write a cycle as AFM Workshop does: in volts without their sensitivity, or in forces."""
-    (there, pushed), (back, drawn) = both
+    (there, pushed), (back, drawn) = branches
     unit, scale = ("T-B(V)", 1 / (50.0 * STIFFNESS)) if volts else ("Force(nN)", 1.0)
     head = ["Force-Distance Curve", "File Format:\t3", "", "Date:\tWednesday, August 1, 2018", "Time:\t1:06:09 PM"]
     head += ["Mode:\tSingle", "Point:\t1", "X, um:\t2.5", "Y, um:\t4.0", ""]
@@ -230,28 +232,28 @@ def write_workshop(path, both, volts=True):
     path.write_text("\n".join(head + [",".join(f"{v:.10g}" for v in row) for row in rows]) + "\n")
 
 
-def write_nt_mdt(path, both):
+def write_nt_mdt(path, branches):
     """Write a cycle as NT-MDT's Nova exports it: height in nm, deflection in nA of both branches, one line a height."""
-    (there, pushed), (_, drawn) = both
+    (there, pushed), (_, drawn) = branches
     rows = np.c_[-there, pushed / (50.0 * STIFFNESS), drawn[::-1] / (50.0 * STIFFNESS)][::-1]
     path.write_text("\n".join("\t".join(f"{v:.10g}".replace(".", ",") for v in row) for row in rows) + "\n")
 
 
-def write_chiaro(path, both):
+def write_chiaro(path, branches):
     """Write a cycle as Optics11's Chiaro does: load in µN, indentation, bending and piezo in nm, with a head."""
-    piezo, force = (np.concatenate(parts) for parts in zip(*both))
+    piezo, force = (np.concatenate(parts) for parts in zip(*branches))
     head = ["Date\t01/08/2018", "Time\t13:06:09", "Device:\tChiaro", "Software version\t1.0", f"k (N/m)\t{STIFFNESS}"]
     head += ["Max load (µN)\t0.1", "Piezo position (nm) (Measured)\t100", "Piezo speed  (µm/s)\t1", ""]
     head += ["Time (s)\tLoad (uN)\tIndentation (nm)\tCantilever (nm)\tPiezo (nm)\tAuxiliary"]
     bent = force / STIFFNESS
     rows = np.c_[np.arange(piezo.size) * 1e-3, force * 1e-3, piezo - bent, bent, piezo, 0 * piezo]
-    lines = ["\t".join(f"{value:.10g}" for value in row) for row in rows]
+    lines = ["\t".join(f"{number:.10g}" for number in row) for row in rows]
     path.write_text("\n".join(head + lines), encoding="ISO-8859-1")
 
 
-def write_asylum(path, both):
+def write_asylum(path, branches):
     """Write a cycle as an Igor wave of version 5 of three columns, Raw, Defl, ZSnsr in m, without a turning point."""
-    piezo, force = (np.concatenate(parts) for parts in zip(*both))
+    piezo, force = (np.concatenate(parts) for parts in zip(*branches))
     columns = np.stack([piezo, force / STIFFNESS, piezo]).astype("<f4") * np.float32(1e-9)
     note = "\r".join(f"{key}:{value}" for key, value in _NOTE.items()).encode()
     labels = b"".join(name.encode().ljust(32, b"\0") for name in ("", "Raw", "Defl", "ZSnsr"))
@@ -288,13 +290,13 @@ def write_jpk(path, cycles, places=None, stated=True, styles=("extend", "retract
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("header.properties", "jpk-data-file=spm-forcefile\ntype=force-scan-map\n")
         archive.writestr("index/", "")
-        for k, (both, place) in enumerate(zip(cycles, places)):
+        for k, (branches, place) in enumerate(zip(cycles, places)):
             header = "".join(f"force-scan-series.header.position.{a}={v * 1e-9!r}\n" for a, v in zip("xy", place))
             header += f"force-scan-series.header.position-index={k}\n"
             archive.writestr(f"index/{k}/", "")
             archive.writestr(f"index/{k}/header.properties", header)
             archive.writestr(f"index/{k}/segments/", "")
-            for segment, (style, (piezo, force)) in enumerate(zip(styles, both)):
+            for segment, (style, (piezo, force)) in enumerate(zip(styles, branches)):
                 _write_jpk_segment(archive, f"index/{k}/segments/{segment}/", style, piezo, force, stated)
 
 

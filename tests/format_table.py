@@ -22,12 +22,12 @@ END = "<!-- end of formats -->\n"
 def printed(name: str, folder: Path) -> str:
     """Return what ``roughxr info`` prints of a sample."""
     rows = picture()
-    words = ["info", str(WRITERS[name](folder, rows, image_size(rows)))]
+    arguments = ["info", str(WRITERS[name](folder, rows, image_size(rows)))]
     stated = given(name, image_size(rows))
-    words += ["--size", *map(str, stated["size"]), "--height-units", "nm"] if stated else []
+    arguments += ["--size", *map(str, stated["size"]), "--height-units", "nm"] if stated else []
     out = io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(io.StringIO()):
-        assert cli.main(words) == 0, name
+        assert cli.main(arguments) == 0, name
     return out.getvalue()
 
 
@@ -38,30 +38,30 @@ def row(name: str, folder: Path) -> tuple[str, str]:
     images = text.partition("about the mean plane:\n")[2].partition("\n\n")[0].splitlines()[2:]
     heights = [image for image in images if "NaN" not in image]
     columns, rows, x, y, _missing, low, high, _s_q = (heights or images)[0].split()[-8:]
-    known = f"{x} × {y} nm, heights {low} … {high} nm" if heights else "size and units given as options"
-    return code, f"{columns} × {rows} pixels, {known}" + f", {len(images)} images" * (len(images) > 1)
+    size_text = f"{x} × {y} nm, heights {low} … {high} nm" if heights else "size and units given as options"
+    return code, f"{columns} × {rows} pixels, {size_text}" + f", {len(images)} images" * (len(images) > 1)
 
 
 def table() -> str:
     """Return the table in Markdown, a row for each format."""
-    found: dict[str, str] = {}
+    notes: dict[str, str] = {}
     with tempfile.TemporaryDirectory() as folder:
         for name in WRITERS:
-            code, words = row(name, Path(folder))
-            found.setdefault(code, words)
+            code, note = row(name, Path(folder))
+            notes.setdefault(code, note)
     lines = ["| scans | endings | `roughxr info` of a sample | needs |", "|---|---|---|---|"]
-    for code, known in formats.READ.items():
-        needs = f"extra `{known.extra}`" if known.extra else "–"
-        lines.append(f"| {known.name} | {', '.join(known.endings.split())} | {found[code]} | {needs} |")
-    words = f"{formats.BESIDES} | without a sample in the tests"
-    lines.append(f"| others that SurfaceTopography reads | {words} | extra `afm` |")
+    for code, format_read in formats.READ.items():
+        needs = f"extra `{format_read.extra}`" if format_read.extra else "–"
+        lines.append(f"| {format_read.name} | {', '.join(format_read.endings.split())} | {notes[code]} | {needs} |")
+    note = f"{formats.BESIDES} | without a sample in the tests"
+    lines.append(f"| others that SurfaceTopography reads | {note} | extra `afm` |")
     return "\n".join(lines) + "\n"
 
 
-def page_with(words: str) -> str:
+def page_with(rows_text: str) -> str:
     """Return the page with another table."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
-    return before + START + words + END + rest.partition(END)[2]
+    before, _, after = PAGE.read_text(encoding="utf-8").partition(START)
+    return before + START + rows_text + END + after.partition(END)[2]
 
 
 if __name__ == "__main__":

@@ -53,8 +53,8 @@ def test_laws_do_the_work_of_separation(name, cut):
     assert np.trapezoid(t, u) == pytest.approx(W, rel=1e-4)
     assert t.max() == pytest.approx(law.strength, rel=1e-3)
     k = 20000
-    left = laws.remaining_work(u[k], law)
-    assert left == pytest.approx(np.trapezoid(t[k:], u[k:]), rel=1e-3)
+    work = laws.remaining_work(u[k], law)
+    assert work == pytest.approx(np.trapezoid(t[k:], u[k:]), rel=1e-3)
     assert fall[k] == pytest.approx(-(t[k + 1] - t[k - 1]) / (u[k + 1] - u[k - 1]), rel=1e-2)
 
 
@@ -93,8 +93,8 @@ class Oracle:
         bounds = np.stack([low.ravel(), np.full(low.size, np.inf)], axis=1)
         start = np.maximum(u, low).ravel()
         limits = {"maxiter": 3000, "maxfun": 6000, "ftol": 0.0, "gtol": 3e-5 * self.w / self.length, "maxcor": 8}
-        found = minimize(self.energy, start, (delta,), "L-BFGS-B", jac=True, bounds=bounds, options=limits)
-        u = found.x.reshape(u.shape)
+        minimum = minimize(self.energy, start, (delta,), "L-BFGS-B", jac=True, bounds=bounds, options=limits)
+        u = minimum.x.reshape(u.shape)
         return self.pressure(u)[: self.n, : self.n].sum(), u
 
 
@@ -184,18 +184,18 @@ def test_step_shift_and_window_do_not_matter(law):
 def test_preloads_share_one_loading_and_are_met(law):
     separation = rough(7)
     (deep,) = follow(separation, [2.0], law)
-    most = deep.states["force"].max()
-    preloads = np.array([0.0, 0.3, 0.6]) * most
+    largest_force = deep.states["force"].max()
+    preloads = np.array([0.0, 0.3, 0.6]) * largest_force
     paths = follow(separation, [2.0], law, preloads=preloads)
     assert len(paths) == 3
-    for preload, one in zip(preloads, paths):
-        assert one.states["force"][one.turn - 1] == pytest.approx(preload, abs=5e-3 * most)
-        assert one.states["contact_area"][one.turn - 1] > 0
-        assert one.states["contact_area"][-1] == 0
-    turns = [one.turn for one in paths]
-    for one, turn in zip(paths[1:], turns):
-        for name in one.states.dtype.names:
-            np.testing.assert_array_equal(one.states[name][:turn], paths[-1].states[name][:turn])
+    for preload, path in zip(preloads, paths):
+        assert path.states["force"][path.turn - 1] == pytest.approx(preload, abs=5e-3 * largest_force)
+        assert path.states["contact_area"][path.turn - 1] > 0
+        assert path.states["contact_area"][-1] == 0
+    turns = [path.turn for path in paths]
+    for path, turn in zip(paths[1:], turns):
+        for name in path.states.dtype.names:
+            np.testing.assert_array_equal(path.states[name][:turn], paths[-1].states[name][:turn])
 
 
 def test_more_cells_than_allowed_are_refused_as_data(law):
@@ -216,8 +216,10 @@ def test_slopes_are_those_of_the_tractions_and_tractions_those_of_the_work(name)
     law = laws.smooth_law(**{name: (0.03, 0.4)})
     u = np.linspace(1e-4, 3.0, 61)
     part = 1e-5
-    every = [[(*laws.traction(x, law), laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)]
-    (low, _, more), (t, fall, _), (high, _, less) = np.transpose(every, (0, 2, 1))
+    tractions_and_work = [
+        [(*laws.traction(x, law), laws.remaining_work(x, law)) for x in u + d] for d in (-part, 0, part)
+    ]
+    (low, _, more), (t, fall, _), (high, _, less) = np.transpose(tractions_and_work, (0, 2, 1))
     np.testing.assert_allclose(fall, (low - high) / (2 * part), atol=1e-6 * law.strength / law.length)
     np.testing.assert_allclose(t, (more - less) / (2 * part), atol=1e-6 * law.strength)
 
@@ -227,9 +229,9 @@ def test_a_long_contact_may_lie_along_either_axis(law):
     x = np.arange(40) - 19.6
     y = np.arange(132) - 65.7
     separation = x[:, None] ** 2 / 50 + y**2 / 800
-    both = separation, separation.T.copy()
-    (one,), (other,) = (follow(turned, [0.5], law, fields=AT_DISPLACEMENTS) for turned in both)
-    assert one.states["converged"].all() and other.states["converged"].all()
-    assert np.count_nonzero(one.pressures[0]) > DENSE_LIMIT
-    assert one.states["force"].min() == pytest.approx(other.states["force"].min(), rel=1e-3)
-    np.testing.assert_allclose(one.pressures[0], other.pressures[0].T, atol=1e-4 * law.strength)
+    orientations = separation, separation.T.copy()
+    (along_x,), (along_y,) = (follow(turned, [0.5], law, fields=AT_DISPLACEMENTS) for turned in orientations)
+    assert along_x.states["converged"].all() and along_y.states["converged"].all()
+    assert np.count_nonzero(along_x.pressures[0]) > DENSE_LIMIT
+    assert along_x.states["force"].min() == pytest.approx(along_y.states["force"].min(), rel=1e-3)
+    np.testing.assert_allclose(along_x.pressures[0], along_y.pressures[0].T, atol=1e-4 * law.strength)

@@ -26,15 +26,17 @@ def pressed(surface, indenter, **options):
 
 
 def test_a_rough_probe_on_a_rough_surface_is_the_composite_under_a_smooth_one():
-    own = rough(N, rms=1.0, seed=1)
+    surface_heights = rough(N, rms=1.0, seed=1)
     other = rough(N, rms=0.7, seed=2)
     delta = [1.0, 4.0, 9.0]
-    both = pressed(scan(own, PIXEL), probe(other), delta=delta)
-    composite = pressed(scan(own + other, PIXEL), probe(np.zeros((N, N))), delta=delta)
-    assert bool((both.force > 0).all()) and bool(both.converged.all()) and bool(composite.converged.all())
-    np.testing.assert_allclose(both.force, composite.force, rtol=1e-10)
-    np.testing.assert_allclose(both.contact_area, composite.contact_area, rtol=1e-10)
-    np.testing.assert_allclose(both.pressure, composite.pressure, rtol=0, atol=1e-9 * float(both.pressure.max()))
+    both_rough = pressed(scan(surface_heights, PIXEL), probe(other), delta=delta)
+    composite = pressed(scan(surface_heights + other, PIXEL), probe(np.zeros((N, N))), delta=delta)
+    assert bool((both_rough.force > 0).all()) and bool(both_rough.converged.all()) and bool(composite.converged.all())
+    np.testing.assert_allclose(both_rough.force, composite.force, rtol=1e-10)
+    np.testing.assert_allclose(both_rough.contact_area, composite.contact_area, rtol=1e-10)
+    np.testing.assert_allclose(
+        both_rough.pressure, composite.pressure, rtol=0, atol=1e-9 * float(both_rough.pressure.max())
+    )
 
 
 def test_a_probes_roughness_takes_contact_away():
@@ -64,27 +66,29 @@ def turned_patch(roughness, member):
 
 def test_every_placement_is_the_composite_single_rough_surface(ensemble):
     roughness, indenters = ensemble
-    own = rough(N, rms=1.0, seed=1)
+    surface_heights = rough(N, rms=1.0, seed=1)
     delta = [1.0, 4.0]
-    pair = scan(own, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
-    both = pair.contact.vary(roughxr.direct, indenter=indenters, delta=delta, datum="first_contact")
-    assert both.force.dims == ("placement", "subregion", "delta") and bool(both.converged.all())
+    pair = scan(surface_heights, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
+    both_rough = pair.contact.vary(roughxr.direct, indenter=indenters, delta=delta, datum="first_contact")
+    assert both_rough.force.dims == ("placement", "subregion", "delta") and bool(both_rough.converged.all())
     assert np.unique(indenters.rotation).size > 1
     for k in range(indenters.sizes["placement"]):
-        sum_of_both = own + turned_patch(roughness, indenters.isel(placement=k))
+        sum_of_both = surface_heights + turned_patch(roughness, indenters.isel(placement=k))
         smooth = scan(sum_of_both, PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
         composite = smooth.contact.direct(delta=delta, datum="first_contact")
-        np.testing.assert_allclose(both.force.isel(placement=k), composite.force, rtol=1e-9)
-        np.testing.assert_allclose(both.contact_area.isel(placement=k), composite.contact_area, rtol=1e-9)
+        np.testing.assert_allclose(both_rough.force.isel(placement=k), composite.force, rtol=1e-9)
+        np.testing.assert_allclose(both_rough.contact_area.isel(placement=k), composite.contact_area, rtol=1e-9)
 
 
 def test_placements_vary_with_the_other_parameters(ensemble):
     _, indenters = ensemble
     pair = scan(rough(N, seed=1), PIXEL).contact.assign_pair(sphere_radius=RADIUS, contact_modulus=40.0)
     options = {"indenter": indenters.isel(placement=[0, 2]), "delta": [2.0], "datum": "first_contact"}
-    found = pair.contact.vary(roughxr.direct, contact_modulus=[20.0, 40.0], **options)
-    assert found.force.dims[:2] == ("placement", "contact_modulus")
-    np.testing.assert_allclose(found.force.sel(contact_modulus=40), 2 * found.force.sel(contact_modulus=20), rtol=1e-9)
+    varied = pair.contact.vary(roughxr.direct, contact_modulus=[20.0, 40.0], **options)
+    assert varied.force.dims[:2] == ("placement", "contact_modulus")
+    np.testing.assert_allclose(
+        varied.force.sel(contact_modulus=40), 2 * varied.force.sel(contact_modulus=20), rtol=1e-9
+    )
     with pytest.raises(ValueError, match="sphere_radius: expected none with an indenter"):
         pair.contact.vary(roughxr.direct, sphere_radius=[300.0], **options)
     with pytest.raises(ValueError, match="expected a Dataset from `placements`"):
@@ -113,22 +117,22 @@ def face(radius, top, rms, n=101, seed=0):
 @pytest.mark.parametrize(("radius", "top"), [(2000.0, (0.0, 0.0)), (900.0, (80.0, -150.0)), (20000.0, (300.0, 0.0))])
 def test_a_sphere_is_fitted_and_taken_out(radius, top):
     ds, roughness = face(radius, top, rms=0.5)
-    found = roughxr.fit_sphere(ds)
-    assert float(found.fitted_radius) == pytest.approx(radius, rel=0.01 + radius * 3e-6)
-    assert float(found.apex_tilt) == pytest.approx(np.hypot(*top) / radius, rel=0.05, abs=3e-3)
-    assert float(found.fit_rms) < 0.5 * 1.001
+    fitted = roughxr.fit_sphere(ds)
+    assert float(fitted.fitted_radius) == pytest.approx(radius, rel=0.01 + radius * 3e-6)
+    assert float(fitted.apex_tilt) == pytest.approx(np.hypot(*top) / radius, rel=0.05, abs=3e-3)
+    assert float(fitted.fit_rms) < 0.5 * 1.001
     smooth, _ = face(radius, top, rms=1e-9)
     exact = roughxr.fit_sphere(smooth)
     assert float(exact.fitted_radius) == pytest.approx(radius, rel=1e-5)
     assert (float(exact.apex_x), float(exact.apex_y)) == pytest.approx(top, abs=1e-2)
     assert float(abs(exact.height).max()) < 1e-5
-    assert np.corrcoef(found.height.values.ravel(), roughness.ravel())[0, 1] > 0.93  # its longest waves are curvature
+    assert np.corrcoef(fitted.height.values.ravel(), roughness.ravel())[0, 1] > 0.93  # its longest waves are curvature
 
 
 def test_a_probes_own_face_lands_as_its_sphere_and_its_roughness():
     ds, _ = face(2000.0, (0.0, 0.0), rms=0.5)
-    found = roughxr.fit_sphere(ds)
-    whole = roughxr.placements(found, sphere_radius=float(found.fitted_radius), width=101 * PIXEL, count=1)
+    fitted = roughxr.fit_sphere(ds)
+    whole = roughxr.placements(fitted, sphere_radius=float(fitted.fitted_radius), width=101 * PIXEL, count=1)
     facing = np.rot90(ds.height.values[:, ::-1], round(float(whole.rotation[0]) / (np.pi / 2)))
     off = whole.indenter_height.isel(placement=0).values - facing
     assert np.ptp(off - off.mean()) < 0.5  # but for where the fitted apex lies
@@ -150,6 +154,6 @@ def test_what_is_no_sphere_is_refused(height, message):
 def test_missing_pixels_of_a_probe_are_left_out():
     ds, _ = face(2000.0, (50.0, 0.0), rms=0.1)
     holed = ds.assign(height=ds.height.where(ds.height < ds.height.quantile(0.98)).transpose("x", "y"))
-    found = roughxr.fit_sphere(holed)
-    assert float(found.fitted_radius) == pytest.approx(2000.0, rel=0.01)
-    np.testing.assert_array_equal(found.height.isnull(), holed.height.isnull())
+    fitted = roughxr.fit_sphere(holed)
+    assert float(fitted.fitted_radius) == pytest.approx(2000.0, rel=0.01)
+    np.testing.assert_array_equal(fitted.height.isnull(), holed.height.isnull())

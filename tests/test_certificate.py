@@ -30,8 +30,8 @@ def surface():
 
 def rows(solution):
     """Return the certificate by check, the violations, and the checks that are not met."""
-    found = roughxr.certificate(solution)
-    return found.violation.to_series(), set(found.check.values[~found.met.values])
+    certificate = roughxr.certificate(solution)
+    return certificate.violation.to_series(), set(certificate.check.values[~certificate.met.values])
 
 
 def displacement(pressure):
@@ -63,20 +63,20 @@ def separation(ds, solution):
 
 def test_an_elastic_solution_is_as_good_as_direct_summation_says(surface):
     solution = roughxr.direct(surface, delta=[1.5], subregions=([0.0], [0.0]), fields=True)
-    found, lost = rows(solution)
+    violation, lost = rows(solution)
     here = solution.isel(subregion=0, delta=0)
     gap = separation(surface, solution) - 1.5 + displacement(here.pressure.values)
     deepest = (1.5 - separation(surface, solution)).max()
-    assert max(0.0, -gap.min()) / deepest == pytest.approx(found["penetration"], abs=1e-10) and not lost
+    assert max(0.0, -gap.min()) / deepest == pytest.approx(violation["penetration"], abs=1e-10) and not lost
     product = (here.pressure * np.abs(gap)).sum() * PIXEL**2 / (here.force * deepest)
-    assert float(product) == pytest.approx(found["complementarity"], abs=1e-10)
-    assert found["penetration"] <= found["residual"] * (1 + 1e-6) and found["complementarity"] <= 1e-6
+    assert float(product) == pytest.approx(violation["complementarity"], abs=1e-10)
+    assert violation["penetration"] <= violation["residual"] * (1 + 1e-6) and violation["complementarity"] <= 1e-6
 
 
 def test_an_adhesive_solution_is_in_equilibrium_by_direct_summation(surface):
     options = {"delta": [0.5, 2.0], "subregions": ([0.0], [0.0]), "law": "exponential", "mesh": 1, "fields": True}
     solution = roughxr.adhesive(surface, **options)
-    found, lost = rows(solution)
+    violation, lost = rows(solution)
     assert lost == {"mesh"}  # one mesh states no error
     for branch in ("loading", "retraction"):
         state = solution.isel(subregion=0).sel(branch=branch, delta=2.0)
@@ -89,7 +89,7 @@ def test_an_adhesive_solution_is_in_equilibrium_by_direct_summation(surface):
         missed = max(np.abs(gap[touching]).max() * MODULUS / PIXEL, np.abs(pressure + pull)[~touching & near].max())
         assert missed / largest <= 1.001e-5 and touching.any()
         assert missed / largest == pytest.approx(float(state.residual), rel=0.05, abs=1e-9)
-        assert -gap.min() * MODULUS / PIXEL / np.abs(pressure).max() <= found["penetration"] + 1e-10
+        assert -gap.min() * MODULUS / PIXEL / np.abs(pressure).max() <= violation["penetration"] + 1e-10
 
 
 def test_every_condition_that_is_broken_is_named(surface):
@@ -106,8 +106,8 @@ def test_every_condition_that_is_broken_is_named(surface):
         "residual": {"residual": solution.residual + 1e-5},
     }
     for name, change in broken.items():
-        found, lost = rows(solution.assign(change))
-        assert name in lost and found.isnull().sum() == 0
+        violation, lost = rows(solution.assign(change))
+        assert name in lost and violation.isnull().sum() == 0
     for name in ("gap", "pressure", "force", "residual"):  # what is not known is not kept
         assert rows(solution.assign({name: solution[name] * np.nan}))[1]
 
@@ -126,12 +126,12 @@ def test_a_solution_that_solves_nothing_is_refused(surface, law):
     at = {"delta": [1.5, 2.0], "subregions": ([0.0], [0.0]), "fields": True}
     if law == "direct":
         solution = roughxr.direct(surface, **at)
-        own = set()
+        allowed = set()
     else:
         surface = surface.assign_coords(adhesion_range=2.0)
         solution = roughxr.adhesive(surface, law=law, mesh=1, **at)
-        own = {"mesh"}
-    assert rows(solution)[1] <= own
+        allowed = {"mesh"}
+    assert rows(solution)[1] <= allowed
     for name, change in tampered(solution):
         assert name in rows(solution.assign(change))[1]
         if law in ("exponential", "lennard_jones"):  # these pull across every gap
@@ -139,8 +139,8 @@ def test_a_solution_that_solves_nothing_is_refused(surface, law):
 
 
 def test_a_solution_without_fields_says_so(surface):
-    found = roughxr.certificate(roughxr.direct(surface, delta=[1.5]))
-    assert "conditions are met" in found.sentence and "Only sums were checked" in found.sentence
+    certificate = roughxr.certificate(roughxr.direct(surface, delta=[1.5]))
+    assert "conditions are met" in certificate.sentence and "Only sums were checked" in certificate.sentence
 
 
 def test_a_load_is_carried_and_places_that_touch_nothing_break_nothing(surface):
@@ -155,8 +155,8 @@ def test_without_fields_and_without_deformation(surface):
     rigid = roughxr.rigid(surface, subregions=(2, 1), law="exponential")
     assert {"truncated", "mesh"} == set(rows(rigid)[0].index)
     settled = roughxr.adhesive(surface, law="exponential", mesh=roughxr.Mesh(accuracy=None))
-    found, lost = rows(settled)
-    assert lost == {"mesh"} and 0 < found["residual"] <= 1e-3
+    violation, lost = rows(settled)
+    assert lost == {"mesh"} and 0 < violation["residual"] <= 1e-3
     with pytest.raises(ValueError, match="expected a solution of direct, adhesive, rigid"):
         roughxr.certificate(roughxr.superpose(surface, delta=[1.0]))
 
@@ -212,7 +212,7 @@ def test_a_pull_off_is_one_that_the_states_around_it_allow(surface, factor):
     options = {"subregions": ([0.0], [0.0]), "law": "exponential", "mesh": 2, "datum": "highest_peak"}
     near = float(roughxr.adhesive(surface, **options).pull_off_delta[0])
     solution = roughxr.adhesive(surface, delta=np.arange(near - 0.3, near + 1.0, 0.1), **options)
-    found, lost = rows(solution)
-    assert found["pull_off"] < 0.01 and "pull_off" not in lost
-    found, lost = rows(solution.assign(pull_off_force=factor * solution.pull_off_force))
-    assert "pull_off" in lost and found["pull_off"] > 0.3
+    violation, lost = rows(solution)
+    assert violation["pull_off"] < 0.01 and "pull_off" not in lost
+    violation, lost = rows(solution.assign(pull_off_force=factor * solution.pull_off_force))
+    assert "pull_off" in lost and violation["pull_off"] > 0.3

@@ -133,19 +133,21 @@ def test_a_container_is_no_scan_and_a_text_no_container(tmp_path):
 def test_the_published_film_has_one_spectrum(shared_scans):
     """Its AFM map and its TEM profile agree where both reach: heights are not scaled twice."""
     parts = roughxr.scans.open_container(shared_scans / "uncd_container_ccby.zip")
-    assert [one.sizes["x"] for one in parts] == [76, 512, 3001]
-    tem, afm = (roughxr.scans.combined_spectrum([one], per_decade=3) for one in parts[:2])
-    both = np.geomspace(2 * np.pi / 45, 2 * np.pi / 25, 9)
-    tem, afm = (np.exp(np.interp(np.log(both), np.log(one.wavevector), np.log(one.psd))) for one in (tem, afm))
+    assert [part.sizes["x"] for part in parts] == [76, 512, 3001]
+    tem, afm = (roughxr.scans.combined_spectrum([part], per_decade=3) for part in parts[:2])
+    wavevectors = np.geomspace(2 * np.pi / 45, 2 * np.pi / 25, 9)
+    tem, afm = (
+        np.exp(np.interp(np.log(wavevectors), np.log(part.wavevector), np.log(part.psd))) for part in (tem, afm)
+    )
     assert 0.2 < float(np.exp(np.mean(np.log(tem / afm)))) < 5
     together = roughxr.scans.combined_spectrum(parts, shortest=[None, "25 nm", "2.5 um"])
     assert 2 * np.pi / float(together.wavevector.max()) < 15 and 2 * np.pi / float(together.wavevector.min()) > 5e4
 
 
-def lines_of(surface, every):
+def lines_of(surface, step):
     """Return lines along y, each at steps of its own."""
     kept = np.random.default_rng(2).integers(0, 2, (surface.sizes["x"], surface.sizes["y"] // 2))
-    for k in range(0, surface.sizes["x"], every):
+    for k in range(0, surface.sizes["x"], step):
         at = np.arange(0, surface.sizes["y"], 2) + kept[k]
         yield xr.Dataset({"height": ("x", surface.height.values[k, at])}, {"x": surface.y.values[at]})
 
@@ -154,11 +156,13 @@ def lines_of(surface, every):
 def test_lines_have_the_spectrum_of_the_surface_that_they_are_cut_from(hurst):
     make = {"rms": 2.0, "hurst": hurst, "rolloff": 200.0, "cutoff": 10.0}
     surfaces = [synthetic.self_affine((512, 512), 2.5, seed=seed, **make) for seed in range(4)]
-    found = roughxr.scans.combined_spectrum([line for one in surfaces for line in lines_of(one, 16)], per_decade=5)
-    known = roughxr.scans.combined_spectrum(surfaces, per_decade=5)
-    assert float(found.wavevector.max()) > 2 * np.pi / 25  # four steps of 5 nm in the mean
-    wanted = np.exp(np.interp(np.log(found.wavevector), np.log(known.wavevector), np.log(known.psd)))
-    off = np.log(found.psd / wanted)
+    of_lines = roughxr.scans.combined_spectrum(
+        [line for surface in surfaces for line in lines_of(surface, 16)], per_decade=5
+    )
+    of_surfaces = roughxr.scans.combined_spectrum(surfaces, per_decade=5)
+    assert float(of_lines.wavevector.max()) > 2 * np.pi / 25  # four steps of 5 nm in the mean
+    wanted = np.exp(np.interp(np.log(of_lines.wavevector), np.log(of_surfaces.wavevector), np.log(of_surfaces.psd)))
+    off = np.log(of_lines.psd / wanted)
     assert abs(float(off[1:].mean())) < 0.1 and float(abs(off[1:]).max()) < 0.3
 
 
@@ -187,9 +191,9 @@ def test_a_measured_spectrum_is_used_as_far_as_it_goes():
 
 def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):
     path = tmp_path / "bomb.zip"
-    one = {"name": "a", "size": [1.0, 1.0], "unit": "um", "datafile": {"original": "a.txt"}}
+    topography = {"name": "a", "size": [1.0, 1.0], "unit": "um", "datafile": {"original": "a.txt"}}
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a.txt", "0 " * 25_000_000)
-        archive.writestr("index.json", json.dumps({"surfaces": [{"topographies": [one]}]}))
+        archive.writestr("index.json", json.dumps({"surfaces": [{"topographies": [topography]}]}))
     with pytest.raises(UnreadableScan, match="content of at most 4 MiB, found 47"):
         roughxr.scans.open_container(path)

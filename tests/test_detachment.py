@@ -30,16 +30,16 @@ def held(moment, hinge=50.0, pull_off=100.0, area=1e4, load=0.0, directions=72):
     angles = 2 * np.pi * np.arange(directions) / directions
     along = ("subregion", "direction")
     moment = np.broadcast_to(moment, (len(moment), directions))
-    one = np.ones(len(moment))
+    ones = np.ones(len(moment))
     return xr.Dataset(
         {
             "resisting_moment": (along, moment),
             "hinge_distance": (along, np.broadcast_to(hinge, moment.shape)),
             "tipping_force": (along, np.full(moment.shape, np.inf)),
             "tipping_hinge_distance": (along, np.full(moment.shape, np.nan)),
-            "pull_off_force": ("subregion", pull_off * one),
-            "pull_off_delta": ("subregion", 0 * one),
-            "contact_area": ("subregion", area * one),
+            "pull_off_force": ("subregion", pull_off * ones),
+            "pull_off_delta": ("subregion", 0 * ones),
+            "contact_area": ("subregion", area * ones),
         },
         coords={"direction": angles, "sphere_radius": RADIUS},
         attrs={"normal_force": load},
@@ -59,8 +59,8 @@ def test_lift_takes_each_formula_in_its_range_and_they_meet_between():
     plus = np.array([0.5, 1.0, 1.8, 10.0])
     speed = plus * 1.539e-5 / 5e-6
     scale = 1.181 * 1.539e-5**2 * 1e9
-    found = loads.lift(speed, RADIUS) / scale
-    np.testing.assert_allclose(found, [9.22 * 0.5**4, 9.22, 20.9 * 1.8**2.31, 20.9 * 10**2.31], rtol=1e-9)
+    lift = loads.lift(speed, RADIUS) / scale
+    np.testing.assert_allclose(lift, [9.22 * 0.5**4, 9.22, 20.9 * 1.8**2.31, 20.9 * 10**2.31], rtol=1e-9)
     fine = np.geomspace(1.0, 3.0, 2000)
     steps = np.diff(np.log(loads.lift(fine * 1.539e-5 / 5e-6, RADIUS)))
     assert steps.max() < 5 * np.log(fine[1] / fine[0])  # without a jump
@@ -72,10 +72,10 @@ def test_weight():
 
 
 def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
-    found = held([3000.0, 12000.0]).contact.critical_load(flow=Flow(lift="none"))
+    critical = held([3000.0, 12000.0]).contact.critical_load(flow=Flow(lift="none"))
     expected = np.sqrt(np.array([3000.0, 12000.0]) / (43.92 * 1.181e-9 * RADIUS**3))
-    np.testing.assert_allclose(found.critical_friction_velocity, expected, rtol=1e-4)
-    assert (found["mode"] == "roll").all() and found.critical_friction_velocity.units == "m/s"
+    np.testing.assert_allclose(critical.critical_friction_velocity, expected, rtol=1e-4)
+    assert (critical["mode"] == "roll").all() and critical.critical_friction_velocity.units == "m/s"
 
 
 @pytest.mark.parametrize(
@@ -86,16 +86,16 @@ def test_a_sphere_rolls_where_the_flow_s_moment_is_what_it_resists():
     ],
 )
 def test_it_slides_where_friction_is_weak(options, mode, force):
-    found = held(1e9, hinge=0.0).contact.critical_load(flow=Flow(lift="none"), **options)
-    assert found["mode"].item() == mode
-    assert loads.drag(found.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
+    critical = held(1e9, hinge=0.0).contact.critical_load(flow=Flow(lift="none"), **options)
+    assert critical["mode"].item() == mode
+    assert loads.drag(critical.critical_friction_velocity.item(), RADIUS) == pytest.approx(force, rel=1e-9)
 
 
 def test_a_centrifuge_lifts_what_pulls_and_weighs():
-    found = held(1e9, hinge=0.0).contact.critical_load("centrifuge", particle_density=4000)
+    critical = held(1e9, hinge=0.0).contact.critical_load("centrifuge", particle_density=4000)
     mass = 4 / 3 * np.pi * (RADIUS * 1e-9) ** 3 * (4000 - 1.181)
-    assert found["mode"].item() == "lift"
-    assert found.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
+    assert critical["mode"].item() == "lift"
+    assert critical.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
 
 
 def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
@@ -106,11 +106,11 @@ def test_without_adhesion_it_tips_at_the_support_polygon_s_angle():
     weight = loads.weight(RADIUS, 4000.0)
     ground = held(weight * support, hinge=support, pull_off=np.nan, load=weight, directions=n)
     for towards, edge in ((np.pi, 300.0), (0.0, 600.0), (np.pi / 3, None)):
-        found = ground.contact.critical_load("tilt", direction=towards, particle_density=4000)
+        critical = ground.contact.critical_load("tilt", direction=towards, particle_density=4000)
         if edge is None:  # where the ray leaves the polygon's upper edge, from (600, 0) to (−300, 500)
             edge = 600 * 500 / (500 * np.cos(towards) + 900 * np.sin(towards))
-        assert np.tan(found.critical_angle.item()) == pytest.approx(edge / RADIUS, rel=2e-3)
-        assert found["mode"].item() == "roll"
+        assert np.tan(critical.critical_angle.item()) == pytest.approx(edge / RADIUS, rel=2e-3)
+        assert critical["mode"].item() == "roll"
 
 
 def test_a_centred_contact_is_lifted_where_it_pulls_off_and_not_tipped_before():
@@ -120,19 +120,19 @@ def test_a_centred_contact_is_lifted_where_it_pulls_off_and_not_tipped_before():
     ground = held(**push)
     ground["tipping_force"] = ground.resisting_moment * 0 + 100.0
     ground["tipping_hinge_distance"] = ground.resisting_moment * 0 + a_c
-    found = ground.contact.critical_load("centrifuge", particle_density=4000)
+    critical = ground.contact.critical_load("centrifuge", particle_density=4000)
     mass = 4 / 3 * np.pi * (RADIUS * 1e-9) ** 3 * (4000 - 1.181)
-    assert found.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
+    assert critical.critical_acceleration.item() == pytest.approx(100e-9 / mass + 9.80665, rel=1e-6)
     tipped = ground.drop_vars("tipping_force").assign(tipping_force=np.inf * ground.tipping_force)
     alone = tipped.contact.critical_load("centrifuge", particle_density=4000).critical_acceleration
     assert alone.item() == pytest.approx(0.9375 * 100e-9 / mass + 9.80665, rel=1e-4)  # what the first state alone says
 
 
 def test_reynolds_numbers_out_of_range_are_flagged():
-    found = held([1.0, 1e7]).contact.critical_load()
-    plus = loads.friction_reynolds(found.critical_friction_velocity.values, RADIUS)
+    critical = held([1.0, 1e7]).contact.critical_load()
+    plus = loads.friction_reynolds(critical.critical_friction_velocity.values, RADIUS)
     assert plus[0] < 1 < plus[1]
-    assert found.in_range.values.tolist() == [True, False]
+    assert critical.in_range.values.tolist() == [True, False]
 
 
 def test_hall_s_lift_and_creeping_drag_hold_together_nowhere():
@@ -144,17 +144,19 @@ def test_hall_s_lift_and_creeping_drag_hold_together_nowhere():
 
 def test_the_weakest_direction_is_where_it_rolls_first():
     ground = held(np.tile(np.linspace(1000, 4000, 12), (2, 1)), directions=12)
-    every = [ground.contact.critical_load(direction=e).critical_friction_velocity[0].item() for e in ground.direction]
+    velocities = [
+        ground.contact.critical_load(direction=e).critical_friction_velocity[0].item() for e in ground.direction
+    ]
     weakest = ground.contact.critical_load(direction="weakest").critical_friction_velocity[0].item()
-    assert weakest == pytest.approx(min(every))
+    assert weakest == pytest.approx(min(velocities))
 
 
 def test_places_without_contact_and_places_that_nothing_moves():
     moment = np.array([[np.nan], [1e30], [-10.0]])  # the last by more than its weight's moment: it rolls off by itself
     with pytest.warns(UserWarning, match="1 of 3 places are no resting positions: .* critical_acceleration is NaN"):
-        found = held(moment).contact.critical_load("centrifuge", particle_density=4000)
-    assert np.isfinite(found.critical_acceleration).values.tolist() == [False, True, False]  # the second is lifted
-    assert found["mode"].values.tolist() == ["no contact", "lift", "no rest"]
+        critical = held(moment).contact.critical_load("centrifuge", particle_density=4000)
+    assert np.isfinite(critical.critical_acceleration).values.tolist() == [False, True, False]  # the second is lifted
+    assert critical["mode"].values.tolist() == ["no contact", "lift", "no rest"]
     with pytest.warns(UserWarning, match="critical_friction_velocity is NaN"):
         modes = held(moment, hinge=0.0).contact.critical_load(flow=Flow(lift="none"))["mode"].values.tolist()
     assert modes == ["no contact", "none", "no rest"]
@@ -162,9 +164,9 @@ def test_places_without_contact_and_places_that_nothing_moves():
 
 def test_a_sphere_that_does_not_rest_is_left_out_of_the_fraction_that_remains():
     ground = held(np.array([[np.nan], [1e4], [-10.0]]))
-    found = ground.contact.resuspension(friction_velocity=[0.0, 100.0])
-    assert found.attrs["places"] == 1 and found.remaining.values.ravel().tolist() == [1.0, 0.0]
-    assert np.isfinite(found.remaining_at_place.isel(friction_velocity=0, time=0)).values.tolist() == [
+    resuspended = ground.contact.resuspension(friction_velocity=[0.0, 100.0])
+    assert resuspended.attrs["places"] == 1 and resuspended.remaining.values.ravel().tolist() == [1.0, 0.0]
+    assert np.isfinite(resuspended.remaining_at_place.isel(friction_velocity=0, time=0)).values.tolist() == [
         False,
         True,
         False,
@@ -200,30 +202,38 @@ def test_rock_n_roll_with_biasis_fit_goes_through_the_published_runs(diameter):
 
 def test_rock_n_roll_is_a_probability_that_falls_with_flow_and_time():
     values, weights = biasi_adhesion(RADIUS)
-    given = {"radius": RADIUS, "adhesion": values * SMOOTH, "weights": weights}
-    left = rock_n_roll(np.linspace(0, 5, 30), time=[0.0, 0.1, 10.0], **given)
-    np.testing.assert_allclose(left[:, 0], 1.0)
-    np.testing.assert_allclose(left[0], 1.0)
-    assert (np.diff(left, axis=0) <= 1e-12).all() and (np.diff(left, axis=1) <= 0).all() and (left >= 0).all()
+    particle = {"radius": RADIUS, "adhesion": values * SMOOTH, "weights": weights}
+    remaining = rock_n_roll(np.linspace(0, 5, 30), time=[0.0, 0.1, 10.0], **particle)
+    np.testing.assert_allclose(remaining[:, 0], 1.0)
+    np.testing.assert_allclose(remaining[0], 1.0)
+    assert (
+        (np.diff(remaining, axis=0) <= 1e-12).all()
+        and (np.diff(remaining, axis=1) <= 0).all()
+        and (remaining >= 0).all()
+    )
 
 
 def test_computed_moments_go_as_the_closed_form_of_one_place():
     ground = held([4000.0])
-    found = ground.contact.resuspension(friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], flow=Flow(lift="none"))
-    speed = found.friction_velocity.values
+    resuspended = ground.contact.resuspension(
+        friction_velocity=[0.5, 0.7, 0.9], time=[0.01, 1.0], flow=Flow(lift="none")
+    )
+    speed = resuspended.friction_velocity.values
     ratio = 43.92 * 1.181e-9 * speed**2 * RADIUS**3 / 4000.0
     expected = np.exp(-resuspension_rate(ratio, speed)[:, None] * np.array([0.01, 1.0]))
-    np.testing.assert_allclose(found.remaining, expected, rtol=2e-2, atol=1e-9)
-    assert "remaining_low" not in found  # one place has no band
+    np.testing.assert_allclose(resuspended.remaining, expected, rtol=2e-2, atol=1e-9)
+    assert "remaining_low" not in resuspended  # one place has no band
 
 
 def test_turbulence_removes_more_than_the_mean_flow():
     ground = held(np.exp(np.random.default_rng(4).normal(8, 1, (50, 1))))
     speed = [0.2, 0.5, 1.0, 2.0]
-    found = ground.contact.resuspension(friction_velocity=speed)
+    resuspended = ground.contact.resuspension(friction_velocity=speed)
     critical = ground.contact.critical_load().critical_friction_velocity.values
-    assert (found.remaining[:, 0] <= [(critical > u).mean() for u in speed]).all()
-    assert (found.remaining_low <= found.remaining).all() and (found.remaining <= found.remaining_high).all()
+    assert (resuspended.remaining[:, 0] <= [(critical > u).mean() for u in speed]).all()
+    assert (resuspended.remaining_low <= resuspended.remaining).all() and (
+        resuspended.remaining <= resuspended.remaining_high
+    ).all()
 
 
 @pytest.fixture(scope="module")
@@ -236,34 +246,34 @@ def sizes():
 
 def test_sizes_go_through_to_critical_values(sizes):
     surface, held_by_size = sizes
-    found = held_by_size.contact.critical_load(particle_density=2500)
+    critical = held_by_size.contact.critical_load(particle_density=2500)
     name = "critical_friction_velocity"
-    assert dict(found[name].sizes) == {"sphere_radius": 3, "subregion": 9}
+    assert dict(critical[name].sizes) == {"sphere_radius": 3, "subregion": 9}
     for radius in (1000.0, 4000.0):
-        one = roughxr.rolling(surface.assign_coords(sphere_radius=radius), directions=6, subregions=(3, 3))
-        alone = one.contact.critical_load(particle_density=2500)
-        part = found.sel(sphere_radius=radius)
+        rolled = roughxr.rolling(surface.assign_coords(sphere_radius=radius), directions=6, subregions=(3, 3))
+        alone = rolled.contact.critical_load(particle_density=2500)
+        part = critical.sel(sphere_radius=radius)
         np.testing.assert_allclose(part[name], alone[name], rtol=1e-6)
         assert (part["mode"] == alone["mode"]).all()
-    assert (found[name].median("subregion").diff("sphere_radius") < 0).all()  # large ones go first
+    assert (critical[name].median("subregion").diff("sphere_radius") < 0).all()  # large ones go first
 
 
 def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
     _, held_by_size = sizes
     speeds = np.geomspace(0.5, 500, 12)
-    found = held_by_size.contact.resuspension(friction_velocity=speeds)
-    assert dict(found.remaining.sizes) == {"sphere_radius": 3, "friction_velocity": 12, "time": 1}
+    resuspended = held_by_size.contact.resuspension(friction_velocity=speeds)
+    assert dict(resuspended.remaining.sizes) == {"sphere_radius": 3, "friction_velocity": 12, "time": 1}
     alone = held_by_size.isel(sphere_radius=1).contact.resuspension(friction_velocity=speeds)
-    np.testing.assert_allclose(found.remaining.isel(sphere_radius=1), alone.remaining)
+    np.testing.assert_allclose(resuspended.remaining.isel(sphere_radius=1), alone.remaining)
     shares = xr.DataArray([0.2, 0.5, 0.3], dims="sphere_radius")
-    powder = (found.remaining * shares).sum("sphere_radius")
-    assert (powder <= found.remaining.max("sphere_radius") + 1e-12).all() and (
+    powder = (resuspended.remaining * shares).sum("sphere_radius")
+    assert (powder <= resuspended.remaining.max("sphere_radius") + 1e-12).all() and (
         powder.diff("friction_velocity") <= 0
     ).all()
 
 
 @pytest.mark.parametrize(
-    ("call", "words"),
+    ("call", "message"),
     [
         (lambda: biasi_adhesion("40 um"), "radius: expected less than 35"),
         (lambda: held(1.0).contact.critical_load("tilt"), "particle_density: expected a density"),
@@ -272,8 +282,8 @@ def test_a_powder_of_several_sizes_is_left_in_their_shares(sizes):
         (lambda: held(1.0).contact.resuspension(friction_velocity=[-1.0]), "friction_velocity: .* not negative"),
     ],
 )
-def test_bad_input_is_refused(call, words):
-    with pytest.raises(ValueError, match=words):
+def test_bad_input_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
         call()
 
 
@@ -309,11 +319,11 @@ def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
     """Drag and torque grow with the square of the velocity: half of the error of the moment, upwards and downwards."""
     ground = held(np.full((3, 72), 1000.0)).assign(lever_error=("subregion", [0.0, 0.2, np.nan]))
     flow = Flow(lift="none")
-    found = ground.contact.critical_load(flow=flow).critical_load_error
-    np.testing.assert_allclose(found, [0.0, 1 - 0.8**0.5, np.nan], atol=1e-6)
+    lever_error = ground.contact.critical_load(flow=flow).critical_load_error
+    np.testing.assert_allclose(lever_error, [0.0, 1 - 0.8**0.5, np.nan], atol=1e-6)
     other = ground[["pull_off_force"]].assign(pull_off_error=("subregion", [0.3, 0.2, 0.1]))
-    both = with_pull_off(ground, other).contact.critical_load(flow=flow).critical_load_error
-    np.testing.assert_allclose(both, [1 - 0.7**0.5, 1 - (1 - 0.2 * 2**0.5) ** 0.5, np.nan], atol=1e-6)
+    total_error = with_pull_off(ground, other).contact.critical_load(flow=flow).critical_load_error
+    np.testing.assert_allclose(total_error, [1 - 0.7**0.5, 1 - (1 - 0.2 * 2**0.5) ** 0.5, np.nan], atol=1e-6)
     unknown = held(np.full((1, 72), 1000.0)).contact.critical_load(flow=flow)
     assert np.isnan(unknown.critical_load_error[0]) and np.isfinite(unknown.critical_friction_velocity[0])
 
@@ -332,22 +342,25 @@ def test_parameters_are_those_that_the_samples_were_drawn_with():
     rng = np.random.default_rng(5)
     smooth = 1.5 * np.pi * 0.1 * RADIUS
     ground = adhering(smooth * 0.03 * 2.5 ** rng.normal(size=4000), 50 * 1.5 ** rng.normal(size=(4000, 4)))
-    found = particles.parameters(ground)
-    assert float(found.adhesion_mean) == pytest.approx(0.03, rel=0.05)
-    assert float(found.adhesion_spread) == pytest.approx(2.5, rel=0.03) and float(found.adhesion_law_distance) < 0.03
-    assert float(found.lever_median) == pytest.approx(50 / RADIUS, rel=0.02)
-    assert float(found.moment_mean) == pytest.approx(smooth * 0.03 * 50, rel=0.05)
-    assert float(found.moment_spread) == pytest.approx(np.exp(np.hypot(np.log(2.5), np.log(1.5))), rel=0.03)
-    assert float(found.work_of_adhesion_low) == pytest.approx(0.1 * 0.03 * 2.5**-1.6449, rel=0.1)
-    assert float(found.work_of_adhesion_high) == pytest.approx(0.1 * 0.03 * 2.5**1.6449, rel=0.1)
+    parameters = particles.parameters(ground)
+    assert float(parameters.adhesion_mean) == pytest.approx(0.03, rel=0.05)
+    assert (
+        float(parameters.adhesion_spread) == pytest.approx(2.5, rel=0.03)
+        and float(parameters.adhesion_law_distance) < 0.03
+    )
+    assert float(parameters.lever_median) == pytest.approx(50 / RADIUS, rel=0.02)
+    assert float(parameters.moment_mean) == pytest.approx(smooth * 0.03 * 50, rel=0.05)
+    assert float(parameters.moment_spread) == pytest.approx(np.exp(np.hypot(np.log(2.5), np.log(1.5))), rel=0.03)
+    assert float(parameters.work_of_adhesion_low) == pytest.approx(0.1 * 0.03 * 2.5**-1.6449, rel=0.1)
+    assert float(parameters.work_of_adhesion_high) == pytest.approx(0.1 * 0.03 * 2.5**1.6449, rel=0.1)
 
 
 def test_lammps_numbers_give_its_pull_off_and_its_largest_moment():
     """3πγR, and μ_roll R (0 + 2 · 3πγR) without a load: what its manual says of jkr and rolling sds."""
-    found = particles.parameters(adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0)))
-    pull = 3 * np.pi * float(found.surface_energy_median) * RADIUS
+    parameters = particles.parameters(adhering([200.0, 300.0, 400.0], np.full((3, 4), 60.0)))
+    pull = 3 * np.pi * float(parameters.surface_energy_median) * RADIUS
     assert pull == pytest.approx(300.0)
-    assert float(found.rolling_friction_median) * RADIUS * 2 * pull == pytest.approx(300.0 * 60.0)
+    assert float(parameters.rolling_friction_median) * RADIUS * 2 * pull == pytest.approx(300.0 * 60.0)
 
 
 def test_levers_stand_beside_the_forces_of_their_places_in_the_table_for_resuspension_codes():

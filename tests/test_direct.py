@@ -27,9 +27,9 @@ def hertz(delta):
 
 def test_smooth_sphere_is_hertz():
     deltas = [5, 5.08, 10, 15]
-    found = direct(glass_pair(scan(np.zeros((81, 81)))), delta=deltas)
-    np.testing.assert_allclose(found.force[0], hertz(deltas), rtol=1e-3)
-    assert found.converged.all() and not found.truncated.any()
+    solution = direct(glass_pair(scan(np.zeros((81, 81)))), delta=deltas)
+    np.testing.assert_allclose(solution.force[0], hertz(deltas), rtol=1e-3)
+    assert solution.converged.all() and not solution.truncated.any()
 
 
 def test_the_exact_sphere_is_softer_than_its_paraboloid():
@@ -42,12 +42,12 @@ def test_the_exact_sphere_is_softer_than_its_paraboloid():
 
 
 def test_fields_add_up_and_meet_the_conditions(surface):
-    found = direct(surface, delta=[6, 12], subregions=(2, 2), fields=True).stack(case=("subregion", "delta"))
+    solution = direct(surface, delta=[6, 12], subregions=(2, 2), fields=True).stack(case=("subregion", "delta"))
     pixel = 9.77
-    np.testing.assert_allclose(found.pressure.sum(("x", "y")) * pixel**2, found.force, rtol=1e-9)
-    touching = found.pressure > 0
-    assert float(np.abs(found.gap.where(touching)).max()) <= 1e-6 * 12
-    assert float(found.gap.min()) >= -1e-6 * 12
+    np.testing.assert_allclose(solution.pressure.sum(("x", "y")) * pixel**2, solution.force, rtol=1e-9)
+    touching = solution.pressure > 0
+    assert float(np.abs(solution.gap.where(touching)).max()) <= 1e-6 * 12
+    assert float(solution.gap.min()) >= -1e-6 * 12
 
 
 def test_the_window_holds_the_overlap_beyond_the_tile(surface):
@@ -76,14 +76,16 @@ def test_contact_at_the_scans_edge_is_marked():
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_nothing_touched_is_zero_force_not_missing(surface):
-    found = direct(surface, delta=[-3, 0.0])
-    assert (found.force == 0).all() and (found.contact_area == 0).all() and found.converged.all()
+    solution = direct(surface, delta=[-3, 0.0])
+    assert (solution.force == 0).all() and (solution.contact_area == 0).all() and solution.converged.all()
 
 
 def test_displacements_that_touch_nothing_at_most_places_are_told_once(surface):
-    with pytest.warns(UserWarning, match=r"nothing touches at \d of 9 places, down to 0.5 nm .*first_contact") as told:
-        found = direct(surface, delta=[0.2, 0.5], subregions=(3, 3))
-    assert len(told) == 1 and int((found.contact_area.sel(delta=0.5) > 0).sum()) < 5
+    with pytest.warns(
+        UserWarning, match=r"nothing touches at \d of 9 places, down to 0.5 nm .*first_contact"
+    ) as warned:
+        solution = direct(surface, delta=[0.2, 0.5], subregions=(3, 3))
+    assert len(warned) == 1 and int((solution.contact_area.sel(delta=0.5) > 0).sum()) < 5
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         direct(surface, subregions=(3, 3))
@@ -91,10 +93,10 @@ def test_displacements_that_touch_nothing_at_most_places_are_told_once(surface):
 
 
 def test_first_contact_datum_counts_from_the_first_touch(surface):
-    found = direct(surface, delta=[1e-9, 4.0], subregions=(3, 3), datum="first_contact")
-    assert (found.force > 0).all()
-    assert (found.force.sel(delta=1e-9) < 1e-3).all()
-    assert found.attrs["datum"] == "first_contact"
+    solution = direct(surface, delta=[1e-9, 4.0], subregions=(3, 3), datum="first_contact")
+    assert (solution.force > 0).all()
+    assert (solution.force.sel(delta=1e-9) < 1e-3).all()
+    assert solution.attrs["datum"] == "first_contact"
 
 
 def test_load_control_is_the_inverse_of_displacement_control(surface):
@@ -113,8 +115,8 @@ def test_any_indenter_works_as_well_as_the_sphere(surface):
     r2 = axis[:, None] ** 2 + axis**2
     ball = xr.DataArray(7 - r2 / (3000 + np.sqrt(3000**2 - r2)), coords={"x": axis, "y": axis}, dims=("x", "y"))
     mapped = assign_pair(surface, indenter=ball, young_modulus=75, poisson_ratio=0.22)
-    expected, found = (direct(ds, delta=[5, 10], subregions=(2, 2)) for ds in (surface, mapped))
-    np.testing.assert_allclose(found.force, expected.force, rtol=1e-6)
+    expected, by_map = (direct(ds, delta=[5, 10], subregions=(2, 2)) for ds in (surface, mapped))
+    np.testing.assert_allclose(by_map.force, expected.force, rtol=1e-6)
     assert direct(mapped, load=[1000.0]).converged.all()
 
 
@@ -122,9 +124,9 @@ def test_an_indenter_with_a_flat_end():
     axis = np.arange(-20, 21) * 9.77
     punch = xr.DataArray(np.zeros((41, 41)), coords={"x": axis, "y": axis}, dims=("x", "y"))
     mapped = assign_pair(scan(np.zeros((61, 61))), indenter=punch, young_modulus=75, poisson_ratio=0.22)
-    found = direct(mapped, delta=[1.0])
-    assert found.converged.all()
-    assert found.contact_area.item() == pytest.approx((41 * 9.77) ** 2)
+    solution = direct(mapped, delta=[1.0])
+    assert solution.converged.all()
+    assert solution.contact_area.item() == pytest.approx((41 * 9.77) ** 2)
 
 
 # ---------------------------------------------------------------- dask
@@ -139,11 +141,11 @@ def test_heights_are_loaded_and_solves_stay_lazy(surface, options):
         return dask.get(graph, keys, **kwargs)
 
     with dask.config.set(scheduler=counting):
-        found = direct(surface.chunk(x=32), subregions=(2, 2), **options)
-    assert found.force.chunks is not None and len(computed) == 1  # the heights alone
+        solution = direct(surface.chunk(x=32), subregions=(2, 2), **options)
+    assert solution.force.chunks is not None and len(computed) == 1  # the heights alone
     with dask.config.set(scheduler="synchronous"):
         expected = direct(surface, subregions=(2, 2), **options)
-        np.testing.assert_array_equal(found.force.compute(), expected.force)
+        np.testing.assert_array_equal(solution.force.compute(), expected.force)
 
 
 # ---------------------------------------------------------------- the door

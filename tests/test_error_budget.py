@@ -63,13 +63,13 @@ def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the
     flat = pair(np.zeros((20, 20)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("work of adhesion", "sphere radius", "modulus")}
     mesh = roughxr.Mesh(8, step=0.25)
-    found = error_budget(flat, settings=tried, law="jkr", mesh=mesh, places=1)
-    slopes = found.slope.to_series()
+    smooth_budget = error_budget(flat, settings=tried, law="jkr", mesh=mesh, places=1)
+    slopes = smooth_budget.slope.to_series()
     assert slopes["work of adhesion"] == pytest.approx(1, abs=0.04)
     assert slopes["sphere radius"] == pytest.approx(1, abs=0.04)
     assert slopes["modulus"] == pytest.approx(0, abs=0.04)
     assert np.isnan(slopes[["sampling", "mesh", "levelling"]]).all()
-    assert float(found.pull_off_mean) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
+    assert float(smooth_budget.pull_off_mean) == pytest.approx(1.5 * np.pi * 0.2 * 1500, rel=0.01)
 
 
 def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget):
@@ -79,7 +79,7 @@ def test_what_is_not_off_gives_nothing_and_what_was_not_computed_says_why(budget
     assert np.isnan(entry["tip radius"]) and "tip_radius: expected" in why["tip radius"]
     assert np.isnan(entry["levelling"]) and why["levelling"] == "not computed: left out of the settings"
     assert 0.05 < entry["work of adhesion"] < 0.3
-    assert all(words.startswith("not computed") for words in why[entry.isna()]) and (why != "").all()
+    assert all(reason.startswith("not computed") for reason in why[entry.isna()]) and (why != "").all()
 
 
 def test_noise_sharper_than_the_tip_has_no_entry_of_a_tip(rough):
@@ -94,14 +94,16 @@ def test_noise_sharper_than_the_tip_has_no_entry_of_a_tip(rough):
 
 
 def test_the_total_is_the_root_of_the_sum_of_squares(budget):
-    known = budget.relative_std.values
-    assert float(budget.total_std) == pytest.approx(np.sqrt(np.nansum(known**2)), rel=1e-12)
+    deviations = budget.relative_std.values
+    assert float(budget.total_std) == pytest.approx(np.sqrt(np.nansum(deviations**2)), rel=1e-12)
 
 
 def test_entries_are_the_largest_changes(rough, solved, budget):
     ways = ({"work of adhesion": [factor]} for factor in (0.9, 1.1))
-    each = [budget_of(rough, solved, settings=way, **HOW).sel(entry="work of adhesion") for way in ways]
-    assert float(budget.relative_std.sel(entry="work of adhesion")) == max(abs(float(e.pull_off_change)) for e in each)
+    single_changes = [budget_of(rough, solved, settings=way, **HOW).sel(entry="work of adhesion") for way in ways]
+    assert float(budget.relative_std.sel(entry="work of adhesion")) == max(
+        abs(float(e.pull_off_change)) for e in single_changes
+    )
 
 
 def test_a_known_bias_is_taken_off_the_mean_and_half_of_it_stays(rough, solved, budget):
@@ -109,9 +111,11 @@ def test_a_known_bias_is_taken_off_the_mean_and_half_of_it_stays(rough, solved, 
     finer = roughxr.adhesive(rough, subregions=(2, 1), law="exponential", mesh=roughxr.Mesh(2, step=0.4))
     assert float(budget.pull_off_mean) == pytest.approx(float(solved.pull_off_force.mean()), rel=1e-12)
     assert float(budget.pull_off_corrected) == pytest.approx(float(finer.pull_off_force.mean()), rel=1e-6)
-    assert budget.known_bias.to_series().loc[lambda one: one].index.tolist() == ["mesh"]
-    own = float(mesh.standard_error)
-    assert float(mesh.relative_std) == pytest.approx(np.hypot(float(mesh.pull_off_change) / 2, own), rel=1e-12)
+    assert budget.known_bias.to_series().loc[lambda is_bias: is_bias].index.tolist() == ["mesh"]
+    standard_error = float(mesh.standard_error)
+    assert float(mesh.relative_std) == pytest.approx(
+        np.hypot(float(mesh.pull_off_change) / 2, standard_error), rel=1e-12
+    )
 
 
 def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
@@ -119,10 +123,10 @@ def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
     random = np.random.default_rng(3)
     base = random.lognormal(5, 0.5, (4000, 12))
     force = base * random.normal(0.8, 0.2, base.shape)
-    found = [mean_change(*one, np.ones(12)) for one in zip(force, base)]
-    scatter = np.std([one.value for one in found])
-    assert np.sqrt(np.mean([one.error**2 for one in found])) == pytest.approx(scatter, rel=0.1)
-    assert np.mean([one.value for one in found]) == pytest.approx(-0.2, abs=0.005)
+    changes = [mean_change(*pair, np.ones(12)) for pair in zip(force, base)]
+    scatter = np.std([change.value for change in changes])
+    assert np.sqrt(np.mean([change.error**2 for change in changes])) == pytest.approx(scatter, rel=0.1)
+    assert np.mean([change.value for change in changes]) == pytest.approx(-0.2, abs=0.005)
     force[0, [1, 4]] = np.nan
     assert mean_change(force[0], base[0], np.ones(12)).places == 10
     none = mean_change(force[0][[1, 4]], base[0][[1, 4]], np.ones(2))
@@ -130,33 +134,39 @@ def test_an_entry_knows_how_well_it_is_known_and_by_how_many_places():
 
 
 def test_the_total_has_a_standard_error_by_the_places_of_its_changes(rough):
-    every = roughxr.adhesive(rough, subregions=(4, 4), law="exponential", mesh=HOW["mesh"])
-    few, many = (
-        budget_of(rough, every, settings={"work of adhesion": [0.3]}, **HOW | {"places": count}) for count in (4, 16)
+    all_places = roughxr.adhesive(rough, subregions=(4, 4), law="exponential", mesh=HOW["mesh"])
+    four_places, sixteen_places = (
+        budget_of(rough, all_places, settings={"work of adhesion": [0.3]}, **HOW | {"places": count})
+        for count in (4, 16)
     )
-    assert int(few.places.sel(entry="work of adhesion")) == 4 and int(many.places.sel(entry="work of adhesion")) == 16
-    assert float(many.total_standard_error) < float(few.total_standard_error)
-    assert "Each change is solved at 4 of 16 places" in few.attrs["decided"]
+    assert (
+        int(four_places.places.sel(entry="work of adhesion")) == 4
+        and int(sixteen_places.places.sel(entry="work of adhesion")) == 16
+    )
+    assert float(sixteen_places.total_standard_error) < float(four_places.total_standard_error)
+    assert "Each change is solved at 4 of 16 places" in four_places.attrs["decided"]
 
 
 def test_what_a_run_has_solved_on_the_finer_mesh_is_not_solved_again(rough, monkeypatch):
     mesh = roughxr.Mesh(1, None, 0.8)
-    every = roughxr.adhesive(rough, subregions=(3, 2), law="exponential", mesh=mesh)
-    some = every.isel(subregion=[0, 2, 3, 5])
-    finer = roughxr.adhesive(rough, subregions=some, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
+    all_places = roughxr.adhesive(rough, subregions=(3, 2), law="exponential", mesh=mesh)
+    four_places = all_places.isel(subregion=[0, 2, 3, 5])
+    finer = roughxr.adhesive(rough, subregions=four_places, law="exponential", mesh=roughxr.Mesh(2, None, 0.4))
     monkeypatch.setattr(budget_changes, "place_cases", None)
-    found = budget_of(rough, every, places=2, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
-    shift = float(finer.pull_off_force.mean() / some.pull_off_force.mean()) - 1
-    entry = found.sel(entry="mesh")
+    reused = budget_of(rough, all_places, places=2, preload=0.0, mesh=mesh, settings={"mesh": [2]}, finer=finer)
+    shift = float(finer.pull_off_force.mean() / four_places.pull_off_force.mean()) - 1
+    entry = reused.sel(entry="mesh")
     assert float(entry.pull_off_change) == pytest.approx(shift, rel=1e-12) and int(entry.places) == 4
 
 
 def test_the_budget_computes_the_mean_that_the_simulation_does(rough):
     options = {"subregions": (2, 1), "law": "exponential"}
-    found = error_budget(rough, places=1, settings={"work of adhesion": [1.1]}, **options)
+    single_place = error_budget(rough, places=1, settings={"work of adhesion": [1.1]}, **options)
     alone = roughxr.adhesive(rough, **options)
-    assert float(found.pull_off_mean) == float(alone.pull_off_force.mean())
-    assert found.places.sel(entry="work of adhesion") == 1 and "places are too few" in found.attrs["decided"]
+    assert float(single_place.pull_off_mean) == float(alone.pull_off_force.mean())
+    assert (
+        single_place.places.sel(entry="work of adhesion") == 1 and "places are too few" in single_place.attrs["decided"]
+    )
 
 
 def test_places_that_cannot_be_followed_are_counted(rough, solved, monkeypatch):
@@ -176,13 +186,13 @@ def test_sampling_is_the_standard_error_of_the_mean(rough, solved, side):
     grid = roughxr.scans.regions.centres(rough, (side, side))
     like = solved.isel(subregion=[0] * side**2).drop_vars(["subregion", "subregion_x", "subregion_y"])
     solved = like.assign(pull_off_force=("subregion", values)).assign_coords(grid.coords)
-    found = budget_of(rough, solved, settings={}, **HOW)
+    sampled = budget_of(rough, solved, settings={}, **HOW)
     ends = roughxr.statistics.bootstrap(solved, "pull_off_force", statistics=["mean"])
     expected = values.std(ddof=1) / np.sqrt(float(ends.independent_places)) / values.mean()
-    assert float(found.relative_std.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
-    assert float(found.pull_off_mean) == pytest.approx(values.mean())
-    one = budget_of(rough, solved.isel(subregion=[0]), settings={}, **HOW)
-    assert "needs at least two places" in one.how.sel(entry="sampling").item()
+    assert float(sampled.relative_std.sel(entry="sampling")) == pytest.approx(expected, rel=1e-12)
+    assert float(sampled.pull_off_mean) == pytest.approx(values.mean())
+    single_place = budget_of(rough, solved.isel(subregion=[0]), settings={}, **HOW)
+    assert "needs at least two places" in single_place.how.sel(entry="sampling").item()
 
 
 def test_added_roughness_comes_from_its_seeds(rough, scales):
@@ -221,8 +231,8 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
     finite = int(np.isfinite(budget.relative_std).sum())
     assert len(ax.patches) == finite + 1
     assert [text.get_text() for text in ax.texts].count("not computed") == budget.sizes["entry"] - finite
-    told = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
-    assert told["mesh"].endswith("subtracted") and told["work of adhesion"][0] in "+−" and "±" in told["sampling"]
+    labels = dict(zip(budget.entry.values.tolist(), (text.get_text() for text in ax.texts)))
+    assert labels["mesh"].endswith("subtracted") and labels["work of adhesion"][0] in "+−" and "±" in labels["sampling"]
     widths = [bar.get_width() for bar in ax.patches]
     assert widths[-1] == pytest.approx(100 * float(budget.total_std))
     assert len(figures.cut_off(scales, ax=Figure().subplots()).lines) >= 2
@@ -231,8 +241,8 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
     run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
     run |= {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
-    words = report.headline(run)
-    assert "does not resolve roughness finer than" in words and "with all known errors" in words
+    headline = report.headline(run)
+    assert "does not resolve roughness finer than" in headline and "with all known errors" in headline
     biased = run | {"statistics/error_budget": budget.assign(pull_off_corrected=0.75 * budget.pull_off_mean)}
     mean = numbers.quantity(0.75 * float(solved.contact.pull_off().pull_off_force.mean()))
     assert f"without its known bias, 25 %, is {mean}." in report.headline(biased)
@@ -249,11 +259,11 @@ def test_every_source_of_error_has_a_remedy_but_the_law_of_menisci():
     assert set(CHANGES) | {"mesh", "preload", "interpolation"} == set(CHANGED)
 
 
-@pytest.mark.parametrize("known", [{}, {"adhesion_range": 0.5}])
-def test_budget_and_best_estimate_take_the_same_deviations(known):
+@pytest.mark.parametrize("stated_range", [{}, {"adhesion_range": 0.5}])
+def test_budget_and_best_estimate_take_the_same_deviations(stated_range):
     """Of ln(mean) in the estimate, of the mean in the budget; the range is less certain if the work alone is known."""
     flat = roughxr.scans.synthetic.self_affine((40, 40), 10, rms=0.6, hurst=0.8, rolloff=80, cutoff=60, seed=1)
-    stated = {"sphere_radius": 300, "contact_modulus": 10, "work_of_adhesion": 0.03, "hardness": 3.0, **known}
+    stated = {"sphere_radius": 300, "contact_modulus": 10, "work_of_adhesion": 0.03, "hardness": 3.0, **stated_range}
     ds = roughxr.assign_pair(flat, **stated)
     options = {"subregions": (3, 3), "places": 1, **QUICK}
     budget = error_budget(ds, **options)
@@ -263,7 +273,7 @@ def test_budget_and_best_estimate_take_the_same_deviations(known):
     for name in names:
         expected = np.log1p(float(budget.relative_std.sel(entry=name)))
         assert float(estimate.relative_std.sel(entry=name)) == pytest.approx(expected, rel=1e-6, abs=1e-9), name
-    deviation = KNOWN_RANGE if known else UNKNOWN_RANGE
+    deviation = KNOWN_RANGE if stated_range else UNKNOWN_RANGE
     by_slope = abs(float(budget.slope.sel(entry="range of adhesion"))) * np.log(deviation)
     assert float(estimate.relative_std.sel(entry="range of adhesion")) == pytest.approx(by_slope, rel=1e-6)
 
@@ -274,6 +284,6 @@ def test_a_scan_that_is_noise_has_no_headline_but_the_reason(rough, solved):
         "scan": rough.assign(height=rough.height.copy(data=heights)),
         "statistics/adhesive": solved.contact.pull_off(),
     }
-    words = report.headline(run)
-    assert words.startswith("No pull-off force is stated") and "as in noise" in words and " nN" not in words
+    headline = report.headline(run)
+    assert headline.startswith("No pull-off force is stated") and "as in noise" in headline and " nN" not in headline
     assert report.headline(run | {"scan": rough}).startswith("Mean pull-off")

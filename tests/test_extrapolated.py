@@ -59,9 +59,9 @@ def real(scan):
 
 
 def test_with_nothing_unseen_it_is_the_pull_off_as_scanned(scan, scanned):
-    known = roughxr.extrapolated(scan, shortest=2 * 8, **QUICK)
-    np.testing.assert_allclose(known.pull_off_force, scanned.pull_off_force, rtol=1e-9)
-    assert float(known.roughness_factor) == 1 and float(known.relative_std.sel(entry=UNSEEN)) == 0
+    resolved = roughxr.extrapolated(scan, shortest=2 * 8, **QUICK)
+    np.testing.assert_allclose(resolved.pull_off_force, scanned.pull_off_force, rtol=1e-9)
+    assert float(resolved.roughness_factor) == 1 and float(resolved.relative_std.sel(entry=UNSEEN)) == 0
 
 
 def test_the_factor_multiplies_the_mean_of_all_places(scanned, real):
@@ -76,8 +76,8 @@ def test_the_interval_holds_all_errors_and_is_wider_than_that_of_the_mean_as_sca
     assert needed | {"mesh"} <= set(real.entry.values)
     mean = roughxr.answer(scanned)
     others = 1.96 * float(np.sqrt((real.relative_std.drop_sel(entry="places") ** 2).sum()))
-    for end, own in (("low", mean.low), ("high", mean.high)):
-        places = float(np.log(own / mean.pull_off_force))
+    for end, mean_end in (("low", mean.low), ("high", mean.high)):
+        places = float(np.log(mean_end / mean.pull_off_force))
         half = float(np.log(real[f"pull_off_{end}"] / real.pull_off_mean))
         assert abs(half) == pytest.approx(np.hypot(places, others), rel=1e-6) and abs(half) > abs(places)
 
@@ -114,11 +114,11 @@ def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with
 ):
     truth = truth.pull_off_force.mean()
     fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
-    one, two = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
-    assert two.pull_off_low < truth < two.pull_off_high
-    assert abs(np.log(two.pull_off_mean / truth)) < abs(np.log(two.scanned_mean / truth))
-    assert two.pull_off_high / two.pull_off_low < one.pull_off_high / one.pull_off_low
-    assert "by a second scan, 320 nm wide on pixels of 2 nm" in two.attrs["assumed"]
+    alone, with_second = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
+    assert with_second.pull_off_low < truth < with_second.pull_off_high
+    assert abs(np.log(with_second.pull_off_mean / truth)) < abs(np.log(with_second.scanned_mean / truth))
+    assert with_second.pull_off_high / with_second.pull_off_low < alone.pull_off_high / alone.pull_off_low
+    assert "by a second scan, 320 nm wide on pixels of 2 nm" in with_second.attrs["assumed"]
 
 
 def measured_ratio(ratio, spread):
@@ -141,7 +141,8 @@ def test_measured_forces_of_one_probe_predict_a_smaller_sphere_of_another_materi
     measured = roughxr.compare(scanned, truth, statistics=["mean"])
     other = {"sphere_radius": 150, "materials": "polystyrene"}
     fine, coarse = (
-        each.contact.assign_pair(**other).contact.adhesive(subregions=(3, 3), mesh=2) for each in (true_surface, scan)
+        surface.contact.assign_pair(**other).contact.adhesive(subregions=(3, 3), mesh=2)
+        for surface in (true_surface, scan)
     )
     expected = float(fine.pull_off_force.mean())
     calibrated = real_pull_off(scan.contact.assign_pair(**other), coarse, None, measured=measured, shortest=6)
@@ -203,9 +204,9 @@ def test_noise_beyond_the_range_of_adhesion_is_a_caution_and_below_it_an_entry(s
     assert "Noise cannot be distinguished from roughness" in real.attrs["known"]
     flatter = scan.assign(height=0.05 * scan.height)
     assert "Noise" not in real_pull_off(flatter, scanned, None).attrs["known"]
-    words, noisy = CHANGES["noise"](flatter, 1.0)
+    change, noisy = CHANGES["noise"](flatter, 1.0)
     added = float((noisy.height - flatter.height).std())
-    assert added == pytest.approx(noise_limit(flatter), rel=0.05) and words.endswith("nm")
+    assert added == pytest.approx(noise_limit(flatter), rel=0.05) and change.endswith("nm")
 
 
 def test_refusals_state_their_reason(scan, scanned):
@@ -235,8 +236,8 @@ def test_the_answer_is_the_best_estimate_with_its_interval(real):
 
 
 def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
-    known, assumed = best_estimate_notes({"statistics/extrapolated": real})
-    assert (known, assumed) == (real.attrs["known"], real.attrs["assumed"])
+    measured_notes, assumed_notes = best_estimate_notes({"statistics/extrapolated": real})
+    assert (measured_notes, assumed_notes) == (real.attrs["known"], real.attrs["assumed"])
     assert "The interval narrows most with a second scan" in real.contact.answer().sentence
     scattered = real.assign(relative_std=xr.where(real.entry == "places", 3.0, real.relative_std))
     assert "The interval narrows most with more places" in scattered.contact.answer().sentence
@@ -245,8 +246,8 @@ def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
 def test_a_run_without_an_estimate_says_why(scan, scanned):
     missing = without_estimate(scan, "resting positions")
     assert best_estimate_notes({"statistics/extrapolated": missing}) == []
-    words = report.headline({"statistics/adhesive": roughxr.pull_off(scanned), "statistics/extrapolated": missing})
-    assert "The effect of finer roughness is not included: resting positions." in words
+    headline = report.headline({"statistics/adhesive": roughxr.pull_off(scanned), "statistics/extrapolated": missing})
+    assert "The effect of finer roughness is not included: resting positions." in headline
 
 
 @pytest.fixture(scope="module")
@@ -279,11 +280,11 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
     for wave in waves:  # ∫ C q dq / 2π
         q = np.geomspace(2 * np.pi / model.shown, 2 * np.pi / wave, 65)
         sigma.append(np.hypot(0.9, np.sqrt(np.trapezoid(q**2 * model.density(q), np.log(q)) / (2 * np.pi))))
-    left = [reference.gaussian_work(rms=one, length=3.0) for one in sigma]
+    work = [reference.gaussian_work(rms=rms, length=3.0) for rms in sigma]
     how = {"law": "lennard_jones", "subregions": ([640.0], [640.0])}
     pull = [np.mean([rigid_pull_off(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]
-    assert left[0] < 0.7 * left[-1]
-    np.testing.assert_allclose(pull / pull[-1], np.divide(left, left[-1]), rtol=0.08)
+    assert work[0] < 0.7 * work[-1]
+    np.testing.assert_allclose(pull / pull[-1], np.divide(work, work[-1]), rtol=0.08)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")

@@ -183,13 +183,13 @@ def test_figures_14_and_15_show_the_papers_own_sum(papers, run):
     drawn = line_of(upper, "the paper's sum").get_data()
     clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
     options = {"delta": drawn[0], "subregions": (3, 3), "law": "hertz", "formulation": "published"}
-    own = superpose(run["asperities"], **options).force.isel(subregion=clean)
-    np.testing.assert_allclose(drawn[1], own.mean("subregion"))
+    paper_sum = superpose(run["asperities"], **options).force.isel(subregion=clean)
+    np.testing.assert_allclose(drawn[1], paper_sum.mean("subregion"))
     direct = dict(zip(*line_of(upper, "direct simulation").get_data()))
     for delta, ratio in zip(*lower.lines[0].get_data()):
         assert np.isnan(ratio) or ratio == pytest.approx(np.interp(delta, *drawn) / direct[delta], rel=1e-6)
     hertz = line_of(papers["figure-15"].axes[0], "paper's sum, Hertz").get_data()
-    assert any(np.allclose(np.interp(drawn[0], *hertz), place) for place in own)
+    assert any(np.allclose(np.interp(drawn[0], *hertz), place) for place in paper_sum)
 
 
 def test_figure_15_shows_the_smooth_spheres_pull_off_and_where_the_rough_force_surpasses_it(papers):
@@ -251,8 +251,8 @@ def test_a_drawn_distribution_is_the_density_weighted_by_shares():
     edges, density = histogram(figures.distribution(ds, bins=7, interval=None))
     np.testing.assert_allclose(edges, expected.attrs["bin_edges"])
     np.testing.assert_allclose(density, expected, rtol=1e-12)
-    few = figures.distribution(ds.isel(subregion=slice(5)).drop_vars("landing_share"), interval=None)
-    np.testing.assert_allclose(few.lines[0].get_ydata(), np.arange(6) / 5)
+    five_places = figures.distribution(ds.isel(subregion=slice(5)).drop_vars("landing_share"), interval=None)
+    np.testing.assert_allclose(five_places.lines[0].get_ydata(), np.arange(6) / 5)
 
 
 def test_data_stay_in_the_schemas_units_and_enter_in_any():
@@ -287,8 +287,8 @@ def test_intervals_are_those_of_the_bootstrap(run):
 
 def test_the_best_law_stands_first():
     ds = xr.Dataset({"pull_off_force": ("subregion", np.random.default_rng(0).lognormal(1, 0.8, 400), {"units": "nN"})})
-    words = [text.get_text() for text in figures.distribution(ds, laws=tuple(LAWS)).get_legend().get_texts()]
-    assert words[1] == "log-normal" and all("ΔAIC" in word for word in words[2:]) and len(words) == 5
+    labels = [text.get_text() for text in figures.distribution(ds, laws=tuple(LAWS)).get_legend().get_texts()]
+    assert labels[1] == "log-normal" and all("ΔAIC" in label for label in labels[2:]) and len(labels) == 5
 
 
 def test_a_law_that_diverges_at_zero_is_drawn_from_where_it_fits():
@@ -339,20 +339,20 @@ def test_a_density_is_drawn_between_its_edges(run):
 
 def test_densities_of_a_few_displacements_share_an_axes_and_many_are_a_map(run):
     densities = run["solutions/direct"].contact.pdf("force", bins=4)
-    few = densities.isel(delta=[0, -1])
-    ax = few.contact.plot(ax=Figure().subplots())
-    for steps, values in zip(ax.patches, few.values, strict=True):
+    ends = densities.isel(delta=[0, -1])
+    ax = ends.contact.plot(ax=Figure().subplots())
+    for steps, values in zip(ax.patches, ends.values, strict=True):
         np.testing.assert_array_equal(steps.get_data().values, values)
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == [f"{delta:g} nm" for delta in few.delta.values] and ax.get_xlabel().startswith("contact force")
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels == [f"{delta:g} nm" for delta in ends.delta.values] and ax.get_xlabel().startswith("contact force")
     many = densities.interp(delta=np.linspace(*densities.delta.values[[0, -1]], 7))
     assert many.contact.plot(ax=Figure().subplots()).collections
 
 
 def test_a_cycle_is_refused_with_what_to_select(run):
-    both = run["solutions/energy"].expand_dims(branch=["loading", "retraction"])
+    both_branches = run["solutions/energy"].expand_dims(branch=["loading", "retraction"])
     with pytest.raises(ValueError, match=r"also branch; select one first, for example ds.sel\(branch='retraction'\)"):
-        figures.mean_force({"both": both})
+        figures.mean_force({"both": both_branches})
     with pytest.raises(ValueError, match=r"found only pull-offs; solve with adhesive\(…, delta="):
         figures.sweep(run["statistics/energy"])
 
@@ -403,9 +403,9 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     assert [text.get_text() for text in ax.texts] == ["−3.0 ± 1.0", "not computed", "3.0 ± 1.0"]
     rose = figures.moment_rose(moments(1))
     assert rose.get_xlabel().startswith("resisting moment [nN nm]\nmedian and middle half of 2 places\ndashed: median")
-    left, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
-    words = [text.get_text() for text in left.get_legend().get_texts()]
-    assert words == ["mean of 8, 95 % interval", "predicted", "measured"]
+    bars, _ = figures.predicted_and_measured(*(force_of(np.arange(1.0, 9.0) * factor) for factor in (1, 2)))
+    labels = [text.get_text() for text in bars.get_legend().get_texts()]
+    assert labels == ["mean of 8, 95 % interval", "predicted", "measured"]
 
 
 def force_of(values):
@@ -445,8 +445,8 @@ def moments(size):
 
 def cycle(size):
     loading = adhering(3.0).force
-    both = xr.concat([loading, loading - 1], "branch").assign_coords(branch=["loading", "retraction"])
-    return xr.Dataset({"force": size * both})
+    both_branches = xr.concat([loading, loading - 1], "branch").assign_coords(branch=["loading", "retraction"])
+    return xr.Dataset({"force": size * both_branches})
 
 
 def over_parameters(size, *parameters):
@@ -541,9 +541,9 @@ def assert_ticks_are_true(figure):
     for axis, label in axes_with_labels(figure):
         assert axis.get_offset_text().get_text() == ""
         for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
-            value = number_of(tick.label1.get_text())
-            if value is not None:
-                assert value * unit_size(label) == pytest.approx(tick.get_loc(), rel=1e-5, abs=1e-12), label
+            number = number_of(tick.label1.get_text())
+            if number is not None:
+                assert number * unit_size(label) == pytest.approx(tick.get_loc(), rel=1e-5, abs=1e-12), label
                 compared += 1
     assert compared > 1
 

@@ -37,9 +37,9 @@ def density(ds):
 @pytest.mark.parametrize("cutoff", [24, None])
 def test_the_hurst_exponent_is_found_again(hurst, rolloff, seed, cutoff):
     surface = self_affine((512, 512), PIXEL, rms=1.8, hurst=hurst, rolloff=rolloff, cutoff=cutoff, seed=seed)
-    found = roughxr.scans.self_affine_fit(surface)
-    assert float(found.hurst_exponent) == pytest.approx(hurst, abs=0.1)
-    assert found.rolloff_wavelength.units == "nm"
+    fit = roughxr.scans.self_affine_fit(surface)
+    assert float(fit.hurst_exponent) == pytest.approx(hurst, abs=0.1)
+    assert fit.rolloff_wavelength.units == "nm"
 
 
 def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_has():
@@ -50,10 +50,10 @@ def test_added_waves_go_on_where_the_scan_ends_with_the_power_that_the_surface_h
         coarse, shortest=10, seed=2, mesh=4, spectrum=roughxr.scans.self_affine_fit(coarse, hurst=0.6)
     )
     wanted = density(truth)
-    found = density(again)
+    extended = density(again)
     for low, high in ((10, 14), (14, 20), (20, 29)):
         inside = (2 * np.pi / wanted.wavevector[1:] > low) & (2 * np.pi / wanted.wavevector[1:] < high)
-        power = [float((s.psd * s.psd_modes)[1:][inside.values].sum()) for s in (found, wanted)]
+        power = [float((s.psd * s.psd_modes)[1:][inside.values].sum()) for s in (extended, wanted)]
         assert power[0] / power[1] == pytest.approx(1, abs=0.1)
 
 
@@ -84,7 +84,7 @@ def test_waves_are_nested_and_the_same_on_any_mesh_and_window(shown):
     assert np.abs(same).max() < 1e-9
     cut = shown.isel(x=slice(40, 80), y=slice(30, 90))
     part, its_bare = (roughxr.scans.add_fine_roughness(cut, shortest=low, mesh=3, **make) for low in (14, 40))
-    inner, bare_inner = (one.sel(x=part.x, y=part.y, method="nearest") for one in (coarse, bare[0]))
+    inner, bare_inner = (surface.sel(x=part.x, y=part.y, method="nearest") for surface in (coarse, bare[0]))
     off = (part.height - its_bare.height - inner + bare_inner).values
     assert np.abs(off).max() < 1e-9
     off = (its_bare.height - bare_inner).values[24:-24, 24:-24]  # what lies between pixels hangs on those around
@@ -117,8 +117,8 @@ def test_a_seed_is_one_surface_and_every_surface_keeps_the_pair(shown, finer):
 
 def test_a_lazy_scan_gives_the_same(shown, finer):
     lazy = shown.chunk(x=50, y=64)
-    found = roughxr.scans.add_fine_roughness(lazy, shortest=10, seed=1, spectrum=half(lazy))
-    np.testing.assert_array_equal(found.height.values, finer.height.values)
+    from_lazy = roughxr.scans.add_fine_roughness(lazy, shortest=10, seed=1, spectrum=half(lazy))
+    np.testing.assert_array_equal(from_lazy.height.values, finer.height.values)
     smoothed = roughxr.scans.smooth(lazy, shortest=60)
     np.testing.assert_array_equal(smoothed.height.values, roughxr.scans.smooth(shown, shortest=60).height.values)
     fits = roughxr.scans.self_affine_fit(lazy), roughxr.scans.self_affine_fit(shown)
@@ -138,15 +138,15 @@ def test_smoothing_is_a_projection_that_keeps_what_is_long(shown):
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "message"),
     [
         ({"shortest": -1}, "shortest"),
         ({"shortest": 10, "seed": 1.5}, "seed"),
         ({"shortest": 3, "mesh": 2}, "mesh: expected pixels of at most half"),
     ],
 )
-def test_what_is_wrong_is_said(shown, options, words):
-    with pytest.raises(ValueError, match=words):
+def test_what_is_wrong_is_said(shown, options, message):
+    with pytest.raises(ValueError, match=message):
         roughxr.scans.add_fine_roughness(shown, **{"seed": 1, **options})
     with pytest.raises(ValueError, match="hurst: expected a number from 0 to 1"):
         roughxr.scans.self_affine_fit(shown, hurst=1.2)
@@ -204,14 +204,14 @@ def test_waves_are_added_with_the_lay_of_those_that_are_shown():
     for seed in range(3):
         truth = drawn_out(seed)
         seen = roughxr.scans.smooth(truth, shortest=24)
-        fits = [roughxr.scans.self_affine_fit(one, shown=24) for one in (seen, rotated(seen))]
+        fits = [roughxr.scans.self_affine_fit(surface, shown=24) for surface in (seen, rotated(seen))]
         assert float(fits[1].lay_strength) == pytest.approx(float(fits[0].lay_strength), rel=1e-6)
-        lays = [float(one.lay_direction) for one in fits]
+        lays = [float(fit.lay_direction) for fit in fits]
         assert abs(np.sin(np.radians(lays[0]))) < 0.15 and abs(lays[0] - lays[1]) == pytest.approx(90, abs=1e-6)
         along, across = slopes(added_to(seen))
         turned_along, turned_across = slopes(added_to(rotated(seen)))
-        rest = (roughxr.scans.smooth(truth, shortest=17).height - seen.height).values[20:-20, 20:-20]
-        assert 0.8 < across / along / np.divide(*slopes(rest)[::-1]) < 1.15
+        fine_heights = (roughxr.scans.smooth(truth, shortest=17).height - seen.height).values[20:-20, 20:-20]
+        assert 0.8 < across / along / np.divide(*slopes(fine_heights)[::-1]) < 1.15
         assert turned_along / turned_across == pytest.approx(across / along, rel=0.1)
 
 
@@ -220,4 +220,4 @@ def test_by_chance_no_lay_is_found():
         roughxr.scans.self_affine_fit(self_affine((64, 64), 5, rms=1, hurst=0.6, rolloff=100, seed=seed), shown=20)
         for seed in range(30)
     ]
-    assert sum(float(one.lay_strength) > 0 for one in fits) <= 2
+    assert sum(float(fit.lay_strength) > 0 for fit in fits) <= 2

@@ -57,10 +57,10 @@ def test_the_adhesion_channel_of_a_jpk_image(tmp_path):
     counts = np.round(adhesion / JPK_COUNT).astype("<i4")
     pages = [("Height", 0, heights, ("m", JPK_COUNT * 1e-9)), ("Adhesion", 0, counts, ("N", JPK_COUNT * 1e-9))]
     path = write_jpk_pages(tmp_path / "map.jpk-qi-image", pages, (160, 120))
-    found = roughxr.open_pull_off(path)
-    assert found.channel == "Adhesion" and found.measured_units == "N"
-    np.testing.assert_allclose(found.pull_off_force, adhesion.T.ravel(), rtol=0, atol=1e-5)  # the lowest line first
-    assert (float(found.subregion_x[0]), float(found.subregion_y[0])) == pytest.approx((5, 5))
+    measured = roughxr.open_pull_off(path)
+    assert measured.channel == "Adhesion" and measured.measured_units == "N"
+    np.testing.assert_allclose(measured.pull_off_force, adhesion.T.ravel(), rtol=0, atol=1e-5)  # the lowest line first
+    assert (float(measured.subregion_x[0]), float(measured.subregion_y[0])) == pytest.approx((5, 5))
     assert open_scan(path).attrs["channel"] == "Height"
 
 
@@ -70,8 +70,8 @@ def test_a_jpk_image_is_what_a_second_reader_makes_of_it(reflected, tmp_path):
 
     path = write_jpk(tmp_path, ROWS, SIZE)
     if reflected:  # the tag of the grid's width becomes that of its reflection in a copy of the sizes' entries
-        data = path.read_bytes()
-        path.write_bytes(data.replace(struct.pack("<HHI", 0x8080, 4, 1), struct.pack("<HHI", 0x8045, 4, 1)))
+        content = path.read_bytes()
+        path.write_bytes(content.replace(struct.pack("<HHI", 0x8080, 4, 1), struct.pack("<HHI", 0x8045, 4, 1)))
     other = open_topography(str(path), format="jpk").topography()
     scan = open_scan(path)
     np.testing.assert_allclose(scan.height, np.flip(other.heights(), axis=1) * 1e9, rtol=0, atol=1e-9)
@@ -125,10 +125,10 @@ def test_frames_of_jpks_movies(tmp_path):
 def test_pixels_that_nanosurf_did_not_measure_are_missing(tmp_path):
     path = write_nhf(tmp_path, ROWS, SIZE)
     with h5py.File(path, "a") as file:
-        data = file["measurement_0/segment_0/data_0"]
+        counts = file["measurement_0/segment_0/data_0"]
         for end in ("min", "max", "unit"):
-            data.attrs[f"signal_calibration_{end}"] = data.attrs[f"base_calibration_{end}"]
-        data[0] = -(2**31)
+            counts.attrs[f"signal_calibration_{end}"] = counts.attrs[f"base_calibration_{end}"]
+        counts[0] = -(2**31)
     scan = open_scan(path)
     assert int(scan.height.isnull().sum()) == 1 and bool(scan.height.isnull()[0, 0])
 
@@ -145,15 +145,15 @@ def test_any_matrix_of_an_hdf5_file(tmp_path):
         assert_same(open_scan(path, channel=name, **stated), SCAN)
     np.testing.assert_allclose(open_scan(path, channel="scans/second", size=SIZE).height, 0.2 * SCAN.height)
     assert describe(path)["name"].values.tolist() == ["scans/first", "scans/second"]
-    for options, words in (
+    for options, message in (
         ({"channel": "scans/first"}, "height_units="),
         ({"channel": "scans/first", "height_units": "nm"}, "size="),
         ({"channel": "scans/third"}, r"found none among 0: 'scans/first' \[\?\], 1: 'scans/second' \[angstrom\]"),
     ):
-        with pytest.raises(UnreadableScan, match=f"scan.h5: HDF5.*{words}"):
+        with pytest.raises(UnreadableScan, match=f"scan.h5: HDF5.*{message}"):
             open_scan(path, **options)
-    found = roughxr.open_pull_off(path, channel="scans/first", units="nN", size=SIZE, pulls="positive")
-    np.testing.assert_allclose(found.pull_off_force, SCAN.height.values.ravel())
+    measured = roughxr.open_pull_off(path, channel="scans/first", units="nN", size=SIZE, pulls="positive")
+    np.testing.assert_allclose(measured.pull_off_force, SCAN.height.values.ravel())
 
 
 def test_an_hdf5_file_without_a_matrix_is_refused(tmp_path):
@@ -199,11 +199,11 @@ def test_points_of_a_grid_in_any_order(tmp_path):
 )
 def test_text_that_states_its_width_and_height(head, tmp_path):
     path = tmp_path / "matrix.txt"
-    matrix = "".join(" ".join(f"{value:.4f}" for value in row) + "\n" for row in ROWS)
+    matrix = "".join(" ".join(f"{height:.4f}" for height in row) + "\n" for row in ROWS)
     path.write_text(f"{head}\n{matrix}")
     assert_same(open_scan(path, height_units="nm", **({} if "nm" in head else {"size": SIZE})), SCAN)
     if "18" in head:
-        path.write_text(f"{head}\n" + "".join(f"{value:.4f}\n" for value in ROWS.ravel()))
+        path.write_text(f"{head}\n" + "".join(f"{height:.4f}\n" for height in ROWS.ravel()))
         assert_same(open_scan(path, height_units="nm", size=SIZE), SCAN)
         path.write_text(f"{head}\n" + "\n".join(matrix.splitlines()[:-3]) + "\n")
         with pytest.raises(
@@ -241,11 +241,11 @@ def test_ascii_sdf(tmp_path):
 @pytest.mark.parametrize("sensitivity", ["0.01 ~m/V", "0.01 \xb5m/V"])
 def test_micrometres_without_their_sign(sensitivity, tmp_path):
     path = write_nanoscope(tmp_path / "scan.spm", [("Height", "Trace", np.round(ROWS / NANOMETRES_PER_COUNT))], SIZE)
-    header, end, data = path.read_bytes().partition(b"\x1a")
+    header, end, counts = path.read_bytes().partition(b"\x1a")
     header = header.replace(b"10.0 nm/V", sensitivity.encode("latin-1")).replace(
         b"Scan Size: 120 90 nm", b"Scan Size: 0.12 0.09 ~m"
     )
-    path.write_bytes((header + end).ljust(8192, b"\0") + data.lstrip(b"\0").rjust(2 * ROWS.size, b"\0"))
+    path.write_bytes((header + end).ljust(8192, b"\0") + counts.lstrip(b"\0").rjust(2 * ROWS.size, b"\0"))
     assert_same(open_scan(path), SCAN, 0.04)
 
 
@@ -336,7 +336,10 @@ def test_the_listed_formats_are_those_that_open(tmp_path, capsys):
     assert opened == set(formats.READ)
     assert cli.main(["info", "--formats"]) == 0
     printed = capsys.readouterr().out
-    assert all(known.name in printed and known.endings.split()[-1] in printed for known in formats.READ.values())
+    assert all(
+        format_read.name in printed and format_read.endings.split()[-1] in printed
+        for format_read in formats.READ.values()
+    )
 
 
 #: Lines above the numbers as Gwyddion writes them in Russian, German, French and Japanese.
@@ -352,8 +355,8 @@ TRANSLATED = [
 @pytest.mark.parametrize("comma", [False, True])
 def test_gwyddions_text_is_read_in_any_of_its_languages(tmp_path, names, comma):
     values = ("Height", f"{SIZE[0] / 1e3:.6f} µm", f"{SIZE[1] / 1e3:.6f} µm", "m")
-    header = "\n".join(f"# {name}: {value.replace('.', ',') if comma else value}" for name, value in zip(names, values))
-    rows = "\n".join("\t".join(f"{value * 1e-9:.6e}" for value in row) for row in ROWS)
+    header = "\n".join(f"# {name}: {entry.replace('.', ',') if comma else entry}" for name, entry in zip(names, values))
+    rows = "\n".join("\t".join(f"{entry * 1e-9:.6e}" for entry in row) for row in ROWS)
     path = tmp_path / "scan.txt"
     path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
     assert_same(open_scan(path), SCAN, 1e-5)
@@ -364,14 +367,14 @@ def test_a_nexus_image_has_the_size_and_orientation_of_its_axes(tmp_path, upward
     path = tmp_path / "scan.nxs"
     lengths = [(np.arange(n) + 0.5) * length / n for n, length in zip(ROWS.shape, SIZE[::-1])]
     with h5py.File(path, "w") as file:
-        data = file.create_group("entry/data")
-        data.attrs.update({"NX_class": "NXdata", "signal": "topography", "axes": ["y", "x"]})
-        data["topography"] = ROWS[::-1] * 1e-9 if upwards else ROWS * 1e-9
-        data["topography"].attrs["units"] = "m"
-        data["x"] = lengths[1] * 1e-3
-        data["y"] = lengths[0] if upwards else lengths[0][::-1]
-        data["x"].attrs["units"] = "um"
-        data["y"].attrs["units"] = "nm"
+        group = file.create_group("entry/data")
+        group.attrs.update({"NX_class": "NXdata", "signal": "topography", "axes": ["y", "x"]})
+        group["topography"] = ROWS[::-1] * 1e-9 if upwards else ROWS * 1e-9
+        group["topography"].attrs["units"] = "m"
+        group["x"] = lengths[1] * 1e-3
+        group["y"] = lengths[0] if upwards else lengths[0][::-1]
+        group["x"].attrs["units"] = "um"
+        group["y"].attrs["units"] = "nm"
     assert_same(open_scan(path), SCAN, 1e-6)
 
 
@@ -405,9 +408,9 @@ def test_an_x3p_revision_may_have_a_dash(tmp_path):
 
 def test_an_x3p_may_list_its_heights_in_its_index(tmp_path):
     path = WRITERS["x3p"](tmp_path, ROWS, SIZE)
-    data = "".join(f"<Datum>{value * 1e-9!r}</Datum>" for value in ROWS.ravel().tolist())
+    heights = "".join(f"<Datum>{height * 1e-9!r}</Datum>" for height in ROWS.ravel().tolist())
     link = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>"
-    rewritten_x3p(path, lambda text: text.replace(link, f"<DataList>{data}</DataList>"))
+    rewritten_x3p(path, lambda text: text.replace(link, f"<DataList>{heights}</DataList>"))
     assert_same(open_scan(path), SCAN, 1e-6)
 
 

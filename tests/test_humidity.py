@@ -38,8 +38,8 @@ FLAT = {3000.0: (10.0, 161), 100.0: (0.5, 281)}
 
 def wet(ds, humidity=0.5, radius=3000.0, **options):
     """Return the scan with water alone between the bodies, or what else is given."""
-    told = {name: options.pop(name) for name in ("contact_angle", "liquid", "film") if name in options}
-    air = roughxr.HumidAir(humidity, **told)
+    air_options = {name: options.pop(name) for name in ("contact_angle", "liquid", "film") if name in options}
+    air = roughxr.HumidAir(humidity, **air_options)
     return ds.contact.assign_pair(**({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": air} | options))
 
 
@@ -63,7 +63,7 @@ def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("options", "sentence"),
     [
         ({"humidity": 60}, "0.6 or '60 %'"),
         ({"humidity": 0.995}, "saturation"),
@@ -80,10 +80,10 @@ def test_menisci_are_as_high_as_kelvin_radius_and_angles_say():
         ({"work_of_adhesion": (0.1, 0.05, 0.01)}, "a pair"),
     ],
 )
-def test_what_cannot_be_is_refused_in_a_sentence(given, words):
-    with pytest.raises(ValueError, match=next(iter(given)) if words != "a pair" else words) as told:
-        wet(scan(np.zeros((9, 9))), **({"humidity": 0.5} | given))
-    assert words in str(told.value)
+def test_what_cannot_be_is_refused_in_a_sentence(options, sentence):
+    with pytest.raises(ValueError, match=next(iter(options)) if sentence != "a pair" else sentence) as refusal:
+        wet(scan(np.zeros((9, 9))), **({"humidity": 0.5} | options))
+    assert sentence in str(refusal.value)
 
 
 def test_under_water_named_solids_attract_as_their_hamaker_constants_say():
@@ -100,23 +100,23 @@ def test_under_water_named_solids_attract_as_their_hamaker_constants_say():
 def test_the_law_of_the_gap_is_the_sum_of_both_attractions(law):
     """Its integral from contact is the water's work, the solids' share under it, and theirs beyond it."""
     dry = potentials.potential(law, 0.06, 0.3)
-    found = potentials.with_liquid(dry, 1.7, 0.05, 0.2)
-    contact = found.filled - 1.7
-    left = float(potentials.energy(found.filled, dry))
+    law_with_liquid = potentials.with_liquid(dry, 1.7, 0.05, 0.2)
+    contact = law_with_liquid.filled - 1.7
+    dry_energy = float(potentials.energy(law_with_liquid.filled, dry))
 
     def over(f, low, high):
         return quad(f, low, high, epsabs=1e-13, epsrel=1e-12, limit=400, points=[0.3] if low < 0.3 < high else None)[0]
 
     def traction(g):
-        return potentials.traction(g, found)
+        return potentials.traction(g, law_with_liquid)
 
-    whole = over(traction, max(contact, 1e-9), found.filled) + left
-    assert whole == pytest.approx(0.05 * 1.7 + 0.2 * (0.06 - left) + left, rel=1e-8)
-    assert float(potentials.energy(contact, found)) == pytest.approx(whole, rel=1e-8)
+    whole = over(traction, max(contact, 1e-9), law_with_liquid.filled) + dry_energy
+    assert whole == pytest.approx(0.05 * 1.7 + 0.2 * (0.06 - dry_energy) + dry_energy, rel=1e-8)
+    assert float(potentials.energy(contact, law_with_liquid)) == pytest.approx(whole, rel=1e-8)
     for z in (0.31, 1.0, 5.0):
-        direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(found.filled - z, 0))
-        direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(found.filled - z, 0), 1000)
-        assert float(sphere_attraction(z, 500.0, found)) == pytest.approx(direct, rel=1e-6)
+        direct = over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), 0, max(law_with_liquid.filled - z, 0))
+        direct += over(lambda S, z=z: 2 * np.pi * (500 - S) * traction(z + S), max(law_with_liquid.filled - z, 0), 1000)
+        assert float(sphere_attraction(z, 500.0, law_with_liquid)) == pytest.approx(direct, rel=1e-6)
 
 
 @pytest.mark.parametrize("radius", FLAT)
@@ -127,10 +127,10 @@ def test_a_sphere_on_a_plane_is_pulled_by_the_law_of_thin_menisci(radius, humidi
     kelvin = LEAST / abs(np.log(humidity))
     pair = wet(flat(radius), humidity, radius, contact_angle=angles)
     with paraboloids():
-        found = pair.contact.rigid(delta=[-0.3, 0.0], law="exponential")
+        pulled = pair.contact.rigid(delta=[-0.3, 0.0], law="exponential")
     expected = 2 * np.pi * radius * GAMMA * (cosines - np.array([0.3, 0.0]) / kelvin)
-    np.testing.assert_allclose(-found.force.values[0], expected, rtol=2e-3)
-    assert float(found.pull_off_force[0]) == pytest.approx(expected[1], rel=2e-3)
+    np.testing.assert_allclose(-pulled.force.values[0], expected, rtol=2e-3)
+    assert float(pulled.pull_off_force[0]) == pytest.approx(expected[1], rel=2e-3)
 
 
 @pytest.fixture(scope="module")
@@ -173,23 +173,23 @@ def test_exact_menisci_and_the_error_stated_of_thin_ones(radius, angle, distance
         assert -float(exact.force[0]) == pytest.approx(force, rel=1e-5)
         pair = wet(flat(float(radius)), humidity, float(radius), contact_angle=angle)
         with paraboloids():
-            found = pair.contact.rigid(delta=[-1.0], law="exponential")
+            thin_menisci = pair.contact.rigid(delta=[-1.0], law="exponential")
         if distance == 0:
             off = 1 - force / -float(exact.thin_force[0])
-            assert float(found.meniscus_error[0]) == pytest.approx(off, rel=0.06)
+            assert float(thin_menisci.meniscus_error[0]) == pytest.approx(off, rel=0.06)
 
 
 def test_far_off_no_exact_meniscus_can_stand():
-    found = reference.meniscus_sphere([0.0, 8.0, 12.0], radius=100, kelvin_radius=5.0)
-    assert float(found.force[0]) < float(found.force[1]) <= 0 == float(found.force[2])
+    menisci = reference.meniscus_sphere([0.0, 8.0, 12.0], radius=100, kelvin_radius=5.0)
+    assert float(menisci.force[0]) < float(menisci.force[1]) <= 0 == float(menisci.force[2])
 
 
 def test_the_slow_work_is_the_area_under_the_force():
     pair = wet(scan(rough(64, rms=0.5)), 0.8, materials="glass", contact_modulus=None)
     delta = np.linspace(-40, 0, 2001)
-    found = pair.contact.rigid(delta=delta, datum="first_contact", law="exponential")
-    area = np.trapezoid(np.nan_to_num(-found.force.values[0]), delta)
-    assert area == pytest.approx(float(found.work_of_separation[0]), rel=3e-3)
+    pulled = pair.contact.rigid(delta=delta, datum="first_contact", law="exponential")
+    area = np.trapezoid(np.nan_to_num(-pulled.force.values[0]), delta)
+    assert area == pytest.approx(float(pulled.work_of_separation[0]), rel=3e-3)
 
 
 def double_sum(ds, refine, humidity, radius, centres):
@@ -197,7 +197,7 @@ def double_sum(ds, refine, humidity, radius, centres):
     from scipy.interpolate import RectBivariateSpline
 
     kelvin = LEAST / abs(np.log(humidity))
-    found = []
+    pull_offs = []
     spline = RectBivariateSpline(ds.x.values, ds.y.values, ds.height.values)
     cell = float(ds.x[1] - ds.x[0]) / refine
     n = int(np.sqrt(2 * radius * 40) / cell)
@@ -206,8 +206,8 @@ def double_sum(ds, refine, humidity, radius, centres):
         ground = spline(x + along, y + along)
         gap = along[:, None] ** 2 / (2 * radius) + along**2 / (2 * radius) - ground
         wetted = gap - gap.min() < 2 * kelvin
-        found.append(GAMMA / kelvin * cell**2 * np.count_nonzero(wetted))
-    return np.array(found)
+        pull_offs.append(GAMMA / kelvin * cell**2 * np.count_nonzero(wetted))
+    return np.array(pull_offs)
 
 
 def test_the_twin_by_two_independent_sums():
@@ -218,10 +218,10 @@ def test_the_twin_by_two_independent_sums():
     expected = {0.5: 68.0, 0.7: 182.0, 0.9: 1451.0, 0.95: 2111.0}
     means = {}
     for humidity in expected:
-        found = wet(fine, humidity).contact.rigid(subregions=(4, 4), delta=[0.0])
-        own = double_sum(fine, 2, humidity, 3000.0, (found.subregion_x.values, found.subregion_y.values))
-        means[humidity] = float(found.pull_off_force.mean())
-        assert means[humidity] == pytest.approx(own.mean(), rel=0.05 if humidity < 0.8 else 0.01)
+        pulled = wet(fine, humidity).contact.rigid(subregions=(4, 4), delta=[0.0])
+        summed = double_sum(fine, 2, humidity, 3000.0, (pulled.subregion_x.values, pulled.subregion_y.values))
+        means[humidity] = float(pulled.pull_off_force.mean())
+        assert means[humidity] == pytest.approx(summed.mean(), rel=0.05 if humidity < 0.8 else 0.01)
     assert means == pytest.approx(expected, rel=0.02)
 
 
@@ -238,8 +238,8 @@ def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels):
 def test_a_dry_pair_is_what_it_was():
     glass = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not OF_LIQUID & set(glass.coords)
-    found = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
-    assert "meniscus_error" not in found and liquid.liquid_words(glass) == ""
+    pulled = glass.contact.rigid(subregions=(2, 2), delta=[0.0])
+    assert "meniscus_error" not in pulled and liquid.liquid_words(glass) == ""
     rewetted = glass.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=0.5)
     again = rewetted.contact.assign_pair(sphere_radius=3000, materials="glass")
     assert not OF_LIQUID & set(again.coords)
@@ -294,11 +294,11 @@ def test_as_humidity_falls_every_pull_off_becomes_that_of_the_dry_pair(method):
 
 
 def test_a_humidity_at_which_nothing_condenses_varies_as_others_do(humid):
-    found = humid.contact.vary(roughxr.rigid, humidity=[1e-6, 0.1, 0.5], delta=[0.0])
+    varied = humid.contact.vary(roughxr.rigid, humidity=[1e-6, 0.1, 0.5], delta=[0.0])
     dry = humid.contact.assign_pair(sphere_radius=3000, materials="glass")
     expected = dry.contact.rigid(delta=[0.0])
-    assert float(found.pull_off_force[0, 0]) == float(expected.pull_off_force[0])
-    assert float(found.meniscus_error[0, 0]) == 0 < float(found.meniscus_error[1, 0])
+    assert float(varied.pull_off_force[0, 0]) == float(expected.pull_off_force[0])
+    assert float(varied.meniscus_error[0, 0]) == 0 < float(varied.meniscus_error[1, 0])
     with pytest.warns(UserWarning, match="thinner than a molecule"):
         below = humid.contact.assign_pair(sphere_radius=3000, materials="glass", humidity=1e-3)
     xr.testing.assert_equal(
@@ -324,15 +324,19 @@ def test_asperities_that_bend_are_maugiss_of_the_liquids_law(modulus):
     """λ = σ₀ (9R/(2πwE*²))^⅓ with the pull γ/r_K for σ₀, from DMT's 2πwR to JKR's 3/2."""
     pair = summit(contact_modulus=modulus)
     menisci = liquid.menisci_of(pair)
-    both = 1 / (1 / 200 + 1 / 3000)
-    parameter = menisci.capillary_pressure * (9 * both / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
-    found = float(pair.contact.pull_off_map(subregions=(1, 1), law="dugdale").pull_off_force[0])
-    assert found == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * both, rel=2e-3)
+    mean_radius = 1 / (1 / 200 + 1 / 3000)
+    parameter = menisci.capillary_pressure * (9 * mean_radius / (2 * np.pi * menisci.work * modulus**2)) ** (1 / 3)
+    pull_off = float(pair.contact.pull_off_map(subregions=(1, 1), law="dugdale").pull_off_force[0])
+    assert pull_off == pytest.approx(maugis.pull_off(parameter) * np.pi * menisci.work * mean_radius, rel=2e-3)
     mu = float(roughxr.reference.tabor(pair.contact.asperities()).tabor_parameter.max())
     assert mu == pytest.approx(parameter / 1.157, rel=1e-3)
     if modulus < 1:
         soft = float(pair.contact.pull_off_map(subregions=(1, 1), law="jkr").pull_off_force[0])
-        assert soft == pytest.approx(1.5 * np.pi * menisci.work * both, rel=1e-4) == pytest.approx(found, rel=5e-3)
+        assert (
+            soft
+            == pytest.approx(1.5 * np.pi * menisci.work * mean_radius, rel=1e-4)
+            == pytest.approx(pull_off, rel=5e-3)
+        )
 
 
 def solved_moments(ds, places, **directions):
@@ -349,8 +353,8 @@ def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
     assert float(moments[1].resisting_moment.mean()) > 1.2 * float(moments[0].resisting_moment.mean()) > 0
     assert (moments[0].contact.critical_load().critical_friction_velocity > 0).all()
     places = resting(more).isel(subregion=[0, 1, 2])
-    left = solved_moments(more, places, directions=6).contact.resuspension(friction_velocity=[0.01, 1e3])
-    assert left.remaining.values[:, 0].tolist() == [1.0, 0.0]
+    resuspended = solved_moments(more, places, directions=6).contact.resuspension(friction_velocity=[0.01, 1e3])
+    assert resuspended.remaining.values[:, 0].tolist() == [1.0, 0.0]
     solved = summit(humidity=0.5, n=33, pixel=4.0, contact_modulus=4.0).contact.adhesive(
         delta=[-0.4, 0.0, 0.4, 0.8], fields=True, mesh=roughxr.Mesh(4, accuracy=None)
     )
@@ -382,10 +386,10 @@ def test_the_budget_changes_humidity_and_contact_angles(humid):
 
 
 def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
-    found = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0])
-    assert found.kelvin_radius.values == pytest.approx([liquid.kelvin_radius(one) for one in (0.3, 0.5, 0.9)])
+    varied = humid.contact.vary(roughxr.rigid, humidity=[0.3, 0.5, 0.9], delta=[0.0])
+    assert varied.kelvin_radius.values == pytest.approx([liquid.kelvin_radius(share) for share in (0.3, 0.5, 0.9)])
     alone = humid.contact.rigid(delta=[0.0])
-    assert float(found.pull_off_force.sel(humidity=0.5)[0]) == pytest.approx(float(alone.pull_off_force[0]), rel=1e-12)
+    assert float(varied.pull_off_force.sel(humidity=0.5)[0]) == pytest.approx(float(alone.pull_off_force[0]), rel=1e-12)
     with pytest.raises(ValueError, match="humid pair"):
         humid.contact.assign_pair(sphere_radius=3000, materials="glass").contact.vary(roughxr.rigid, humidity=[0.5])
     with pytest.raises(ValueError, match="saturation"):
@@ -396,9 +400,9 @@ def test_humidity_varies_as_other_parts_of_the_pair_do(humid):
 def test_the_regime_says_whether_bodies_bend_under_the_water(humidity, expected):
     """Glass, R = 3 µm: Maugis's parameter of the water's law."""
     pair = wet(scan(rough(48, rms=1.0)), humidity, materials="glass", contact_modulus=None)
-    found = pair.contact.regime(subregions=(1, 1), mesh=1)
-    assert float(found.sphere_maugis) == pytest.approx(expected, abs=6e-3)
-    assert ("a few molecules" in found.attrs["recommendation"]) == (humidity < 0.5)
+    regime = pair.contact.regime(subregions=(1, 1), mesh=1)
+    assert float(regime.sphere_maugis) == pytest.approx(expected, abs=6e-3)
+    assert ("a few molecules" in regime.attrs["recommendation"]) == (humidity < 0.5)
     soft = wet(scan(rough(48, rms=1.0)), humidity, contact_modulus=0.01)
     assert soft.contact.regime(subregions=(1, 1), mesh=1).recommended.item() == "adhesive"
 
@@ -434,8 +438,8 @@ def test_a_run_takes_a_humid_pair_through_all_its_parts(tmp_path, capsys):
 
 def test_the_command_line_takes_the_humid_air(tmp_path):
     roughxr.open_sample("glass").isel(x=slice(32), y=slice(32)).to_netcdf(tmp_path / "scan.nc")
-    given = ["--sphere-radius", "1 um", "--materials", "glass", "--contact-angle", "20", "60"]
-    options = command_line().parse_args(["run", str(tmp_path / "scan.nc"), *given, "--humidity", "60 %"])
+    arguments = ["--sphere-radius", "1 um", "--materials", "glass", "--contact-angle", "20", "60"]
+    options = command_line().parse_args(["run", str(tmp_path / "scan.nc"), *arguments, "--humidity", "60 %"])
     pair = paired(roughxr.open_sample("glass"), options)
     assert float(pair.humidity) == 0.6 and float(pair.contact_angle_2) == pytest.approx(np.pi / 3)
 
@@ -444,20 +448,20 @@ def test_the_command_line_takes_the_humid_air(tmp_path):
 @pytest.mark.parametrize("humidity", [0.3, 0.5, 0.9])
 def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(humidity):
     """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
-    given = {"sphere_radius": 3000.0, "humidity": humidity}
-    stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **given)
-    found = stiff.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
-    assert float(found.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)
+    humid_pair = {"sphere_radius": 3000.0, "humidity": humidity}
+    stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **humid_pair)
+    simulated = stiff.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
+    assert float(simulated.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)
     if humidity == 0.9:
         return
-    glass = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=39.4, **given)
+    glass = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=39.4, **humid_pair)
     work = 2 * GAMMA
     pull = GAMMA / float(glass.kelvin_radius)
     maugis = pull * (9 * 3000 / (2 * np.pi * work * 39.4**2)) ** (1 / 3)
     length = 1.157 / maugis * (3000 * work**2 / 39.4**2) ** (1 / 3)
     expected = maugis_pull_off(radius=3000, contact_modulus=39.4, work_of_adhesion=work, adhesion_range=length)
-    found = glass.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
-    assert float(found.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
+    simulated = glass.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
+    assert float(simulated.pull_off_force[0]) == pytest.approx(expected, rel=0.01)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
@@ -466,8 +470,8 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
     pair = wet(scan(np.zeros((101, 101)), 5.0), 0.3, contact_modulus=1e4, work_of_adhesion=(0.06, 0.02))
     with paraboloids():
         rigid = pair.contact.rigid(delta=[0.0], law="exponential", mesh=2)
-    found = pair.contact.adhesive(mesh=roughxr.Mesh(2, accuracy=None))
-    assert float(found.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
+    simulated = pair.contact.adhesive(mesh=roughxr.Mesh(2, accuracy=None))
+    assert float(simulated.pull_off_force[0]) == pytest.approx(float(rigid.pull_off_force[0]), rel=0.01)
     assert float(rigid.pull_off_force[0]) > 1.08 * 4 * np.pi * 3000 * GAMMA
     with pytest.raises(ValueError, match="humid pair"):
         pair.contact.adhesive(law="jkr")
@@ -475,8 +479,8 @@ def test_the_simulation_sums_the_works_of_liquid_and_solids():
 
 def test_the_smooth_sphere_to_compare_with_is_wet_too():
     pair = wet(flat(3000.0), 0.9, materials="glass", contact_modulus=None)
-    found = roughxr.statistics.reduction(pair.contact.rigid(law="exponential", delta=[0.0]))
-    assert float(found.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)
+    reduced = roughxr.statistics.reduction(pair.contact.rigid(law="exponential", delta=[0.0]))
+    assert float(reduced.pull_off_ratio[0]) == pytest.approx(1.0, rel=5e-3)
 
 
 def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
@@ -484,14 +488,14 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
     pair = wet(scan(rough(96, rms=1.5), pixel=8.0), 0.9, contact_angle=30)
     table = pair.contact.formulas(subregions=(2, 2), mesh=2)
     force = table.pull_off_force
-    given = table.attrs
+    inputs = table.attrs
     menisci = liquid.menisci_of(pair)
     assert float(force.sel(formula="smooth")) == pytest.approx(4 * np.pi * 3000 * GAMMA * np.cos(np.pi / 6))
-    share = given["asperity_radius"] / (given["asperity_radius"] + 3000)
+    share = inputs["asperity_radius"] / (inputs["asperity_radius"] + 3000)
     assert float(force.sel(formula="summit") / force.sel(formula="smooth")) == pytest.approx(share)
-    below = 1 - 1.82 * given["rms"] / menisci.height
+    below = 1 - 1.82 * inputs["rms"] / menisci.height
     assert float(force.sel(formula="plane_below") / force.sel(formula="smooth")) == pytest.approx(below)
-    s = given["rms"]
+    s = inputs["rms"]
 
     def integral(x):
         return x * ndtr(x) + np.exp(-0.5 * x * x) / np.sqrt(2 * np.pi)
@@ -507,15 +511,15 @@ def test_formulas_of_liquid_stand_beside_the_sum_over_the_scan():
 def test_waves_below_the_pixel_matter_until_menisci_hide_them():
     """As between rigid bodies, and less the higher menisci are; where those are higher than waves, none are added."""
     ground = roughxr.scans.synthetic.self_affine((48, 48), 10, rms=1.5, hurst=0.7, rolloff=200, cutoff=40, seed=3)
-    left = {}
+    reduction = {}
     for humidity in (0.6, 0.9):
         pair = wet(ground, humidity, 300.0)
         how = {"shortest": [15, 40], "seeds": 1, "subregions": (1, 1)}
         bent = pair.contact.scale_dependence(**how).pull_off_force
-        left[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
+        reduction[humidity] = float(bent[0, 0, 0] / bent[0, 1, 0])
         rough, smooth = (rigid_pull_off(pair, wave, law="hamaker") for wave in how["shortest"])
-        assert left[humidity] == pytest.approx(rough / smooth, abs=0.1)
-    assert left[0.6] < left[0.9] < 1.02
+        assert reduction[humidity] == pytest.approx(rough / smooth, abs=0.1)
+    assert reduction[0.6] < reduction[0.9] < 1.02
 
 
 def test_what_menisci_hold_is_not_taken_under_water(humid, tmp_path, capsys):
@@ -540,14 +544,16 @@ def test_solids_that_would_attract_more_under_the_liquid_are_refused(work):
 
 
 def test_varied_work_of_adhesion_derives_the_share_under_the_liquid_again():
-    given = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "humidity": 0.5}
+    humid_pair = {"sphere_radius": 1000.0, "contact_modulus": 40.0, "humidity": 0.5}
     surface = scan(np.zeros((41, 41)), 10.0)
     works = [0.1, 0.2, 0.5]
-    varied = surface.contact.assign_pair(work_of_adhesion=0.1, **given).contact.vary(
+    varied = surface.contact.assign_pair(work_of_adhesion=0.1, **humid_pair).contact.vary(
         roughxr.rigid, work_of_adhesion=works, delta=[-1.0]
     )
     alone = [
-        float(surface.contact.assign_pair(work_of_adhesion=w, **given).contact.rigid(delta=[-1.0]).pull_off_force[0])
+        float(
+            surface.contact.assign_pair(work_of_adhesion=w, **humid_pair).contact.rigid(delta=[-1.0]).pull_off_force[0]
+        )
         for w in works
     ]
     assert varied.pull_off_force.values.ravel() == pytest.approx(alone)

@@ -101,7 +101,7 @@ def raised(now, draw):
 def moved(now, draw):
     by = [draw(st.sampled_from([0.0, 1.3, -512.0, 4096.0])) for _ in "xy"]
     ds = now.scan.assign_coords(x=now.scan.x + by[0], y=now.scan.y + by[1])
-    return now._replace(scan=ds, places=tuple(axis + one for axis, one in zip(now.places, by)))
+    return now._replace(scan=ds, places=tuple(axis + shift for axis, shift in zip(now.places, by)))
 
 
 def in_another_order(now, draw):
@@ -141,8 +141,8 @@ def in_other_units(now, draw):
     ds = now.scan
     for name, unit, size in (("height", "um", 1e-3), ("x", "m", 1e-9), ("work_of_adhesion", "mJ/m^2", 1e3)):
         if draw(st.booleans()):
-            one = (ds[name] * size).assign_attrs(units=unit).variable
-            ds = ds.assign(height=one) if name == "height" else ds.assign_coords({name: one})
+            scaled_variable = (ds[name] * size).assign_attrs(units=unit).variable
+            ds = ds.assign(height=scaled_variable) if name == "height" else ds.assign_coords({name: scaled_variable})
     return now._replace(scan=ds)
 
 
@@ -154,10 +154,10 @@ def resumed(now, draw):
             first = [True]
 
             def groups():
-                found = {"one": compute()}
+                fresh = {"one": compute()}
                 if first.pop() if first else False:
                     raise InterruptedError
-                return found
+                return fresh
 
             path = Path(folder) / "run.nc"
             scan = now.scan.compute()
@@ -191,15 +191,15 @@ def computed(verb, now):
         options["subregions"] = now.places
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        found = now.through(lambda: named(verb.split(",")[0].split(" ")[0])(now.scan, **options))
-        found = found.compute()
+        result = now.through(lambda: named(verb.split(",")[0].split(" ")[0])(now.scan, **options))
+        result = result.compute()
     if "directions" in options:
-        found = found.isel(direction=np.argsort(np.argsort(turned)))
-    if "asperity" in found.dims:
-        found = xr.Dataset(
-            {name: ("asperity", np.sort(found[name].values)) for name in found.data_vars if found[name].dims}
+        result = result.isel(direction=np.argsort(np.argsort(turned)))
+    if "asperity" in result.dims:
+        result = xr.Dataset(
+            {name: ("asperity", np.sort(result[name].values)) for name in result.data_vars if result[name].dims}
         )
-    return found.isel(subregion=now.order) if "subregion" in found.dims else found
+    return result.isel(subregion=now.order) if "subregion" in result.dims else result
 
 
 @functools.cache
@@ -212,16 +212,16 @@ def holds(verb, seed, steps, draw):
     for step in steps:
         now = step(now, draw)
     expected = at_first(verb, seed)
-    found = computed(verb, now)
+    result = computed(verb, now)
     rtol = max(HOW_FAR.get(verb, ROUNDING), now.far)
-    words = f"{verb}, seed {seed}: {', '.join(step.__name__ for step in steps)}"
-    assert set(found.data_vars) == set(expected.data_vars), words
+    context = f"{verb}, seed {seed}: {', '.join(step.__name__ for step in steps)}"
+    assert set(result.data_vars) == set(expected.data_vars), context
     for name in sorted(set(map(str, expected.variables)) - set(LEFT)):
-        if name not in found.variables or expected[name].dtype.kind not in "fiub":
+        if name not in result.variables or expected[name].dtype.kind not in "fiub":
             continue
-        a, b = (np.asarray(ds[name].values, float) for ds in (found, expected))
+        a, b = (np.asarray(ds[name].values, float) for ds in (result, expected))
         scale = np.abs(b[np.isfinite(b)]).max(initial=0.0)
-        np.testing.assert_allclose(a, b, rtol=rtol, atol=rtol * scale, err_msg=f"{words}: {name}")
+        np.testing.assert_allclose(a, b, rtol=rtol, atol=rtol * scale, err_msg=f"{context}: {name}")
 
 
 #: The same draws each time, and what fails as it was drawn: a smaller case would take as long again as all of them.

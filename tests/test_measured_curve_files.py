@@ -31,23 +31,23 @@ def test_a_force_volume_is_what_was_written(volume):
     path, cycles = volume
     curves = roughxr.measured.open_curves(path)
     assert dict(curves.force.sizes) == {"subregion": 9, "branch": 2, "sample": 800}
-    for k, both in enumerate(cycles):
-        for branch, (piezo, force) in zip(curves.branch.values, both):
-            one = curves.sel(subregion=k, branch=branch)
-            np.testing.assert_allclose(one.piezo, piezo, atol=1e-9)
-            np.testing.assert_allclose(one.force, force, rtol=1e-12)
+    for k, cycle in enumerate(cycles):
+        for branch, (piezo, force) in zip(curves.branch.values, cycle):
+            recorded = curves.sel(subregion=k, branch=branch)
+            np.testing.assert_allclose(recorded.piezo, piezo, atol=1e-9)
+            np.testing.assert_allclose(recorded.force, force, rtol=1e-12)
     assert curves.spring_constant == made.STIFFNESS and curves.sensitivity == 50.0
     np.testing.assert_allclose(curves.subregion_x, np.repeat([0, 500, 1000], 3))
 
 
 def test_pull_offs_of_a_volume_lie_within_their_stated_error(volume):
-    found = roughxr.open_pull_off(volume[0])
-    assert roughxr.schema.kind_of(found) == "pull_off" and found.measured == "force-distance curves"
-    off = (found.pull_off_force - made.PULL) / found.pull_off_standard_error
+    measured = roughxr.open_pull_off(volume[0])
+    assert roughxr.schema.kind_of(measured) == "pull_off" and measured.measured == "force-distance curves"
+    off = (measured.pull_off_force - made.PULL) / measured.pull_off_standard_error
     assert float(np.abs(off).max()) < 4 and float((np.abs(off) < 2).mean()) > 0.7
-    assert set(found.reason.values) == {""} and "map.h5" in found.source_file
-    assert found.spring_constant == made.STIFFNESS
-    np.testing.assert_allclose(found.subregion_y, np.tile([0, 500, 1000], 3))
+    assert set(measured.reason.values) == {""} and "map.h5" in measured.source_file
+    assert measured.spring_constant == made.STIFFNESS
+    np.testing.assert_allclose(measured.subregion_y, np.tile([0, 500, 1000], 3))
 
 
 def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
@@ -58,42 +58,44 @@ def test_only_so_many_curves_are_in_memory_at_a_time(volume, monkeypatch):
 
 def test_recorded_forces_less_their_baselines_are_the_spheres(volume):
     curves = roughxr.measured.open_curves(volume[0])
-    found = roughxr.measured.curves_pull_off(curves)
+    measured = roughxr.measured.curves_pull_off(curves)
     drawn = curves.sel(branch="retraction")
     fine = np.linspace(150.0, -800.0, 100_000)
-    assert found.contact_point.mean() == pytest.approx(fine[np.flatnonzero(made.sphere(fine) > 0)[-1]], abs=1.0)
-    left = drawn.force - found.baseline_offset - found.baseline_tilt * (drawn.piezo - found.contact_point)
+    assert measured.contact_point.mean() == pytest.approx(fine[np.flatnonzero(made.sphere(fine) > 0)[-1]], abs=1.0)
+    sphere_force = (
+        drawn.force - measured.baseline_offset - measured.baseline_tilt * (drawn.piezo - measured.contact_point)
+    )
     away = abs(drawn.piezo.values[0] - fine[np.argmin(made.sphere(fine))]) > 25  # else before or after the detachment
-    off = left.mean("subregion") - made.sphere(drawn.piezo.values[0])
+    off = sphere_force.mean("subregion") - made.sphere(drawn.piezo.values[0])
     assert float(abs(off[away]).quantile(0.99)) < 5.0
 
 
 WRITERS = {
-    "map.h5": (lambda path, both: made.write_afmformats(path, 1), {}),
-    "one.tab": (lambda path, both: made.write_afmformats(path, 1, "tab"), {}),
+    "map.h5": (lambda path, cycle: made.write_afmformats(path, 1), {}),
+    "one.tab": (lambda path, cycle: made.write_afmformats(path, 1, "tab"), {}),
     "volts.csv": (made.write_workshop, GIVEN),
     "forces.csv": (
-        lambda path, both: made.write_workshop(path, both, volts=False),
+        lambda path, cycle: made.write_workshop(path, cycle, volts=False),
         {"spring_constant": made.STIFFNESS},
     ),
     "nova.txt": (made.write_nt_mdt, CURRENT),
     "asylum.ibw": (made.write_asylum, {}),
-    "map.jpk-force-map": (lambda path, both: made.write_jpk(path, [both]), {}),
-    "bare.jpk-force-map": (lambda path, both: made.write_jpk(path, [both], stated=False), GIVEN),
+    "map.jpk-force-map": (lambda path, cycle: made.write_jpk(path, [cycle]), {}),
+    "bare.jpk-force-map": (lambda path, cycle: made.write_jpk(path, [cycle], stated=False), GIVEN),
 }
 
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
-    both = made.cycle(np.random.default_rng(0))
-    write, given = WRITERS[name]
+    cycle = made.cycle(np.random.default_rng(0))
+    write, options = WRITERS[name]
     expected = roughxr.measured.curves_pull_off(
-        xr.Dataset({n: ("sample", v, {"units": u}) for n, v, u in zip(("piezo", "force"), both[1], ("nm", "nN"))}),
+        xr.Dataset({n: ("sample", v, {"units": u}) for n, v, u in zip(("piezo", "force"), cycle[1], ("nm", "nN"))}),
         spring_constant=made.STIFFNESS,
     )
-    write(tmp_path / name, both)
+    write(tmp_path / name, cycle)
     (tmp_path / name).rename(tmp_path / "renamed.dat")
-    found = roughxr.open_pull_off(tmp_path / "renamed.dat", **given)
+    measured = roughxr.open_pull_off(tmp_path / "renamed.dat", **options)
     for variable in (
         "pull_off_force",
         "pull_off_standard_error",
@@ -101,7 +103,7 @@ def test_every_format_tells_the_same_whatever_its_name(tmp_path, name):
         "contact_slope",
         "baseline_tilt",
     ):
-        np.testing.assert_allclose(found[variable], expected[variable], rtol=2e-4, atol=1e-6)
+        np.testing.assert_allclose(measured[variable], expected[variable], rtol=2e-4, atol=1e-6)
 
 
 def test_a_jpk_map_brings_its_places(tmp_path):
@@ -109,11 +111,11 @@ def test_a_jpk_map_brings_its_places(tmp_path):
     cycles = [made.cycle(rng) for _ in range(11)]
     places = [(100.0 * k, -50.0 * k) for k in range(11)]
     made.write_jpk(tmp_path / "map.jpk-force-map", cycles, places)
-    found = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
-    np.testing.assert_allclose(found.subregion_x, 100.0 * np.arange(11))
-    np.testing.assert_allclose(found.subregion_y, -50.0 * np.arange(11))
-    off = (found.pull_off_force - made.PULL) / found.pull_off_standard_error
-    assert float(np.abs(off).max()) < 4 and "JPK Instruments" in found.source_format
+    measured = roughxr.open_pull_off(tmp_path / "map.jpk-force-map")
+    np.testing.assert_allclose(measured.subregion_x, 100.0 * np.arange(11))
+    np.testing.assert_allclose(measured.subregion_y, -50.0 * np.arange(11))
+    off = (measured.pull_off_force - made.PULL) / measured.pull_off_standard_error
+    assert float(np.abs(off).max()) < 4 and "JPK Instruments" in measured.source_format
     made.write_jpk(tmp_path / "bare.jpk-force", cycles[:1], stated=False)
     with pytest.raises(
         UnreadableScan, match=r"deflections without spring_constant and sensitivity; give spring_constant='0.2 N/m'"
@@ -122,8 +124,8 @@ def test_a_jpk_map_brings_its_places(tmp_path):
 
 
 def test_what_a_file_lacks_is_asked_for(tmp_path):
-    both = made.cycle(np.random.default_rng(0))
-    made.write_workshop(tmp_path / "volts.csv", both)
+    cycle = made.cycle(np.random.default_rng(0))
+    made.write_workshop(tmp_path / "volts.csv", cycle)
     with pytest.raises(
         UnreadableScan, match="deflections without sensitivity and spring_constant; give sensitivity='50 nm/V'"
     ):
@@ -132,7 +134,7 @@ def test_what_a_file_lacks_is_asked_for(tmp_path):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity="50 nm/V")
     with pytest.raises(UnreadableScan, match="sensitivity: expected its units"):
         roughxr.open_pull_off(tmp_path / "volts.csv", sensitivity=50, spring_constant=1)
-    made.write_nt_mdt(tmp_path / "nova.txt", both)
+    made.write_nt_mdt(tmp_path / "nova.txt", cycle)
     with pytest.raises(UnreadableScan, match="for a force curve of NT-MDT give sensitivity= in nm/nA"):
         roughxr.open_pull_off(tmp_path / "nova.txt")
 
@@ -156,11 +158,11 @@ def test_several_files_are_one(tmp_path):
     paths = [tmp_path / f"curve{k}.ibw" for k in range(3)]
     for path in paths:
         made.write_asylum(path, made.cycle(rng))
-    found = roughxr.open_pull_off(paths)
-    assert found.file.values.tolist() == [path.name for path in paths]
-    assert found.source_file == "curve0.ibw and 2 more" and found.sizes["subregion"] == 3
+    measured = roughxr.open_pull_off(paths)
+    assert measured.file.values.tolist() == [path.name for path in paths]
+    assert measured.source_file == "curve0.ibw and 2 more" and measured.sizes["subregion"] == 3
     for k, path in enumerate(paths):
-        assert float(found.pull_off_force[k]) == float(roughxr.open_pull_off(path).pull_off_force[0])
+        assert float(measured.pull_off_force[k]) == float(roughxr.open_pull_off(path).pull_off_force[0])
     (tmp_path / "table.csv").write_text("adhesion [nN]\n1\n2\n")
     with pytest.raises(ValueError, match="expected files of one kind, found force-distance curves, table"):
         roughxr.open_pull_off([paths[0], tmp_path / "table.csv"])
@@ -171,19 +173,19 @@ def test_several_files_are_one(tmp_path):
 @pytest.mark.parametrize("name", ["map.h5", "one.tab", "volts.csv", "asylum.ibw", "map.jpk-force-map"])
 @pytest.mark.parametrize("keep", [0.02, 0.97])
 def test_a_file_cut_short_is_refused_or_its_curve_is_short(tmp_path, name, keep):
-    both = made.cycle(np.random.default_rng(0))
-    write, given = WRITERS[name]
+    cycle = made.cycle(np.random.default_rng(0))
+    write, options = WRITERS[name]
     path = tmp_path / name
-    write(path, both)
-    whole = roughxr.open_pull_off(path, **given)
+    write(path, cycle)
+    whole = roughxr.open_pull_off(path, **options)
     path.write_bytes(path.read_bytes()[: int(keep * path.stat().st_size)])
     try:
-        found = roughxr.open_pull_off(path, **given)
+        shortened = roughxr.open_pull_off(path, **options)
     except UnreadableScan as error:
         assert str(path) in str(error)
     else:  # a text that ends between two samples of the baseline is whole
         assert name.endswith((".tab", ".csv", ".txt"))
-        np.testing.assert_allclose(found.pull_off_force, whole.pull_off_force, rtol=0.05)
+        np.testing.assert_allclose(shortened.pull_off_force, whole.pull_off_force, rtol=0.05)
 
 
 @pytest.mark.parametrize("read", [roughxr.open_pull_off, roughxr.measured.open_curves, roughxr.open_scan])
@@ -207,22 +209,22 @@ def test_foreign_files_are_refused(tmp_path):
 
 
 def test_curves_opened_as_a_scan_are_told_for_what_they_are(tmp_path, volume, capsys):
-    both = made.cycle(np.random.default_rng(0))
-    WRITERS["map.jpk-force-map"][0](tmp_path / "map.jpk-force-map", both)
-    WRITERS["asylum.ibw"][0](tmp_path / "asylum.ibw", both)
-    WRITERS["volts.csv"][0](tmp_path / "volts.csv", both)
+    cycle = made.cycle(np.random.default_rng(0))
+    WRITERS["map.jpk-force-map"][0](tmp_path / "map.jpk-force-map", cycle)
+    WRITERS["asylum.ibw"][0](tmp_path / "asylum.ibw", cycle)
+    WRITERS["volts.csv"][0](tmp_path / "volts.csv", cycle)
     for name in ("map.jpk-force-map", "asylum.ibw", "volts.csv"):
         with pytest.raises(UnreadableScan, match=f"{name}: .*found force-distance curves .*roughxr measured"):
             roughxr.open_scan(tmp_path / name)
         assert main(["info", str(tmp_path / name)]) == 1 and "roughxr measured" in capsys.readouterr().err
-    made.write_nanoscope_curves(tmp_path / "nano.spm", [both])
+    made.write_nanoscope_curves(tmp_path / "nano.spm", [cycle])
     with pytest.raises(UnreadableScan, match=r"found force-distance curves \(nanoscope\)"):
         roughxr.open_scan(tmp_path / "nano.spm")
 
 
 def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
-    found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "afmformats" else found(name))
+    find_spec = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "afmformats" else find_spec(name))
     with pytest.raises(ImportError, match=r'pip install afmformats, .*pip install "\.\[curves\]"'):
         roughxr.open_pull_off(volume[0])
 
@@ -230,9 +232,9 @@ def test_without_afmformats_the_extra_is_named(volume, monkeypatch):
 def test_a_detector_that_ends_before_the_pull_is_no_measurement(volume):
     curves = roughxr.measured.open_curves(volume[0])
     force = curves.force.where(curves.force > curves.force.min("sample") + 20, curves.force.min("sample") + 20)
-    found = roughxr.measured.curves_pull_off(curves.assign(force=force.assign_attrs(units="nN")))
-    assert set(found.reason.values) == {"the detector's range ends before the largest pull"}
-    assert found.pull_off_force.isnull().all() and found.contact_point.notnull().all()
+    measured = roughxr.measured.curves_pull_off(curves.assign(force=force.assign_attrs(units="nN")))
+    assert set(measured.reason.values) == {"the detector's range ends before the largest pull"}
+    assert measured.pull_off_force.isnull().all() and measured.contact_point.notnull().all()
 
 
 def test_a_slope_that_no_spring_has_is_said(volume):
@@ -257,48 +259,48 @@ def test_one_curve_prints_its_force(tmp_path, capsys):
     assert main(["measured", str(tmp_path / "one.ibw")]) == 0
     out, err = capsys.readouterr()
     (line,) = [line for line in out.splitlines() if line.startswith("pull-off force:")]
-    value, error = map(float, line.removeprefix("pull-off force:").removesuffix("nN").split("±"))
-    assert abs(value - made.PULL) < 3 * error < 10 and not err.strip("\r ").count("Mean of empty slice")
+    force, error = map(float, line.removeprefix("pull-off force:").removesuffix("nN").split("±"))
+    assert abs(force - made.PULL) < 3 * error < 10 and not err.strip("\r ").count("Mean of empty slice")
 
 
 def test_a_wave_needs_no_notes_but_its_stiffness(tmp_path, monkeypatch):
-    both = made.cycle(np.random.default_rng(0))
-    made.write_asylum(tmp_path / "whole.ibw", both)
+    cycle = made.cycle(np.random.default_rng(0))
+    made.write_asylum(tmp_path / "whole.ibw", cycle)
     monkeypatch.setattr(made, "_NOTE", {"SpringConstant": made.STIFFNESS})
-    made.write_asylum(tmp_path / "bare.ibw", both)
+    made.write_asylum(tmp_path / "bare.ibw", cycle)
     whole, bare = (roughxr.open_pull_off(tmp_path / f"{name}.ibw") for name in ("whole", "bare"))
     np.testing.assert_array_equal(bare.pull_off_force, whole.pull_off_force)
     monkeypatch.setattr(made, "_NOTE", {"InvOLS": 5e-8})
-    made.write_asylum(tmp_path / "unknown.ibw", both)
+    made.write_asylum(tmp_path / "unknown.ibw", cycle)
     with pytest.raises(UnreadableScan, match=r"deflections without spring_constant; give spring_constant='0.2 N/m'"):
         roughxr.open_pull_off(tmp_path / "unknown.ibw")
-    given = roughxr.open_pull_off(tmp_path / "unknown.ibw", spring_constant=made.STIFFNESS)
-    np.testing.assert_array_equal(given.pull_off_force, whole.pull_off_force)
+    with_stiffness = roughxr.open_pull_off(tmp_path / "unknown.ibw", spring_constant=made.STIFFNESS)
+    np.testing.assert_array_equal(with_stiffness.pull_off_force, whole.pull_off_force)
 
 
 @pytest.mark.parametrize("write", [made.write_chiaro, made.write_workshop])
 def test_texts_in_an_archive_are_its_curves(tmp_path, write):
     rng = np.random.default_rng(3)
-    given = GIVEN if write is made.write_workshop else {}
+    options = GIVEN if write is made.write_workshop else {}
     with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
         archive.writestr("notes/readme.txt", "no curve")
         for k in (1, 2, 10):
             write(tmp_path / f"curve {k}.txt", made.cycle(rng))
             archive.write(tmp_path / f"curve {k}.txt", f"curve {k}.txt")
-    together = roughxr.open_pull_off(tmp_path / "all.zip", **given)
-    alone = [roughxr.open_pull_off(tmp_path / f"curve {k}.txt", **given).pull_off_force for k in (1, 2, 10)]
+    together = roughxr.open_pull_off(tmp_path / "all.zip", **options)
+    alone = [roughxr.open_pull_off(tmp_path / f"curve {k}.txt", **options).pull_off_force for k in (1, 2, 10)]
     np.testing.assert_array_equal(together.pull_off_force, np.concatenate(alone))
 
 
 def test_the_names_of_an_archive_are_searched_once(tmp_path, monkeypatch):
     """afmformats searches them for each curve: 128 × 128 curves would take an hour."""
-    both = made.cycle(np.random.default_rng(0), n=60)
+    cycle = made.cycle(np.random.default_rng(0), n=60)
     searched = []
     namelist = zipfile.ZipFile.namelist
     monkeypatch.setattr(zipfile.ZipFile, "namelist", lambda self: searched.append(1) or namelist(self))
     counts = []
     for number in (5, 40):
-        made.write_jpk(tmp_path / f"{number}.jpk-qi-data", [both] * number)
+        made.write_jpk(tmp_path / f"{number}.jpk-qi-data", [cycle] * number)
         searched.clear()
         read = curve_reader.read(str(tmp_path / f"{number}.jpk-qi-data"), "zip", {}, {}, 0, number)
         assert len(read["samples"]) == number
@@ -307,15 +309,15 @@ def test_the_names_of_an_archive_are_searched_once(tmp_path, monkeypatch):
 
 
 def test_calibrations_that_a_jpk_map_shares_are_those_of_each_curve(tmp_path):
-    both = made.cycle(np.random.default_rng(0))
-    made.write_jpk(tmp_path / "own.jpk-force-map", [both] * 3)
+    cycle = made.cycle(np.random.default_rng(0))
+    made.write_jpk(tmp_path / "own.jpk-force-map", [cycle] * 3)
     with (
-        zipfile.ZipFile(tmp_path / "own.jpk-force-map") as own,
+        zipfile.ZipFile(tmp_path / "own.jpk-force-map") as archive,
         zipfile.ZipFile(tmp_path / "shared.jpk-force-map", "w") as shared,
     ):
         common = {}
-        for name in own.namelist():
-            text = own.read(name)
+        for name in archive.namelist():
+            text = archive.read(name)
             if name.endswith("segment-header.properties"):
                 lines = text.decode().splitlines()
                 for k, channel in enumerate(("measuredHeight", "vDeflection")):
@@ -325,5 +327,5 @@ def test_calibrations_that_a_jpk_map_shares_are_those_of_each_curve(tmp_path):
                 text = "\n".join(lines).encode()
             shared.writestr(name, text)
         shared.writestr("shared-data/header.properties", "\n".join(common))
-    one, other = (roughxr.open_pull_off(tmp_path / f"{name}.jpk-force-map") for name in ("own", "shared"))
-    np.testing.assert_array_equal(one.pull_off_force, other.pull_off_force)
+    repeated, other = (roughxr.open_pull_off(tmp_path / f"{name}.jpk-force-map") for name in ("own", "shared"))
+    np.testing.assert_array_equal(repeated.pull_off_force, other.pull_off_force)

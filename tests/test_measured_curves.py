@@ -32,13 +32,13 @@ def test_the_synthetic_curve_passes_through_jkrs_pull_off():
 
 @pytest.mark.parametrize("noise", [0.3, 1.0, 4.0])
 def test_pull_offs_lie_within_their_stated_error(noise):
-    found = roughxr.measured.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
-    off = (found.pull_off_force - PULL) / found.pull_off_standard_error
+    measured = roughxr.measured.curves_pull_off(curves(noise=noise), spring_constant=STIFFNESS)
+    off = (measured.pull_off_force - PULL) / measured.pull_off_standard_error
     assert float((np.abs(off) < 2).mean()) > 0.85
-    bias = abs(float(found.pull_off_force.mean()) / PULL - 1)
+    bias = abs(float(measured.pull_off_force.mean()) / PULL - 1)
     assert bias < 0.0015 or abs(float(off.mean())) < 3 / np.sqrt(off.size)  # no pull is larger by its noise
-    assert float(found.force_noise.mean()) == pytest.approx(noise, rel=0.05)
-    work = float(found.pull_off_force.mean()) / (1.5 * np.pi * RADIUS)
+    assert float(measured.force_noise.mean()) == pytest.approx(noise, rel=0.05)
+    work = float(measured.pull_off_force.mean()) / (1.5 * np.pi * RADIUS)
     assert work == pytest.approx(WORK, rel=0.01)
 
 
@@ -52,9 +52,9 @@ def test_a_pull_that_reaches_far_out_is_no_part_of_the_baseline():
     """A third of the travel as baseline gave 828.1 ± 3.1 nN."""
     piezo = np.linspace(3400, 0, 3400)
     force = np.interp(piezo, [0, 900, 2350, 2850, 3400], [0, 0, -880, -600, 3000])
-    found = of_one(piezo, force + np.random.default_rng(0).normal(0, 2, 3400))
-    assert abs(float(found.pull_off_force) - 880) < 2 * float(found.pull_off_standard_error)
-    assert float(found.pull_off_standard_error) < 3
+    measured = of_one(piezo, force + np.random.default_rng(0).normal(0, 2, 3400))
+    assert abs(float(measured.pull_off_force) - 880) < 2 * float(measured.pull_off_standard_error)
+    assert float(measured.pull_off_standard_error) < 3
 
 
 KINDS = ["jump", "linear tail", "exponential tail", "fringe", "second rupture", "slow noise"]
@@ -65,15 +65,15 @@ def test_the_stated_error_includes_the_choice_of_the_baseline():
     off = {}
     for kind in KINDS:
         made = [retraction_with_tail(np.random.default_rng(seed), kind) for seed in range(30)]
-        found = [of_one(*both) for *both, _ in made]
-        known = [
-            (float(one.pull_off_force) - pull) / float(one.pull_off_standard_error)
-            for one, (*_, pull) in zip(found, made)
-            if not one.reason.item()
+        measured = [of_one(*curve) for *curve, _ in made]
+        scores = [
+            (float(pull_off.pull_off_force) - pull) / float(pull_off.pull_off_standard_error)
+            for pull_off, (*_, pull) in zip(measured, made)
+            if not pull_off.reason.item()
         ]
-        assert len(known) >= (10 if kind == "fringe" else 20), kind  # half of the fringes bend the line too much
-        off[kind] = np.abs(known)
-    covered = {kind: float((each < 2).mean()) for kind, each in off.items()}
+        assert len(scores) >= (10 if kind == "fringe" else 20), kind  # half of the fringes bend the line too much
+        off[kind] = np.abs(scores)
+    covered = {kind: float((scores_of_kind < 2).mean()) for kind, scores_of_kind in off.items()}
     assert min(covered.values()) > 0.8, covered
     assert np.concatenate(list(off.values())).mean() < 1.2 and np.mean(list(covered.values())) > 0.9, covered
 
@@ -85,8 +85,8 @@ def test_ruptures_are_counted_without_a_baseline():
         force = np.where(piezo > 850, 0.5 * (piezo - 850), 0.0)
         for start, step in ((700, 5.0), (560, 7.3), (400, 3.0), (250, 4.0), (140, 3.5)):
             force -= np.where((piezo > start) & (piezo < start + 140), step * ((start + 140 - piezo) / 140) ** 2, 0)
-        found = of_one(piezo, force + 0.002 * piezo + 5 + np.random.default_rng(seed).normal(0, noise, 2000))
-        assert found.ruptures == 5 and abs(float(found.largest_rupture) - 7.3) < 4 * noise + 0.2
+        measured = of_one(piezo, force + 0.002 * piezo + 5 + np.random.default_rng(seed).normal(0, noise, 2000))
+        assert measured.ruptures == 5 and abs(float(measured.largest_rupture) - 7.3) < 4 * noise + 0.2
     smooth = [
         of_one(*retraction_with_tail(np.random.default_rng(seed), "slow noise")[:2]).ruptures for seed in range(10)
     ]
@@ -94,13 +94,13 @@ def test_ruptures_are_counted_without_a_baseline():
 
 
 def test_distance_and_work_are_the_spheres():
-    found = roughxr.measured.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
+    measured = roughxr.measured.curves_pull_off(curves(1, noise=1e-3), spring_constant=STIFFNESS)
     piezo, force = retraction(200_000)
     at = int(np.argmin(force))
     zero = int(np.flatnonzero(force > 0)[-1])
     travel = piezo[zero] - piezo[at] + force[at] / STIFFNESS
-    assert float(found.pull_off_distance[0]) == pytest.approx(travel, abs=1.0)
-    assert float(found.work_of_separation[0]) == pytest.approx(np.trapezoid(force[zero:], piezo[zero:]), rel=0.02)
+    assert float(measured.pull_off_distance[0]) == pytest.approx(travel, abs=1.0)
+    assert float(measured.work_of_separation[0]) == pytest.approx(np.trapezoid(force[zero:], piezo[zero:]), rel=0.02)
 
 
 def test_deflections_need_their_spring_constant():
@@ -108,8 +108,8 @@ def test_deflections_need_their_spring_constant():
     bent = ds.drop_vars("force").assign(deflection=(ds.force / 2.0).assign_attrs(units="nm"))
     with pytest.raises(ValueError, match="spring_constant: expected it in N/m"):
         roughxr.measured.curves_pull_off(bent)
-    found = roughxr.measured.curves_pull_off(bent, spring_constant="2 N/m")
-    np.testing.assert_allclose(found.pull_off_force, roughxr.measured.curves_pull_off(ds).pull_off_force)
+    measured = roughxr.measured.curves_pull_off(bent, spring_constant="2 N/m")
+    np.testing.assert_allclose(measured.pull_off_force, roughxr.measured.curves_pull_off(ds).pull_off_force)
 
 
 def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
@@ -117,19 +117,23 @@ def test_a_baseline_that_is_not_straight_is_told_from_one_that_is_uncertain():
     weak = ds.assign(force=ds.force - 0.3 * ds.force.where(ds.force < -1e9, 0.0))
     assert "" in set(roughxr.measured.curves_pull_off(weak, spring_constant=STIFFNESS).reason.values)
     bent = ds.force + 0.002 * np.maximum(ds.piezo + 500.0, 0.0) ** 2
-    found = roughxr.measured.curves_pull_off(ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN")))
-    assert set(found.reason.values) <= {
+    measured = roughxr.measured.curves_pull_off(
+        ds.assign(force=bent.transpose(*ds.force.dims).assign_attrs(units="nN"))
+    )
+    assert set(measured.reason.values) <= {
         "the baseline is curved by more than the pull of the surface",
         "no pull exceeds the noise",
     }
-    assert found.pull_off_force.isnull().all()
+    assert measured.pull_off_force.isnull().all()
 
 
 def test_a_force_that_falls_towards_the_surface_is_no_contact():
     ds = curves(3)
     pushed = ds.force.where(ds.piezo < 20, 200.0 - ds.piezo)
-    found = roughxr.measured.curves_pull_off(ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN")))
-    assert set(found.reason.values) == {"the force does not rise in contact"}
+    measured = roughxr.measured.curves_pull_off(
+        ds.assign(force=pushed.transpose(*ds.force.dims).assign_attrs(units="nN"))
+    )
+    assert set(measured.reason.values) == {"the force does not rise in contact"}
 
 
 def test_what_cannot_be_used_says_why():
@@ -139,12 +143,12 @@ def test_what_cannot_be_used_says_why():
     force[2] = np.nan
     force[3] = force[3][::-1]
     force[4] = np.where(ds.piezo < -700, force[4] - 4 * PULL, force[4])
-    found = roughxr.measured.curves_pull_off(ds.assign(force=(ds.force.dims, force, ds.force.attrs)), baseline=0.1)
-    assert list(found.reason.values[:3]) == ["", "no pull exceeds the noise", "fewer than 50 samples"]
-    assert found.pull_off_force.isnull().values.tolist()[:3] == [False, True, True]
+    measured = roughxr.measured.curves_pull_off(ds.assign(force=(ds.force.dims, force, ds.force.attrs)), baseline=0.1)
+    assert list(measured.reason.values[:3]) == ["", "no pull exceeds the noise", "fewer than 50 samples"]
+    assert measured.pull_off_force.isnull().values.tolist()[:3] == [False, True, True]
     turned = roughxr.measured.curves_pull_off(ds.isel(sample=slice(None, None, -1)))
     assert set(turned.reason.values) == {"the piezo does not retract from the first sample to the last"}
-    assert found.measured == "force-distance curves" and roughxr.schema.kind_of(found) == "pull_off"
+    assert measured.measured == "force-distance curves" and roughxr.schema.kind_of(measured) == "pull_off"
 
 
 @pytest.mark.parametrize(
@@ -165,9 +169,11 @@ def test_a_curve_in_a_table_is_that_in_memory(tmp_path):
     rows = [f"{z / 1e3!r},{f * 1e3!r}" for z, f in zip(ds.piezo.values.tolist(), ds.force.values[0].tolist())]
     (tmp_path / "curve.csv").write_text("\n".join(["piezo [um],force [pN]", *rows, ""]))
     opened = roughxr.measured.open_curves(tmp_path / "curve.csv")
-    found, expected = (roughxr.measured.curves_pull_off(one, spring_constant=STIFFNESS) for one in (opened, ds))
+    measured, expected = (
+        roughxr.measured.curves_pull_off(curve_set, spring_constant=STIFFNESS) for curve_set in (opened, ds)
+    )
     for name in ("pull_off_force", "pull_off_standard_error", "pull_off_distance"):
-        np.testing.assert_allclose(found[name], expected[name], rtol=1e-9)
+        np.testing.assert_allclose(measured[name], expected[name], rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -26,13 +26,13 @@ def written(tmp_path, text, name="curves.csv", encoding="utf-8"):
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_a_table_brings_its_units_and_places(tmp_path):
-    found = roughxr.open_pull_off(written(tmp_path, TABLE))
-    np.testing.assert_allclose(found.pull_off_force, [12.5, np.nan, 9.5])
-    np.testing.assert_allclose(found.subregion_x, [0, 1500, 0])
-    np.testing.assert_allclose(found.subregion_y, [0, 0, -2000])
-    assert found.pull_off_force.units == "nN" and found.measured == "table" and found.channel == "adhesion"
-    assert roughxr.schema.kind_of(found) == "pull_off"
-    assert "pull_off_force" in found.contact.summary()
+    measured = roughxr.open_pull_off(written(tmp_path, TABLE))
+    np.testing.assert_allclose(measured.pull_off_force, [12.5, np.nan, 9.5])
+    np.testing.assert_allclose(measured.subregion_x, [0, 1500, 0])
+    np.testing.assert_allclose(measured.subregion_y, [0, 0, -2000])
+    assert measured.pull_off_force.units == "nN" and measured.measured == "table" and measured.channel == "adhesion"
+    assert roughxr.schema.kind_of(measured) == "pull_off"
+    assert "pull_off_force" in measured.contact.summary()
 
 
 @pytest.mark.parametrize(
@@ -50,18 +50,18 @@ def test_a_table_brings_its_units_and_places(tmp_path):
 )
 def test_tables_of_other_habits_say_the_same(tmp_path, text):
     expected = roughxr.open_pull_off(written(tmp_path, TABLE))
-    found = roughxr.open_pull_off(written(tmp_path, text, "other.txt"))
+    measured = roughxr.open_pull_off(written(tmp_path, text, "other.txt"))
     for name in ("pull_off_force", "subregion_x", "subregion_y"):
-        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+        np.testing.assert_allclose(measured[name], expected[name], rtol=1e-12)
 
 
 def test_a_workbook_says_the_same_as_its_text(tmp_path):
     pytest.importorskip("openpyxl", reason="workbooks need openpyxl")
     expected = roughxr.open_pull_off(written(tmp_path, TABLE))
     pd.read_csv(io.StringIO(TABLE)).to_excel(tmp_path / "curves.xlsx", index=False)
-    found = roughxr.open_pull_off(tmp_path / "curves.xlsx")
+    measured = roughxr.open_pull_off(tmp_path / "curves.xlsx")
     for name in ("pull_off_force", "subregion_x", "subregion_y"):
-        np.testing.assert_allclose(found[name], expected[name], rtol=1e-12)
+        np.testing.assert_allclose(measured[name], expected[name], rtol=1e-12)
 
 
 def test_a_workbook_of_millions_of_cells_is_refused_unread(tmp_path):
@@ -135,8 +135,8 @@ def test_tables_with_and_without_places_are_pooled_without_them(tmp_path):
         written(tmp_path, "x [um],y [um],F [nN]\n0,0,1\n1,1,2\n", "a.csv"),
         written(tmp_path, "F [nN]\n3\n", "b.csv"),
     )
-    found = roughxr.open_pull_off(paths)
-    assert found.pull_off_force.values.tolist() == [1, 2, 3] and "subregion_x" not in found.coords
+    measured = roughxr.open_pull_off(paths)
+    assert measured.pull_off_force.values.tolist() == [1, 2, 3] and "subregion_x" not in measured.coords
 
 
 def test_other_units_become_forces_by_what_is_stated(tmp_path):
@@ -154,8 +154,8 @@ def test_other_units_become_forces_by_what_is_stated(tmp_path):
 def test_places_without_units_are_left_out_and_this_is_said(tmp_path, heading):
     path = written(tmp_path, f"{heading}\n0,0,1\n1,1,2\n")
     with pytest.warns(UserWarning, match="places .* are left out: the file states no units; give them, place_units="):
-        found = roughxr.open_pull_off(path)
-    assert found.pull_off_force.values.tolist() == [1, 2] and "subregion_x" not in found.coords
+        measured = roughxr.open_pull_off(path)
+    assert measured.pull_off_force.values.tolist() == [1, 2] and "subregion_x" not in measured.coords
     stated = roughxr.open_pull_off(path, place_units="um")
     assert stated.subregion_x.values.tolist() == [0, 1000]
 
@@ -165,8 +165,8 @@ def test_jpks_export_has_its_adhesion_read(tmp_path):
     rows = [f"c{k}.jpk-force\t{k}\t{k}e-6\t2e-6\t1e-10\t{force}e-9\n" for k, force in enumerate((12.5, 9.1, 14.2))]
     path = written(tmp_path, text + "".join(rows), "export.tsv")
     with pytest.warns(UserWarning, match="'X Position', 'Y Position' are left out"):
-        found = roughxr.open_pull_off(path)
-    np.testing.assert_allclose(found.pull_off_force, [12.5, 9.1, 14.2])
+        measured = roughxr.open_pull_off(path)
+    np.testing.assert_allclose(measured.pull_off_force, [12.5, 9.1, 14.2])
     np.testing.assert_allclose(roughxr.open_pull_off(path, place_units="m").subregion_x, [0, 1000, 2000])
 
 
@@ -189,8 +189,8 @@ def test_jpks_export_has_its_adhesion_read(tmp_path):
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
 def test_short_tables_of_spreadsheets(tmp_path, text, options, encoding):
-    found = roughxr.open_pull_off(written(tmp_path, text, encoding=encoding), **options)
-    np.testing.assert_allclose(found.pull_off_force, [12.5, 9.1, 14.2], rtol=1e-12)
+    measured = roughxr.open_pull_off(written(tmp_path, text, encoding=encoding), **options)
+    np.testing.assert_allclose(measured.pull_off_force, [12.5, 9.1, 14.2], rtol=1e-12)
 
 
 @pytest.mark.parametrize("separator", [";", "\t"])
@@ -223,14 +223,14 @@ def write_adhesion(folder, rows, units):
 def test_an_adhesion_image_lies_on_the_scan_of_its_file(tmp_path):
     rows = picture() + 5.0
     path = write_adhesion(tmp_path, rows, "N")
-    found = roughxr.open_pull_off(path)
+    measured = roughxr.open_pull_off(path)
     scan = roughxr.open_scan(path, channel="Height")
-    assert found.measured == "adhesion image" and found.measured_units == "N"
+    assert measured.measured == "adhesion image" and measured.measured_units == "N"
     lowest = rows == rows.min()
-    assert int(found.pull_off_force.isnull().sum()) == lowest.sum()
-    here = scan.height.sel(x=found.subregion_x, y=found.subregion_y)
-    known = found.pull_off_force.notnull()
-    np.testing.assert_allclose(found.pull_off_force[known], here[known], rtol=1e-12)
+    assert int(measured.pull_off_force.isnull().sum()) == lowest.sum()
+    here = scan.height.sel(x=measured.subregion_x, y=measured.subregion_y)
+    is_measured = measured.pull_off_force.notnull()
+    np.testing.assert_allclose(measured.pull_off_force[is_measured], here[is_measured], rtol=1e-12)
 
 
 def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
@@ -239,10 +239,12 @@ def test_bare_numbers_are_an_image_where_size_and_units_are_stated(tmp_path):
     np.savetxt(tmp_path / "map.txt", rows)
     expected = roughxr.open_pull_off(write_adhesion(tmp_path, rows, "N"), channel="Adhesion")
     for name in ("map.npy", "map.txt"):
-        found = roughxr.open_pull_off(tmp_path / name, size=image_size(rows), units="nN")
-        known = expected.pull_off_force.notnull()
-        np.testing.assert_allclose(found.pull_off_force[known], expected.pull_off_force[known], rtol=1e-9)
-        np.testing.assert_allclose(found.subregion_y, expected.subregion_y)
+        measured = roughxr.open_pull_off(tmp_path / name, size=image_size(rows), units="nN")
+        is_measured = expected.pull_off_force.notnull()
+        np.testing.assert_allclose(
+            measured.pull_off_force[is_measured], expected.pull_off_force[is_measured], rtol=1e-9
+        )
+        np.testing.assert_allclose(measured.subregion_y, expected.subregion_y)
         with pytest.raises(UnreadableScan, match="give them, such as units='nN'"):
             roughxr.open_pull_off(tmp_path / name, size=image_size(rows))
 
@@ -251,8 +253,8 @@ def test_an_image_in_volts_asks_for_its_sensitivity(tmp_path):
     path = write_adhesion(tmp_path, picture() + 5.0, "V")
     with pytest.raises(UnreadableScan, match="state sensitivity="):
         roughxr.open_pull_off(path)
-    found = roughxr.open_pull_off(path, sensitivity="2e9 nN/V")
-    assert float(found.pull_off_force.max()) == pytest.approx(2 * (picture() + 5.0).max())
+    measured = roughxr.open_pull_off(path, sensitivity="2e9 nN/V")
+    assert float(measured.pull_off_force.max()) == pytest.approx(2 * (picture() + 5.0).max())
 
 
 def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
@@ -264,7 +266,7 @@ def test_a_file_without_adhesion_says_what_it_holds(tmp_path):
 def write_peak_force(folder, rows, sensitivity, units="V"):
     """Write a Nanoscope file whose second image is adhesion, stored by a hard scale of 8 and a sensitivity."""
     path = write_bruker(folder, rows, image_size(rows))
-    header, mark, data = path.read_bytes().partition(b"\x1a")
+    header, mark, body = path.read_bytes().partition(b"\x1a")
     first = header.split(b"\\*Ciao image list")[:1]
     second = header.split(b"\\*Ciao image list")[1:]
     image = second[1].replace(b"Height", b"Adhesion").replace(b"Retrace", b"Trace")
@@ -272,8 +274,8 @@ def write_peak_force(folder, rows, sensitivity, units="V"):
     image = b"\r\n".join(scale if b"Z scale" in line else line for line in image.split(b"\r\n"))
     start = first[0].replace(b"\\*Ciao scan list", b"\\*Ciao scan list\r\n" + sensitivity.encode())
     header = b"\\*Ciao image list".join([start, second[0], image])
-    missing = path.stat().st_size - len(header) - 1 - len(data.lstrip(b"\0"))
-    path.write_bytes(header + mark + b"\0" * missing + data.lstrip(b"\0"))
+    missing = path.stat().st_size - len(header) - 1 - len(body.lstrip(b"\0"))
+    path.write_bytes(header + mark + b"\0" * missing + body.lstrip(b"\0"))
     return path
 
 
@@ -286,19 +288,19 @@ def test_a_nanoscope_image_of_forces_is_scaled_by_its_own_header(tmp_path, state
     if not stated:
         with pytest.raises(UnreadableScan, match="found V; state sensitivity="):
             roughxr.open_pull_off(path, pulls="positive")
-    found = roughxr.open_pull_off(path, pulls="positive", **({} if stated else {"sensitivity": "2.5 nN/V"}))
+    measured = roughxr.open_pull_off(path, pulls="positive", **({} if stated else {"sensitivity": "2.5 nN/V"}))
     counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
-    np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+    np.testing.assert_allclose(measured.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
 
 
-@pytest.mark.parametrize(("stated", "given"), [("2.5 nN/Arb", {}), ("0.5 V/Arb", {"sensitivity": "5 nN/V"})])
-def test_forces_in_arbitrary_units_are_scaled_by_their_sensitivity(tmp_path, stated, given):
+@pytest.mark.parametrize(("stated", "options"), [("2.5 nN/Arb", {}), ("0.5 V/Arb", {"sensitivity": "5 nN/V"})])
+def test_forces_in_arbitrary_units_are_scaled_by_their_sensitivity(tmp_path, stated, options):
     """As an instrument that maps forces writes them: nN if it is calibrated, else V."""
     rows = picture()
     path = write_peak_force(tmp_path, rows, rf"\@Sens. ForceSens: V {stated}", units="Arb")
-    found = roughxr.open_pull_off(path, pulls="positive", **given)
+    measured = roughxr.open_pull_off(path, pulls="positive", **options)
     counts = -np.round(rows / (10.0 * 440.0) * 65536)[::-1].T.ravel()
-    np.testing.assert_allclose(found.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
+    np.testing.assert_allclose(measured.pull_off_force, counts * 8.0 / 65536 * 2.5, rtol=1e-12)
     path = write_peak_force(tmp_path, rows, r"\@Sens. ForceSens: V 1.0 ", units="Arb")
     with pytest.raises(UnreadableScan, match=r"unit 'Arb'|arbitrary units"):
         roughxr.open_pull_off(path, pulls="positive", sensitivity="2.5 nN/V")
@@ -386,8 +388,8 @@ def test_a_swept_condition_keeps_its_pull_offs_apart(tmp_path, capsys):
     assert measured.attrs["condition"] == "load [nN]" and set(measured.condition.values) == {10, 20, 40}
     with pytest.raises(ValueError, match=r"found 3 values of 'load \[nN\]': 10, 20, 40; select one"):
         measured.contact.answer()
-    one = measured.where(measured.condition == 20, drop=True).contact.answer()
-    assert 21 < float(one.pull_off_force) < 22
+    at_twenty = measured.where(measured.condition == 20, drop=True).contact.answer()
+    assert 21 < float(at_twenty.pull_off_force) < 22
     capsys.readouterr()
     assert main(["measured", str(path)]) == 0
     printed = capsys.readouterr().out

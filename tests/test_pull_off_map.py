@@ -36,8 +36,8 @@ def unit_scales(ratio):
     """Return the scales of an asperity in its own units, P* = δ* = a* = 1."""
     from roughxr.kernels.asperity.asperity_laws import asperity_scales
 
-    found = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law("energy"))
-    return Scales(1.0, 1.0, 1.0, 1.0, found.end, found.row)
+    scales = asperity_scales(1e-3, 1e-3 * ratio, 40.0, 1.0, law("energy"))
+    return Scales(1.0, 1.0, 1.0, 1.0, scales.end, scales.row)
 
 
 def a_line(ratio):
@@ -52,9 +52,9 @@ def test_every_branch_is_convex_and_begins_with_a_pull():
     above_end = np.linspace(1e-4, 12, 4001) ** 2
     for ratio in RATIOS:
         _, line = a_line(ratio)
-        found = np.array([branches.line_force(line, at) for at in above_end])
-        assert (np.diff(found[:, 1]) > 0).all()
-        assert found[0, 0] < 0
+        forces = np.array([branches.line_force(line, at) for at in above_end])
+        assert (np.diff(forces[:, 1]) > 0).all()
+        assert forces[0, 0] < 0
     closed = np.array([branches.closed_force(d) for d in -(3.0 ** (-1 / 3)) + above_end])
     assert (np.diff(closed[:, 1]) > 0).all()
     assert closed[0, 0] < 0
@@ -77,16 +77,16 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, formulation):
     low = float(surface.x[0])
     high = float(surface.x[-1])
     places = rng.uniform(low, high, 30), rng.uniform(low, high, 30)
-    found = superpose(surface, delta=[0.0], subregions=places, formulation=formulation)
+    summed = superpose(surface, delta=[0.0], subregions=places, formulation=formulation)
     deltas = np.arange(-4, 20, 0.002)
     swept = pull_off(superpose(surface, delta=deltas, subregions=places, formulation=formulation))
-    excess = found.pull_off_force - swept.pull_off_force
+    excess = summed.pull_off_force - swept.pull_off_force
     assert (excess >= 0).all()
-    assert (excess < 0.02 * found.pull_off_force).all()
-    np.testing.assert_allclose(found.pull_off_delta, swept.pull_off_delta, atol=0.03)
-    near = np.unique(found.pull_off_delta.values[:, None] + np.linspace(-1e-4, 1e-4, 9))
+    assert (excess < 0.02 * summed.pull_off_force).all()
+    np.testing.assert_allclose(summed.pull_off_delta, swept.pull_off_delta, atol=0.03)
+    near = np.unique(summed.pull_off_delta.values[:, None] + np.linspace(-1e-4, 1e-4, 9))
     closer = superpose(surface, delta=near, subregions=places, formulation=formulation).force.min("delta")
-    assert (found.pull_off_force >= -closer * (1 - 1e-12)).all()
+    assert (summed.pull_off_force >= -closer * (1 - 1e-12)).all()
 
 
 def test_the_map_is_plain_superposition_at_200_random_centres(glass):
@@ -96,13 +96,15 @@ def test_the_map_is_plain_superposition_at_200_random_centres(glass):
     i, j = rng.integers(0, 512, (2, 200))
     x = glass.x.values[i]
     y = glass.y.values[j]
-    found = pull_off_map(catalogue, subregions=(x, y))
-    deltas, own = np.unique(found.pull_off_delta, return_inverse=True)
-    every = superpose(catalogue, delta=deltas, subregions=(x, y))
-    at_own = every.isel(subregion=xr.DataArray(range(200), dims="place"), delta=xr.DataArray(own, dims="place"))
-    np.testing.assert_allclose(at_own.force, -found.pull_off_force, rtol=1e-10)
+    mapped = pull_off_map(catalogue, subregions=(x, y))
+    deltas, delta_index = np.unique(mapped.pull_off_delta, return_inverse=True)
+    at_all_deltas = superpose(catalogue, delta=deltas, subregions=(x, y))
+    at_own = at_all_deltas.isel(
+        subregion=xr.DataArray(range(200), dims="place"), delta=xr.DataArray(delta_index, dims="place")
+    )
+    np.testing.assert_allclose(at_own.force, -mapped.pull_off_force, rtol=1e-10)
     for name in ("contacts", "truncated"):
-        np.testing.assert_array_equal(at_own[name], found[name])
+        np.testing.assert_array_equal(at_own[name], mapped[name])
 
 
 def test_nothing_pulls_harder_anywhere(glass):
@@ -110,33 +112,33 @@ def test_nothing_pulls_harder_anywhere(glass):
     rng = np.random.default_rng(2)
     places = rng.uniform(500, 4500, 6), rng.uniform(500, 4500, 6)
     catalogue = asperities(glass)
-    found = pull_off_map(catalogue, subregions=places)
+    mapped = pull_off_map(catalogue, subregions=places)
     swept = superpose(catalogue, delta=np.arange(0, 120, 0.25), subregions=places)
-    assert (-swept.force.min("delta") <= found.pull_off_force).all()
+    assert (-swept.force.min("delta") <= mapped.pull_off_force).all()
 
 
 def test_every_pixel_lies_on_the_scan(surface):
     part = surface.isel(x=slice(20, 41), y=slice(30, 47))
-    found = pull_off_map(part)
-    assert found.pull_off_force.dims == ("x", "y")
-    assert found.pull_off_force.shape == (21, 17)
+    mapped = pull_off_map(part)
+    assert mapped.pull_off_force.dims == ("x", "y")
+    assert mapped.pull_off_force.shape == (21, 17)
     x, y = np.meshgrid(part.x, part.y, indexing="ij")
     listed = pull_off_map(part, subregions=(x.ravel(), y.ravel()))
-    np.testing.assert_array_equal(found.pull_off_force.values.ravel(), listed.pull_off_force)
-    np.testing.assert_array_equal(found.pull_off_delta.values.ravel(), listed.pull_off_delta)
-    assert found.pull_off_force.units == "nN"
+    np.testing.assert_array_equal(mapped.pull_off_force.values.ravel(), listed.pull_off_force)
+    np.testing.assert_array_equal(mapped.pull_off_delta.values.ravel(), listed.pull_off_delta)
+    assert mapped.pull_off_force.units == "nN"
 
 
 def test_one_sphere_pulls_off_as_jkr():
     """3/2 π w R' at δ* = −1/3, found to rounding and not to a sweep's step."""
     radius = 1 / (1 / 200 + 1 / 3000)
     ds = one_asperity(1 / 200, 1 / 200)
-    found = superpose(ds, delta=[0.0], subregions=(1, 1), formulation="self_similar")
-    assert found.pull_off_force.item() == pytest.approx(1.5 * np.pi * W * radius, rel=1e-9)
+    summed = superpose(ds, delta=[0.0], subregions=(1, 1), formulation="self_similar")
+    assert summed.pull_off_force.item() == pytest.approx(1.5 * np.pi * W * radius, rel=1e-9)
     unit = (9 * np.pi * W * radius**2 / (8 * float(ds.contact_modulus))) ** (2 / 3) / radius
-    assert found.pull_off_delta.item() == pytest.approx(-unit / 3, abs=1e-6)
+    assert summed.pull_off_delta.item() == pytest.approx(-unit / 3, abs=1e-6)
     least = pull_off_map(ds, subregions=(1, 1))
-    assert least.pull_off_force.item() == pytest.approx(found.pull_off_force.item(), rel=1e-5)
+    assert least.pull_off_force.item() == pytest.approx(summed.pull_off_force.item(), rel=1e-5)
     assert least.contacts.item() == 1
 
 
@@ -150,11 +152,13 @@ def test_nothing_pulls_without_adhesion(surface):
 def test_few_asperities_far_away_are_found(surface, count):
     """The look grows until it meets them, however far they lie, and stops when there is nothing else."""
     catalogue = asperities(surface)
-    few = catalogue.isel(asperity=np.flatnonzero(~catalogue.saddle)[:count])
-    found = pull_off_map(few, subregions=([float(surface.x[-1])], [float(surface.y[-1])]))
-    swept = superpose(few, delta=np.arange(-4, 500, 0.01), subregions=([float(surface.x[-1])], [float(surface.y[-1])]))
-    assert found.pull_off_force.item() >= -swept.force.min().item()
-    assert found.pull_off_force.item() == pytest.approx(-swept.force.min().item(), rel=1e-3)
+    far_asperities = catalogue.isel(asperity=np.flatnonzero(~catalogue.saddle)[:count])
+    mapped = pull_off_map(far_asperities, subregions=([float(surface.x[-1])], [float(surface.y[-1])]))
+    swept = superpose(
+        far_asperities, delta=np.arange(-4, 500, 0.01), subregions=([float(surface.x[-1])], [float(surface.y[-1])])
+    )
+    assert mapped.pull_off_force.item() >= -swept.force.min().item()
+    assert mapped.pull_off_force.item() == pytest.approx(-swept.force.min().item(), rel=1e-3)
 
 
 def test_a_scan_without_asperities_pulls_nowhere():

@@ -20,21 +20,21 @@ MAUGIS = [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.5063
 
 
 def test_paper_sphere():
-    found = reference.hertz([5.08, 15.4], radius="3 um", contact_modulus=39.407)
-    assert found.force.values / 1000 == pytest.approx([32.95, 173.9], rel=5e-4)
-    assert found.force.units == "nN"
+    contact = reference.hertz([5.08, 15.4], radius="3 um", contact_modulus=39.407)
+    assert contact.force.values / 1000 == pytest.approx([32.95, 173.9], rel=5e-4)
+    assert contact.force.units == "nN"
 
 
 def test_jkr_sphere_at_the_points_of_its_curve():
-    given = {"radius": R, "contact_modulus": 40, "work_of_adhesion": W}
+    sphere = {"radius": R, "contact_modulus": 40, "work_of_adhesion": W}
     a_c = (9 * np.pi * W * R**2 / (8 * 40)) ** (1 / 3)
     P_c = 1.5 * np.pi * W * R
     delta_c = a_c**2 / R
     delta = np.array([-(3 ** (-1 / 3)) * (1 - 1e-12), -1 / 3, 0.839947, 2.114382])
-    found = reference.jkr_sphere(delta * delta_c, **given)
-    assert found.force.values / P_c == pytest.approx([-5 / 9, -1, 0, 2.343146], abs=2e-6)
-    assert found.semi_axis_a.values / a_c == pytest.approx([3 ** (-2 / 3), 1, 4 ** (1 / 3), 2], rel=2e-6)
-    assert np.isnan(reference.jkr_sphere([-0.7 * delta_c], **given).force).all()
+    contact = reference.jkr_sphere(delta * delta_c, **sphere)
+    assert contact.force.values / P_c == pytest.approx([-5 / 9, -1, 0, 2.343146], abs=2e-6)
+    assert contact.semi_axis_a.values / a_c == pytest.approx([3 ** (-2 / 3), 1, 4 ** (1 / 3), 2], rel=2e-6)
+    assert np.isnan(reference.jkr_sphere([-0.7 * delta_c], **sphere).force).all()
     assert reference.jkr_pull_off(radius=R, work_of_adhesion=W) == pytest.approx(P_c, rel=1e-12)
 
 
@@ -148,9 +148,9 @@ def test_gilmans_surface_energy_and_the_papers_smooth_pull_off():
 def test_maugis_pull_off(lam, expected):
     modulus = 40.0
     distance = 1.157 * (R * W**2 / modulus**2) ** (1 / 3) / lam  # λ = 1.157 μ
-    given = {"radius": R, "contact_modulus": modulus, "work_of_adhesion": W, "adhesion_range": distance}
-    assert reference.tabor_parameter(**given) == pytest.approx(lam / 1.157)
-    assert maugis_pull_off(**given) / (np.pi * W * R) == pytest.approx(expected, abs=1e-5)
+    sphere = {"radius": R, "contact_modulus": modulus, "work_of_adhesion": W, "adhesion_range": distance}
+    assert reference.tabor_parameter(**sphere) == pytest.approx(lam / 1.157)
+    assert maugis_pull_off(**sphere) / (np.pi * W * R) == pytest.approx(expected, abs=1e-5)
 
 
 def hamaker_sphere(distance, radius, constant):
@@ -160,9 +160,9 @@ def hamaker_sphere(distance, radius, constant):
 
 def test_hamaker_sphere_is_the_published_number_and_the_surface_integral():
     w = 0.1 / (12 * np.pi * 0.3**2)
-    found = rigid_sphere([0.3, 10, 3000], radius=1000, work_of_adhesion=w, length=0.3)
-    assert -found == pytest.approx([hamaker_sphere(z, 1000, 0.1) for z in (0.3, 10, 3000)], rel=1e-12)
-    assert -found[0] == pytest.approx(185.1296, abs=5e-5)
+    force = rigid_sphere([0.3, 10, 3000], radius=1000, work_of_adhesion=w, length=0.3)
+    assert -force == pytest.approx([hamaker_sphere(z, 1000, 0.1) for z in (0.3, 10, 3000)], rel=1e-12)
+    assert -force[0] == pytest.approx(185.1296, abs=5e-5)
 
 
 LAWS = [("hamaker", None), ("hamaker", 100.0), ("lennard_jones", None), ("exponential", None), ("dugdale", None)]
@@ -170,23 +170,23 @@ LAWS = [("hamaker", None), ("hamaker", 100.0), ("lennard_jones", None), ("expone
 
 @pytest.mark.parametrize(("law", "wavelength"), LAWS)
 def test_work_is_the_integral_of_traction_and_a_sphere_that_of_its_surface(law, wavelength):
-    found = potential(law, W, 0.3, wavelength or np.inf)
-    start = 0.3 if found.closest != 0 else 0.0
+    law_of_gap = potential(law, W, 0.3, wavelength or np.inf)
+    start = 0.3 if law_of_gap.closest != 0 else 0.0
     ends = [start, 0.3 + start] if law == "dugdale" else [start, start + 1, start + 30, 1e3, 1e6]
 
     def over(f, points=ends):
         return sum(quad(f, *pair, epsabs=0, epsrel=1e-11, limit=400)[0] for pair in itertools.pairwise(points))
 
-    assert over(lambda g: potentials.traction(g, found)) == pytest.approx(W, rel=1e-7)
+    assert over(lambda g: potentials.traction(g, law_of_gap)) == pytest.approx(W, rel=1e-7)
     for g in (start, start + 0.1, 2.0):
         points = np.unique([g, *[e for e in ends if e > g]])
-        expected = over(lambda u: potentials.traction(u, found), points) if points.size > 1 else 0.0
-        assert float(potentials.energy(g, found)) == pytest.approx(expected, rel=1e-6, abs=1e-13)
+        expected = over(lambda u: potentials.traction(u, law_of_gap), points) if points.size > 1 else 0.0
+        assert float(potentials.energy(g, law_of_gap)) == pytest.approx(expected, rel=1e-6, abs=1e-13)
     radius = 50.0
     z = start + 0.05
     rings = [0, 0.24, 1, 10, 2 * radius]
-    direct = over(lambda S: 2 * np.pi * (radius - S) * potentials.traction(z + S, found), rings)
-    assert float(sphere_attraction(z, radius, found)) == pytest.approx(direct, rel=1e-6)
+    direct = over(lambda S: 2 * np.pi * (radius - S) * potentials.traction(z + S, law_of_gap), rings)
+    assert float(sphere_attraction(z, radius, law_of_gap)) == pytest.approx(direct, rel=1e-6)
 
 
 def test_retardation_is_gregorys():
@@ -207,23 +207,25 @@ def test_largest_traction_of_lennard_jones():
     assert g[t.argmax()] == pytest.approx(3 ** (1 / 6) * 0.3, abs=2e-6)
 
 
-@pytest.mark.parametrize(("sigma", "left"), [(0.1, 0.92277), (0.5, 0.25257), (1, 0.079487), (2, 0.0226641)])
-def test_work_over_gaussian_heights(sigma, left):
-    assert reference.gaussian_work(rms=sigma * 0.3, length=0.3, work_of_adhesion=W) / W == pytest.approx(left, rel=3e-4)
+@pytest.mark.parametrize(("sigma", "share"), [(0.1, 0.92277), (0.5, 0.25257), (1, 0.079487), (2, 0.0226641)])
+def test_work_over_gaussian_heights(sigma, share):
+    assert reference.gaussian_work(rms=sigma * 0.3, length=0.3, work_of_adhesion=W) / W == pytest.approx(
+        share, rel=3e-4
+    )
 
 
 def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
-    given = {"radius": 1000.0, "hamaker_constant": 0.1, "closest_approach": 0.3}
+    sphere = {"radius": 1000.0, "hamaker_constant": 0.1, "closest_approach": 0.3}
     smooth = 0.1 * 1000 / (6 * 0.09)
-    assert reference.rumpf(asperity_radius=1e-9, **given) == pytest.approx(smooth, rel=1e-6)
-    assert reference.rumpf(asperity_radius=1e9, **given) == pytest.approx(smooth, rel=1e-5)
-    assert reference.rabinovich(rms=1e-9, wavelength=1e3, **given) == pytest.approx(2 * smooth, rel=1e-6)
-    two = reference.rabinovich(rms=1, wavelength=50, long_rms=1e-12, long_wavelength=1e9, **given)
-    assert two == pytest.approx(reference.rabinovich(rms=1, wavelength=50, **given), rel=1e-6)
+    assert reference.rumpf(asperity_radius=1e-9, **sphere) == pytest.approx(smooth, rel=1e-6)
+    assert reference.rumpf(asperity_radius=1e9, **sphere) == pytest.approx(smooth, rel=1e-5)
+    assert reference.rabinovich(rms=1e-9, wavelength=1e3, **sphere) == pytest.approx(2 * smooth, rel=1e-6)
+    two = reference.rabinovich(rms=1, wavelength=50, long_rms=1e-12, long_wavelength=1e9, **sphere)
+    assert two == pytest.approx(reference.rabinovich(rms=1, wavelength=50, **sphere), rel=1e-6)
 
 
 @pytest.mark.parametrize(
-    ("call", "words"),
+    ("call", "message"),
     [
         (lambda: reference.hertz([1], contact_modulus=1), "expected either radius"),
         (lambda: reference.jkr_pull_off(work_of_adhesion=1, curvature_min=2, curvature_max=1), "at most curvature_max"),
@@ -239,6 +241,6 @@ def test_formulas_for_rough_surfaces_have_the_limits_that_their_papers_name():
         (lambda: reference.jkr_pull_off(radius="3 GPa", work_of_adhesion=1), "radius"),
     ],
 )
-def test_what_is_wrong_is_said(call, words):
-    with pytest.raises(ValueError, match=words):
+def test_what_is_wrong_is_said(call, message):
+    with pytest.raises(ValueError, match=message):
         call()

@@ -33,12 +33,12 @@ def test_stiff_is_rigid_soft_is_summed_between_is_adhesive(rough):
         pair = {"sphere_radius": 500, "contact_modulus": modulus, "work_of_adhesion": work}
         return rough.contact.assign_pair(**pair).contact.regime(subregions=(2, 2))
 
-    found = [of(*pair) for pair in ((4000.0, 0.06), (40.0, 0.3), (0.05, 0.06))]
-    assert [one.recommended.item() for one in found][:2] == ["rigid", "adhesive"]
-    assert found[2].recommended.item() == ("superpose" if found[2].share_beyond_contact < 0.5 else "adhesive")
-    for one in found:
-        assert one.attrs["recommendation"].startswith("The quickest valid method is `")
-        assert float(one.sphere_tabor) > float(one.asperity_tabor) > 0
+    regimes = [of(*pair) for pair in ((4000.0, 0.06), (40.0, 0.3), (0.05, 0.06))]
+    assert [regime.recommended.item() for regime in regimes][:2] == ["rigid", "adhesive"]
+    assert regimes[2].recommended.item() == ("superpose" if regimes[2].share_beyond_contact < 0.5 else "adhesive")
+    for regime in regimes:
+        assert regime.attrs["recommendation"].startswith("The quickest valid method is `")
+        assert float(regime.sphere_tabor) > float(regime.asperity_tabor) > 0
 
 
 def test_yield_is_told_where_a_hardness_is_given(rough):
@@ -64,9 +64,9 @@ def test_rumpf_is_right_on_the_surface_that_it_is_made_for():
     single = single.contact.assign_pair(**pair)
     z0 = float(np.sqrt(0.0615 / (12 * np.pi * 0.06)))
     top = [float(single.x[64])], [float(single.y[64])]
-    found = float(single.contact.rigid(subregions=top, delta=[0.0], mesh=4).pull_off_force[0])
+    pull_off = float(single.contact.rigid(subregions=top, delta=[0.0], mesh=4).pull_off_force[0])
     formula = reference.rumpf(radius=2000, asperity_radius=12, hamaker_constant=0.0615, closest_approach=z0)
-    assert found / formula == pytest.approx(1, abs=0.1)
+    assert pull_off / formula == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.parametrize(("radius", "rms", "wavelength"), [(200, 1, 60), (200, 5, 100), (1000, 3, 200), (5000, 1, 200)])
@@ -82,11 +82,11 @@ def test_rabinovich_is_right_on_the_surface_that_he_draws(radius, rms, wavelengt
         sphere_radius=radius, contact_modulus=40, work_of_adhesion=0.06, hamaker_constant=constant
     )
     top = [float(caps.x[60])], [float(caps.y[60])]
-    found = float(caps.contact.rigid(subregions=top, delta=[0.0], mesh=8).pull_off_force[0])
+    pull_off = float(caps.contact.rigid(subregions=top, delta=[0.0], mesh=8).pull_off_force[0])
     formula = reference.rabinovich(
         radius=radius, rms=rms, wavelength=wavelength, hamaker_constant=constant, closest_approach=z0
     )
-    assert found / formula == pytest.approx(1, abs=0.05)
+    assert pull_off / formula == pytest.approx(1, abs=0.05)
 
 
 def by_each_model(ground, place, refine):
@@ -95,7 +95,7 @@ def by_each_model(ground, place, refine):
     stiff = ground.contact.rigid(law="exponential", subregions=place, mesh=refine, delta=[0.0]).pull_off_force
     summed = roughxr.pull_off_map(ground, subregions=place).pull_off_force
     recommended = ground.contact.regime(subregions=place).recommended.item()
-    return recommended, *(float((one / simulated).mean()) for one in (stiff, summed))
+    return recommended, *(float((pull_off / simulated).mean()) for pull_off in (stiff, summed))
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.bodies.pair.ImplausiblePair")
@@ -104,31 +104,31 @@ def test_what_is_recommended_is_near_the_simulation_and_the_rest_is_not(rough):
     """All three are computed: on stiff ground, on one soft cap, and between."""
     place = ([600.0], [600.0])
     pair = {"sphere_radius": 500, "work_of_adhesion": 0.06, "adhesion_range": 0.3}
-    words, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=4000, **pair), place, 4)
-    assert words == "rigid" and rigid == pytest.approx(1, abs=0.02) and abs(summed - 1) > 0.1
-    words, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=40, **pair), place, 4)
-    assert words == "adhesive" and abs(rigid - 1) > 0.02 and abs(summed - 1) > 0.1
+    verb, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=4000, **pair), place, 4)
+    assert verb == "rigid" and rigid == pytest.approx(1, abs=0.02) and abs(summed - 1) > 0.1
+    verb, rigid, summed = by_each_model(rough.contact.assign_pair(contact_modulus=40, **pair), place, 4)
+    assert verb == "adhesive" and abs(rigid - 1) > 0.02 and abs(summed - 1) > 0.1
     x = (np.arange(72) - 36) * 3.0
     cap = scan(np.clip(30 - (x[:, None] ** 2 + x**2) / 120, 0, None), 3.0)
     cap = cap.contact.assign_pair(contact_modulus=0.5, sphere_radius=500, work_of_adhesion=0.2, adhesion_range=0.3)
-    words, rigid, summed = by_each_model(cap, ([float(cap.x[36])], [float(cap.y[36])]), 2)
-    assert words == "superpose" and summed == pytest.approx(1, abs=0.05) and rigid > 1.2
+    verb, rigid, summed = by_each_model(cap, ([float(cap.x[36])], [float(cap.y[36])]), 2)
+    assert verb == "superpose" and summed == pytest.approx(1, abs=0.05) and rigid > 1.2
 
 
 def test_the_table_holds_the_formulas_at_the_scans_own_numbers(rough):
     table = rough.contact.formulas(subregions=(2, 2))
     force = table.pull_off_force
-    given = table.attrs
+    inputs = table.attrs
     assert float(force.sel(formula="bradley")) == pytest.approx(2 * np.pi * 0.06 * 500)
     expected = reference.rabinovich(
         radius=500,
-        rms=given["rms"],
-        wavelength=given["wavelength"],
-        hamaker_constant=given["hamaker_constant"],
-        closest_approach=given["closest_approach"],
+        rms=inputs["rms"],
+        wavelength=inputs["wavelength"],
+        hamaker_constant=inputs["hamaker_constant"],
+        closest_approach=inputs["closest_approach"],
     )
     assert float(force.sel(formula="rabinovich")) == pytest.approx(expected)
-    assert given["short_rms"] ** 2 + given["long_rms"] ** 2 == pytest.approx(given["rms"] ** 2, rel=0.02)
+    assert inputs["short_rms"] ** 2 + inputs["long_rms"] ** 2 == pytest.approx(inputs["rms"] ** 2, rel=0.02)
     np.testing.assert_allclose(table.formula_ratio * float(force.sel(formula="sum")), force)
 
 
@@ -139,9 +139,9 @@ def test_a_scan_too_small_for_two_scales_leaves_that_formula_out():
 
 
 def test_finer_waves_weaken_the_pull_and_scatter(rough):
-    found = rough.contact.scale_dependence(shortest=[8, 15, 60, 200], seeds=3, subregions=(2, 2))
-    pull = found.pull_off_force.isel(subregion=0)
-    assert (found.pull_off_force.mean(["subregion", "seed"]).diff("shortest_kept") > 0).all()
+    dependence = rough.contact.scale_dependence(shortest=[8, 15, 60, 200], seeds=3, subregions=(2, 2))
+    pull = dependence.pull_off_force.isel(subregion=0)
+    assert (dependence.pull_off_force.mean(["subregion", "seed"]).diff("shortest_kept") > 0).all()
     assert (pull.std("seed").values[:2] > 0).all() and (pull.std("seed").values[2:] < 1e-12).all()
 
 
@@ -177,12 +177,12 @@ def rubber(modulus, work=0.05, **assigned):
 )
 def test_the_law_that_is_recommended_is_the_one_that_the_simulation_chooses(modulus, assigned, law, reason):
     ds = rubber(modulus, **assigned)
-    found = ds.contact.regime(subregions=(1, 1), mesh=2)
-    assert found.attrs["law"] == law
-    assert found.recommended.item() == "adhesive"
-    assert reason in found.attrs["recommendation"] and f"'{law}'" in found.attrs["recommendation"]
+    regime = ds.contact.regime(subregions=(1, 1), mesh=2)
+    assert regime.attrs["law"] == law
+    assert regime.recommended.item() == "adhesive"
+    assert reason in regime.attrs["recommendation"] and f"'{law}'" in regime.attrs["recommendation"]
     assert chosen_law(specimen_of(ds), "auto") == law
-    assert ("as the range of adhesion" in found.attrs["recommendation"]) <= (float(found.asperity_tabor) < 5)
+    assert ("as the range of adhesion" in regime.attrs["recommendation"]) <= (float(regime.asperity_tabor) < 5)
 
 
 def test_both_change_their_law_at_the_same_modulus():

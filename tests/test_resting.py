@@ -57,9 +57,9 @@ def test_landings_are_any_places():
 def test_a_sphere_rests_in_the_middle_of_equal_summits(corners):
     pixel = 4.0
     ring = 150.0
-    found = resting(caps(polygon(corners, ring), pixel))
-    assert found.sizes["subregion"] == 1
-    place = found.isel(subregion=0)
+    rests = resting(caps(polygon(corners, ring), pixel))
+    assert rests.sizes["subregion"] == 1
+    place = rests.isel(subregion=0)
     assert np.hypot(place.subregion_x - 3.1, place.subregion_y + 7.4) < 0.1 * pixel
     assert float(place.rest_height) == pytest.approx(on_circle(ring), abs=2e-3)
     assert int(place.supports) == corners
@@ -75,7 +75,7 @@ def test_unequal_summits_shift_the_rest_as_the_sphere_through_three_points_says(
     axis = (np.arange(n) - 100) * pixel
     r2 = [(axis[:, None] - a) ** 2 + (axis - b) ** 2 for a, b in x]
     tops = [np.where(q < 150.0**2, np.sqrt(np.maximum(r**2 - q, 0)) - r, -25.0) for q, r in zip(r2, radii)]
-    found = resting(glass_pair(scan(np.max(tops, axis=0), pixel), RADIUS)).isel(subregion=0)
+    rest = resting(glass_pair(scan(np.max(tops, axis=0), pixel), RADIUS)).isel(subregion=0)
     from scipy.optimize import fsolve
 
     def equal(p):
@@ -83,7 +83,7 @@ def test_unequal_summits_shift_the_rest_as_the_sphere_through_three_points_says(
         return np.diff(heights)
 
     expected = fsolve(equal, x.mean(axis=0))
-    assert np.hypot(found.subregion_x - expected[0], found.subregion_y - expected[1]) < 0.1 * pixel
+    assert np.hypot(rest.subregion_x - expected[0], rest.subregion_y - expected[1]) < 0.1 * pixel
 
 
 def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
@@ -94,11 +94,11 @@ def test_the_resting_moment_is_that_about_the_axis_of_each_pair():
     assert place.sizes["subregion"] == 1
     held = roughxr.rolling(surface, directions=np.pi / 6 + np.pi / 3 * np.arange(6), subregions=place)
     assert int(held.contacts[0]) == 3
-    one = float(held.pull_off_force[0]) / 3
+    pull_of_contact = float(held.pull_off_force[0]) / 3
     lever = 1.5 * 150.0 * RADIUS / (RADIUS + 60.0)  # of the third contact about the axis of two
     over_pairs = held.resisting_moment.values[0, 1::2]
     over_summits = held.resisting_moment.values[0, ::2]
-    assert over_pairs == pytest.approx(one * lever, rel=0.04)  # small contacts
+    assert over_pairs == pytest.approx(pull_of_contact * lever, rel=0.04)  # small contacts
     assert np.ptp(over_pairs) < 0.02 * over_pairs.mean()
     assert (over_summits > over_pairs.max()).all()  # two contacts let go behind one
 
@@ -123,15 +123,15 @@ def test_from_the_resting_positions_of_a_sphere_a_larger_one_rolls_to_its_own():
     larger = surface.assign_coords(sphere_radius=1575.0)
     rests = resting(surface)
     rests = rests.where(~rests.truncated, drop=True)
-    own = resting(larger)
-    for ds, expected, moves in ((surface, rests, False), (larger, own, True)):
-        found = resettled(ds, rests)
+    larger_rests = resting(larger)
+    for ds, expected, moves in ((surface, rests, False), (larger, larger_rests, True)):
+        settled = resettled(ds, rests)
         nearest = [
             float(np.hypot(expected.subregion_x - x, expected.subregion_y - y).min())
-            for x, y in zip(found.subregion_x.values, found.subregion_y.values)
+            for x, y in zip(settled.subregion_x.values, settled.subregion_y.values)
         ]
         assert np.max(nearest) < 0.05
-        assert bool(abs(found.subregion_x - rests.subregion_x).max() > 0.05) == moves
+        assert bool(abs(settled.subregion_x - rests.subregion_x).max() > 0.05) == moves
 
 
 def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_rest():
@@ -166,11 +166,11 @@ def test_an_egg_box_has_its_rests_in_the_valleys_and_equal_shares(amplitude):
     pixel = 8.0
     axis = np.arange(250) * pixel
     height = amplitude * (np.cos(2 * np.pi * axis[:, None] / wave) + np.cos(2 * np.pi * axis / wave))
-    found = resting(glass_pair(scan(height, pixel), 1500.0))
+    rests = resting(glass_pair(scan(height, pixel), 1500.0))
     x0 = -124.5 * pixel
-    assert found.sizes["subregion"] == 25
-    is_inner = np.maximum(abs(found.subregion_x), abs(found.subregion_y)) < 1.5 * wave
-    inner = found.where(is_inner, drop=True)
+    assert rests.sizes["subregion"] == 25
+    is_inner = np.maximum(abs(rests.subregion_x), abs(rests.subregion_y)) < 1.5 * wave
+    inner = rests.where(is_inner, drop=True)
     assert inner.sizes["subregion"] == 9  # basins of the others end at the scan's edge
     for axis_name in ("subregion_x", "subregion_y"):
         phase = ((inner[axis_name].values - x0) / wave) % 1
@@ -185,18 +185,18 @@ def test_where_nothing_holds_a_sphere_there_is_no_rest_and_it_is_said(name):
     y = axis - 147.0
     height = {"tilted": 0.02 * x + 0.01 * y, "level": 0 * (x + y), "bump": 20 * np.exp(-(x**2 + y**2) / 60.0**2)}
     with pytest.warns(UserWarning, match="no resting position"):
-        found = resting(glass_pair(scan(height[name], 5.0)))
-    assert found.sizes["subregion"] == 0 and found.attrs["share_off_scan"] == 1.0
+        rests = resting(glass_pair(scan(height[name], 5.0)))
+    assert rests.sizes["subregion"] == 0 and rests.attrs["share_off_scan"] == 1.0
     with pytest.raises(ValueError, match="found none"):
-        roughxr.scans.regions.centres(found, found)
+        roughxr.scans.regions.centres(rests, rests)
 
 
 def test_places_converge_with_the_pixel():
     exact = resting(_hills(4.0))
     errors = []
     for pixel in (16.0, 8.0):
-        found = resting(_hills(pixel))
-        off = [np.hypot(found.subregion_x - a, found.subregion_y - b).min() for a, b in _inner(exact)]
+        rests = resting(_hills(pixel))
+        off = [np.hypot(rests.subregion_x - a, rests.subregion_y - b).min() for a, b in _inner(exact)]
         errors.append(float(np.median(off)))
     assert errors[1] < 0.1 * 8.0
     assert errors[1] < 0.5 * errors[0]
@@ -230,11 +230,11 @@ def _patches(surface, radius):
 
 def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_supports():
     surface = glass_pair(scan(rough(128, rms=3.0, smooth=2.0), 10.0))
-    found = resting(surface)
-    assert found.sizes["subregion"] > 20
-    assert float(found.landing_share.sum()) == pytest.approx(1.0)
+    rests = resting(surface)
+    assert rests.sizes["subregion"] > 20
+    assert float(rests.landing_share.sum()) == pytest.approx(1.0)
     rows, ball = _patches(surface, RADIUS)
-    for place in (found.isel(subregion=k) for k in range(0, found.sizes["subregion"], 5)):
+    for place in (rests.isel(subregion=k) for k in range(0, rests.sizes["subregion"], 5)):
         at = float(place.subregion_x), float(place.subregion_y)
         around = [(at[0] + r * np.cos(a), at[1] + r * np.sin(a)) for r in (1.0, 3.0) for a in np.arange(0, 6.28, 0.2)]
         there = np.array([dilation.touch(row, *at, ball)[0] for row in rows])
@@ -278,9 +278,9 @@ def test_resting_positions_do_not_depend_on_orientation_or_unit_of_length(seed, 
     stable, places = _rests(z, 10.0, radius)
     stable_turned, places_turned = _rests(np.ascontiguousarray(turn(z)) * scale, 10.0 * scale, radius * scale)
     back = [part[:, [1, 0, 2]] if change == "transpose" else part * signs for part in (stable_turned, places_turned)]
-    for expected, found in ((stable, back[1] / scale), (back[0] / scale, places)):
+    for expected, positions in ((stable, back[1] / scale), (back[0] / scale, places)):
         for place in expected:
-            assert np.abs(found - place).max(axis=1).min(initial=np.inf) < 0.05
+            assert np.abs(positions - place).max(axis=1).min(initial=np.inf) < 0.05
 
 
 def _rests(z, pixel, radius):
@@ -312,17 +312,17 @@ def test_shares_weigh_means_quantiles_intervals_and_fractions():
     assert mean != pytest.approx(force.mean(), rel=1e-4)
     table = roughxr.statistics.summary(held[["pull_off_force"]])
     assert float(table.pull_off_force.sel(statistic="mean")) == pytest.approx(mean)
-    found = roughxr.statistics.bootstrap(held, "pull_off_force", statistics=["mean", "std", "q50"], resamples=99)
-    assert float(found.estimate[0]) == pytest.approx(mean)
+    intervals = roughxr.statistics.bootstrap(held, "pull_off_force", statistics=["mean", "std", "q50"], resamples=99)
+    assert float(intervals.estimate[0]) == pytest.approx(mean)
     copies = np.repeat(force, np.round(share * 200_000).astype(int))
-    assert found.estimate.values[1:] == pytest.approx([copies.std(), np.median(copies)], rel=0.05)
-    assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
+    assert intervals.estimate.values[1:] == pytest.approx([copies.std(), np.median(copies)], rel=0.05)
+    assert (intervals.low <= intervals.estimate).all() and (intervals.estimate <= intervals.high).all()
     assert float(roughxr.statistics.cdf(held, "pull_off_force").sel(pull_off_force=force[0])) == pytest.approx(
         share[force <= force[0]].sum()
     )
-    left = roughxr.particles.resuspension(held, friction_velocity=[0.3, 1.0])
-    expected = (left.remaining_at_place * places.landing_share).sum("subregion")
-    assert left.remaining.values == pytest.approx(expected.values)
+    resuspended = roughxr.particles.resuspension(held, friction_velocity=[0.3, 1.0])
+    expected = (resuspended.remaining_at_place * places.landing_share).sum("subregion")
+    assert resuspended.remaining.values == pytest.approx(expected.values)
 
 
 def test_equal_shares_change_no_statistic():
@@ -331,11 +331,11 @@ def test_equal_shares_change_no_statistic():
     plain = xr.Dataset({"force": ("subregion", values)}, {"subregion_x": ("subregion", x.ravel())})
     plain = plain.assign_coords(subregion_y=("subregion", y.ravel()))
     shared = plain.assign_coords(landing_share=("subregion", np.full(64, 1 / 64)))
-    one, other = (
+    unweighted, weighted = (
         roughxr.statistics.bootstrap(ds, "force", statistics=["mean", "std"], resamples=99) for ds in (plain, shared)
     )
     for name in ("estimate", "low", "high", "independent_places"):
-        assert other[name].values == pytest.approx(one[name].values)
+        assert weighted[name].values == pytest.approx(unweighted[name].values)
 
 
 def test_from_landings_spheres_roll_to_resting_positions_each_with_its_share():

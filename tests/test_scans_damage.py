@@ -59,17 +59,17 @@ def time_limit(seconds):
         signal.signal(signal.SIGALRM, before)
 
 
-def damaged(data, header, rng):
+def damaged(content, header, rng):
     """Yield (what was done, bytes): cuts, and flipped bits in the header."""
     yield "empty", b""
     for part in range(1, 11):
-        yield f"cut at {part}/11", data[: len(data) * part // 11]
+        yield f"cut at {part}/11", content[: len(content) * part // 11]
     for fewer in (1, 2, 9, 100):
-        yield f"{fewer} bytes fewer", data[:-fewer]
+        yield f"{fewer} bytes fewer", content[:-fewer]
     for _ in range(FLIPS):
         place = int(rng.integers(header))
         bit = int(rng.integers(8))
-        yield f"bit {bit} of byte {place}", data[:place] + bytes([data[place] ^ 1 << bit]) + data[place + 1 :]
+        yield f"bit {bit} of byte {place}", content[:place] + bytes([content[place] ^ 1 << bit]) + content[place + 1 :]
 
 
 def assert_refused_or_right(path, whole, options):
@@ -118,9 +118,11 @@ def test_damage(name, tmp_path):
     options = given(name, image_size(rows))
     whole = open_scan(path, **options).load()
     whole.close()
-    data = path.read_bytes()
+    written = path.read_bytes()
     outcomes = []
-    for number, (what, content) in enumerate(damaged(data, HEADER.get(name, len(data)), np.random.default_rng(5))):
+    for number, (what, content) in enumerate(
+        damaged(written, HEADER.get(name, len(written)), np.random.default_rng(5))
+    ):
         other = tmp_path / f"damaged-{number}{path.suffix}"
         other.write_bytes(content)
         try:
@@ -139,10 +141,10 @@ def test_real_files_cut_anywhere(shared_scans, tmp_path):
             continue
         with warnings.catch_warnings(action="ignore"):
             whole = open_scan(path)
-        data = path.read_bytes()
+        content = path.read_bytes()
         for part in range(1, 11):
             other = tmp_path / f"{part}-{path.name}"
-            other.write_bytes(data[: len(data) * part // 11])
+            other.write_bytes(content[: len(content) * part // 11])
             outcome = assert_refused_or_right(other, whole, {})
             assert outcome in ("refused", "right"), (path.name, part)
 
@@ -154,12 +156,12 @@ def test_garbled_pictures_and_lines_are_doubted_and_real_ones_are_not():
     spiked[5, 5] = 400.0
     lines = ordinary + 200.0 * (np.arange(64) % 2)  # every second line, along x, has an offset
     garbled = rng.permutation(ordinary.ravel()).reshape(64, 64)
-    for height, words in (
+    for height, message in (
         (garbled, "heights are uncorrelated"),
         (lines, "lines along x are uncorrelated"),
         (lines.T, "lines along y are uncorrelated"),
     ):
-        assert any(words in doubt for doubt in doubts(scan(height)))
+        assert any(message in doubt for doubt in doubts(scan(height)))
     for height in (ordinary, spiked):
         assert not any("uncorrelated" in doubt for doubt in doubts(scan(height)))
 
@@ -208,8 +210,8 @@ def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys)
     xr.Dataset({"height\u202e": (("x", "y"), np.ones((3, 3)), {"units": nasty})}).to_netcdf(other)
     assert cli.main(["info", str(path)]) == 0
     assert cli.main(["info", str(other)]) == 1
-    told = "".join(capsys.readouterr())
-    assert "\\x1b" in told and not set("\x1b\x07\x9b\u202e") & set(told)
+    printed = "".join(capsys.readouterr())
+    assert "\\x1b" in printed and not set("\x1b\x07\x9b\u202e") & set(printed)
     with pytest.raises(UnreadableScan) as refusal:
         open_scan(other)
     assert not set("\x1b\x07\x9b\u202e") & set(str(refusal.value))
@@ -246,9 +248,9 @@ def test_deeply_nested_groups_are_refused(tmp_path):
 
 def test_frames_without_length_are_refused(tmp_path):
     path = write_asd(tmp_path, picture(), image_size(picture()))
-    data = bytearray(path.read_bytes())
-    data[8:12] = struct.pack("<i", -2 * picture().size)  # bytes before the heights of each frame
-    path.write_bytes(data)
+    content = bytearray(path.read_bytes())
+    content[8:12] = struct.pack("<i", -2 * picture().size)  # bytes before the heights of each frame
+    path.write_bytes(content)
     with pytest.raises(UnreadableScan, match="cut short"):
         open_scan(path)
 
@@ -264,10 +266,10 @@ def test_a_zip_file_of_a_later_version_is_refused_with_its_name(tmp_path):
     path = tmp_path / "later.zip"
     with zipfile.ZipFile(path, "w") as file:
         file.writestr("a.txt", "0 0")
-    data = bytearray(path.read_bytes())
-    start = data.find(b"PK\x01\x02")
-    data[start + 6 : start + 8] = struct.pack("<H", 6300)
-    path.write_bytes(data)
+    content = bytearray(path.read_bytes())
+    start = content.find(b"PK\x01\x02")
+    content[start + 6 : start + 8] = struct.pack("<H", 6300)
+    path.write_bytes(content)
     with pytest.raises(UnreadableScan, match=r"later\.zip"):
         open_scan(path)
 
@@ -333,7 +335,7 @@ def overflowing(height):
 
 
 @pytest.mark.parametrize(
-    "change, words",
+    "change, message",
     [
         (lambda height: np.minimum(height, 8.0), "have exactly the highest value"),
         (lambda height: np.maximum(height, -9.0), "have exactly the lowest value"),
@@ -342,10 +344,10 @@ def overflowing(height):
         (lambda height: height + 5.0 * (np.arange(128) > 59)[:, None], "jump from line 59 to line 60 along x"),
     ],
 )
-def test_faults_of_recording_are_doubted_and_said_by_level(change, words):
+def test_faults_of_recording_are_doubted_and_said_by_level(change, message):
     scan = recorded(change)
-    assert any(re.search(words, doubt) for doubt in plausibility.doubts(scan))
-    with pytest.warns(plausibility.ImplausibleScan, match=words):
+    assert any(re.search(message, doubt) for doubt in plausibility.doubts(scan))
+    with pytest.warns(plausibility.ImplausibleScan, match=message):
         roughxr.level(scan)
 
 

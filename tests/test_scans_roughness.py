@@ -20,31 +20,31 @@ def waves(amplitude=2.0, periods=6):
 
 @pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
 def test_a_corrugation():
-    found = roughness(scan(waves() + 7, PIXEL))
-    assert float(found["s_q"]) == pytest.approx(2 / np.sqrt(2))
-    assert float(found["s_z"]) == pytest.approx(4 * np.cos(np.pi / 16))  # pixels beside the crests
-    assert float(found["s_sk"]) == pytest.approx(0, abs=1e-12)
-    assert float(found["s_ku"]) == pytest.approx(1.5)
-    assert float(found["r_a_datum"]) == pytest.approx(7)
-    assert float(found["r_q_datum"]) == pytest.approx(np.sqrt(49 + 2))
+    numbers = roughness(scan(waves() + 7, PIXEL))
+    assert float(numbers["s_q"]) == pytest.approx(2 / np.sqrt(2))
+    assert float(numbers["s_z"]) == pytest.approx(4 * np.cos(np.pi / 16))  # pixels beside the crests
+    assert float(numbers["s_sk"]) == pytest.approx(0, abs=1e-12)
+    assert float(numbers["s_ku"]) == pytest.approx(1.5)
+    assert float(numbers["r_a_datum"]) == pytest.approx(7)
+    assert float(numbers["r_q_datum"]) == pytest.approx(np.sqrt(49 + 2))
 
 
 def test_the_papers_numbers_keep_its_datum_and_the_others_do_not():
     height = 12.84 + rough(64, rms=1.7)
-    found = roughness(scan(height, PIXEL))
-    assert float(found["r_a_datum"]) == pytest.approx(np.mean(height))
-    assert float(found["r_q_datum"]) ** 2 == pytest.approx(np.mean(height) ** 2 + 1.7**2, rel=1e-3)
-    assert float(found["r_q_datum"]) >= float(found["r_a_datum"])
-    assert float(found["s_q"]) == pytest.approx(float(level(scan(height, PIXEL))["height"].std()))
+    numbers = roughness(scan(height, PIXEL))
+    assert float(numbers["r_a_datum"]) == pytest.approx(np.mean(height))
+    assert float(numbers["r_q_datum"]) ** 2 == pytest.approx(np.mean(height) ** 2 + 1.7**2, rel=1e-3)
+    assert float(numbers["r_q_datum"]) >= float(numbers["r_a_datum"])
+    assert float(numbers["s_q"]) == pytest.approx(float(level(scan(height, PIXEL))["height"].std()))
 
 
 def test_a_gaussian_surface_has_gaussian_numbers():
     height = np.random.default_rng(0).normal(0, 3, (400, 400))
-    found = roughness(scan(height, PIXEL))
-    assert float(found["s_a"] / found["s_q"]) == pytest.approx(np.sqrt(2 / np.pi), rel=0.01)
-    assert float(found["s_sk"]) == pytest.approx(0, abs=0.03)
-    assert float(found["s_ku"]) == pytest.approx(3, abs=0.06)
-    assert float(found["s_dq"]) == pytest.approx(np.sqrt(2 * 2) * 3 / PIXEL, rel=0.01)
+    numbers = roughness(scan(height, PIXEL))
+    assert float(numbers["s_a"] / numbers["s_q"]) == pytest.approx(np.sqrt(2 / np.pi), rel=0.01)
+    assert float(numbers["s_sk"]) == pytest.approx(0, abs=0.03)
+    assert float(numbers["s_ku"]) == pytest.approx(3, abs=0.06)
+    assert float(numbers["s_dq"]) == pytest.approx(np.sqrt(2 * 2) * 3 / PIXEL, rel=0.01)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.scans.plausibility.ImplausibleScan")
@@ -52,54 +52,54 @@ def test_a_gaussian_surface_has_gaussian_numbers():
 def test_a_roof_has_its_slope_and_area_exactly_and_a_tilt_none(slopes):
     place = (np.arange(21) - 10) * PIXEL
     roof, height = (slopes[0] * along[:, None] + slopes[1] * along for along in (abs(place), place))
-    found = roughness(scan(roof, PIXEL))
-    assert float(found["s_dq"]) == pytest.approx(np.hypot(*slopes))
-    assert float(found["s_dr"]) == pytest.approx(np.sqrt(1 + np.hypot(*slopes) ** 2) - 1)
+    numbers = roughness(scan(roof, PIXEL))
+    assert float(numbers["s_dq"]) == pytest.approx(np.hypot(*slopes))
+    assert float(numbers["s_dr"]) == pytest.approx(np.sqrt(1 + np.hypot(*slopes) ** 2) - 1)
     about_plane = roughness(scan(height, PIXEL))
     assert float(about_plane["s_dq"]) < 1e-12 and float(about_plane["s_q"]) < 1e-12
 
 
 def test_small_slopes_tie_the_area_to_them():
-    found = roughness(scan(rough(128, rms=0.2), PIXEL))
-    assert float(found["s_dr"]) == pytest.approx(float(found["s_dq"]) ** 2 / 2, rel=1e-3)
+    numbers = roughness(scan(rough(128, rms=0.2), PIXEL))
+    assert float(numbers["s_dr"]) == pytest.approx(float(numbers["s_dq"]) ** 2 / 2, rel=1e-3)
 
 
 def test_parseval_closes_for_pixels_square_or_not():
     ds = scan(rough(90)[:, :70], PIXEL)
     for scaled in (ds, ds.assign_coords(y=("y", ds["y"].values * 1.7, {"units": "nm"}))):
         scaled = level(scaled)
-        found = power_spectrum(scaled)
+        spectrum = power_spectrum(scaled)
         area = np.prod([scaled.sizes[axis] * float(scaled[axis][1] - scaled[axis][0]) for axis in "xy"])
-        assert float((found["psd"] * found["psd_modes"]).sum()) / area == pytest.approx(
+        assert float((spectrum["psd"] * spectrum["psd_modes"]).sum()) / area == pytest.approx(
             float(roughness(scaled)["s_q"]) ** 2, rel=1e-10
         )
-        assert int(found["psd_modes"].sum()) == ds["height"].size
+        assert int(spectrum["psd_modes"].sum()) == ds["height"].size
 
 
 def test_a_window_keeps_the_power_of_white_noise():
     height = np.random.default_rng(3).normal(0, 1, (256, 256))
-    found = power_spectrum(scan(height, PIXEL), window="hann")
+    spectrum = power_spectrum(scan(height, PIXEL), window="hann")
     area = (256 * PIXEL) ** 2
-    assert float((found["psd"] * found["psd_modes"]).sum()) / area == pytest.approx(1, rel=0.02)
+    assert float((spectrum["psd"] * spectrum["psd_modes"]).sum()) / area == pytest.approx(1, rel=0.02)
 
 
 def test_missing_pixels_count_for_nothing():
     height = rough(64)
     ds = scan(height, PIXEL)
     ds["height"][10:12, 20] = np.nan
-    found, whole = (roughness(each).merge(power_spectrum(each)) for each in (ds, scan(height, PIXEL)))
-    assert float(found["s_q"]) == pytest.approx(float(whole["s_q"]), rel=0.01)
-    assert float(found["s_dq"]) == pytest.approx(float(whole["s_dq"]), rel=0.01)
-    long = found["wavevector"] < 0.2 * float(found["wavevector"].max())
-    np.testing.assert_allclose(found["psd"][long][1:], whole["psd"][long][1:], rtol=0.15)
+    holed, whole = (roughness(surface).merge(power_spectrum(surface)) for surface in (ds, scan(height, PIXEL)))
+    assert float(holed["s_q"]) == pytest.approx(float(whole["s_q"]), rel=0.01)
+    assert float(holed["s_dq"]) == pytest.approx(float(whole["s_dq"]), rel=0.01)
+    long = holed["wavevector"] < 0.2 * float(holed["wavevector"].max())
+    np.testing.assert_allclose(holed["psd"][long][1:], whole["psd"][long][1:], rtol=0.15)
 
 
 def test_too_many_missing_pixels_leave_no_spectrum():
     height = rough(64)
     height[:10, :10] = np.nan
     with pytest.warns(UserWarning, match="no spectrum: .* missing pixels"):
-        found = power_spectrum(scan(height, PIXEL))
-    assert found["psd"].isnull().all()
+        spectrum = power_spectrum(scan(height, PIXEL))
+    assert spectrum["psd"].isnull().all()
 
 
 def rough_texture(lengths, seed=0, shape=(160, 128)):

@@ -22,8 +22,8 @@ def coverage(side, length, *, law=lambda z: z, truth=(0.0, 0.0), statistics=("me
     held = []
     for _ in range(REPEATS):
         ds = grid_samples(law(field(side, length, rng)))
-        found = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=199)
-        held.append((found.low <= truth) & (truth <= found.high))
+        interval = bootstrap(ds, "pull_off_force", statistics=statistics, resamples=199)
+        held.append((interval.low <= truth) & (truth <= interval.high))
     return xr.concat(held, "repeat").mean("repeat")
 
 
@@ -58,8 +58,8 @@ def test_few_log_normal_places_are_covered_too(count):
     held = []
     for row in draws:
         ds = xr.Dataset({"pull_off_force": ("subregion", row)})
-        found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=99)
-        ends = found
+        intervals = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=99)
+        ends = intervals
         held.append((ends.low <= truth) & (truth <= ends.high) & (ends.low > 0))
     assert (xr.concat(held, "repeat").sum("repeat") >= 364).all()
 
@@ -74,17 +74,17 @@ def test_intervals_of_few_independent_places_that_are_given_hold(side, length, s
     rng = np.random.default_rng(side)
     lattice = np.argwhere(np.ones((side, side))) + 3.0
     held = 0
-    given = 0
+    stated = 0
     for _ in range(300):
         z = field(side, max(length, 0.1), rng)
         if summits:
             count = 1 + rng.poisson((side + 6) ** 2 / max(2 * length, 0.5) ** 2)
             nearest = ((lattice[:, None] - rng.uniform(0, side + 6, (count, 2))) ** 2).sum(axis=-1).argmin(axis=1)
             z = rng.normal(size=count)[nearest].reshape(side, side)
-        found = bootstrap(grid_samples(np.exp(0.5 * z)), "pull_off_force", statistics=["mean"]).isel(statistic=0)
-        given += bool(found.low.notnull())
-        held += bool(found.low <= np.exp(0.125) <= found.high)
-    assert held >= 0.93 * given and given >= 180
+        interval = bootstrap(grid_samples(np.exp(0.5 * z)), "pull_off_force", statistics=["mean"]).isel(statistic=0)
+        stated += bool(interval.low.notnull())
+        held += bool(interval.low <= np.exp(0.125) <= interval.high)
+    assert held >= 0.93 * stated and stated >= 180
 
 
 @pytest.mark.parametrize("length", [0.7, 1.5])
@@ -101,10 +101,10 @@ def test_intervals_hold_quantiles_beyond_the_samples(law, length):
 
 def test_too_few_independent_places_give_no_interval_but_a_reason():
     alike = field(3, 4.0, np.random.default_rng(1)) + 10
-    found = bootstrap(grid_samples(alike), "pull_off_force")
-    assert float(found.independent_places) < 3.5 and found.low.isnull().all() and found.high.isnull().all()
-    assert "of 9; take a larger grid or a larger scan" in found.attrs["no_interval"]
-    assert found.estimate.notnull().all()
+    intervals = bootstrap(grid_samples(alike), "pull_off_force")
+    assert float(intervals.independent_places) < 3.5 and intervals.low.isnull().all() and intervals.high.isnull().all()
+    assert "of 9; take a larger grid or a larger scan" in intervals.attrs["no_interval"]
+    assert intervals.estimate.notnull().all()
     bare = bootstrap(grid_samples(alike).drop_vars(["subregion_x", "subregion_y"]), "pull_off_force")
     assert bare.low.notnull().all() and "no_interval" not in bare.attrs
 
@@ -135,9 +135,9 @@ def test_ten_thousand_draws_of_each_law_are_recovered(draw, mean, std):
     held = []
     for _ in range(20):
         ds = xr.Dataset({"height": ("asperity", draw(rng, 10_000), {"units": "nm"})})
-        found = bootstrap(ds, "height", statistics=("mean", "std"), resamples=199)
-        held.append((found.low <= [mean, std]) & ([mean, std] <= found.high))
-        assert float((found.high - found.low).max()) < 0.12 * std
+        intervals = bootstrap(ds, "height", statistics=("mean", "std"), resamples=199)
+        held.append((intervals.low <= [mean, std]) & ([mean, std] <= intervals.high))
+        assert float((intervals.high - intervals.low).max()) < 0.12 * std
     # 40 intervals of 95 %: fewer than 33 held would happen once in 10⁴
     assert int(xr.concat(held, "repeat").sum()) >= 33
 
@@ -148,11 +148,11 @@ def test_no_interval_leaves_the_samples_range_but_of_quantiles_that_may_lie_beyo
     """A median beside zero and a mean that one place carries: their logarithms must not be widened."""
     ds = grid_samples(law(field(8, length, np.random.default_rng(6))))
     values = ds.pull_off_force.values
-    found = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=199)
-    fewer = float(found.independent_places) * xr.DataArray([np.inf, 0.05, 0.5, 0.05], dims="statistic")
-    within = found.isel(statistic=np.flatnonzero(fewer > -np.log(0.025)))  # rarer: all samples lie on one side
+    intervals = bootstrap(ds, "pull_off_force", statistics=("mean", "q5", "q50", "q95"), resamples=199)
+    fewer = float(intervals.independent_places) * xr.DataArray([np.inf, 0.05, 0.5, 0.05], dims="statistic")
+    within = intervals.isel(statistic=np.flatnonzero(fewer > -np.log(0.025)))  # rarer: all samples lie on one side
     assert (within.low >= values.min()).all() and (within.high <= values.max()).all()
-    assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
+    assert (intervals.low <= intervals.estimate).all() and (intervals.estimate <= intervals.high).all()
     spread = bootstrap(ds, "pull_off_force", statistics=("std",), resamples=199)
     assert (spread.high <= np.ptp(values)).all() and (spread.low >= 0).all()
 
@@ -163,19 +163,19 @@ def test_effective_number_is_that_of_the_correlation(length, side):
     d2 = ((places[:, None] - places[None]) ** 2).sum(axis=2)
     exact = len(places) ** 2 / np.exp(-d2 / (2 * length**2)).sum()
     rng = np.random.default_rng(0)
-    found = [independent_places(field(side, length, rng).ravel(), places) for _ in range(20)]
-    assert np.median(found) == pytest.approx(exact, rel=0.25)
+    independent = [independent_places(field(side, length, rng).ravel(), places) for _ in range(20)]
+    assert np.median(independent) == pytest.approx(exact, rel=0.25)
 
 
 @pytest.mark.parametrize("side", [4, 10])
 def test_the_correlation_of_a_checkerboard_is_counted(side):
     """Of the pairs one and √2 spacings apart 2n(n − 1) differ and 2(n − 1)² are alike."""
     places = np.argwhere(np.ones((side, side))) * 40.0
-    found = correlogram((-1.0) ** (places.sum(axis=1) / 40), places)
-    assert found.pairs[0] == 2 * (side - 1) * (2 * side - 1)
-    assert found.correlation[0] == pytest.approx(-1 / (2 * side - 1))
-    assert found.pairs[1] == 2 * side * (side - 2) + 4 * (side - 1) * (side - 2)
-    assert found.correlation[1] == pytest.approx((side - 2 * (side - 1)) / (3 * side - 2))
+    counted = correlogram((-1.0) ** (places.sum(axis=1) / 40), places)
+    assert counted.pairs[0] == 2 * (side - 1) * (2 * side - 1)
+    assert counted.correlation[0] == pytest.approx(-1 / (2 * side - 1))
+    assert counted.pairs[1] == 2 * side * (side - 2) + 4 * (side - 1) * (side - 2)
+    assert counted.correlation[1] == pytest.approx((side - 2 * (side - 1)) / (3 * side - 2))
     assert (correlogram(np.ones(side**2), places).correlation == 0).all()
 
 
@@ -191,26 +191,26 @@ def test_means_of_crowded_places_are_not_pulled_towards_the_crowd():
     height = rng.normal(10, 1, 400) + np.where((places < 250).all(axis=1), 3.0, 0.0)
     at = {"x": ("asperity", places[:, 0]), "y": ("asperity", places[:, 1])}
     ds = xr.Dataset({"height": ("asperity", height, {"units": "nm"})}, coords=at)
-    found = bootstrap(ds, "height", statistics=["mean"]).isel(statistic=0)
-    low, high = (float(found[end]) for end in ("low", "high"))
+    interval = bootstrap(ds, "height", statistics=["mean"]).isel(statistic=0)
+    low, high = (float(interval[end]) for end in ("low", "high"))
     middle = (low + high) / 2
-    estimate = float(found.estimate)
+    estimate = float(interval.estimate)
     assert abs(middle - estimate) < 0.2 * (high - low)
     assert low < estimate < high
 
 
 def test_intervals_are_labelled_and_repeatable():
     ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
-    found = bootstrap(ds, "pull_off_force")
-    assert list(found.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
-    assert found.low.dims == ("statistic",) and found.low.units == "nN"
-    assert found.attrs["samples"] == 64 and found.attrs["missing"] == 0
-    assert float(found.independent_places) < 40
+    intervals = bootstrap(ds, "pull_off_force")
+    assert list(intervals.statistic.values) == ["mean", "std", "q5", "q50", "q95"]
+    assert intervals.low.dims == ("statistic",) and intervals.low.units == "nN"
+    assert intervals.attrs["samples"] == 64 and intervals.attrs["missing"] == 0
+    assert float(intervals.independent_places) < 40
     bare = bootstrap(ds.drop_vars(["subregion_x", "subregion_y"]), "pull_off_force")
     assert float(bare.independent_places) == 64
-    xr.testing.assert_identical(found, bootstrap(ds, "pull_off_force"))
-    assert (bootstrap(ds, "pull_off_force", seed=1).low != found.low).any()
-    assert (found.low <= found.estimate).all() and (found.estimate <= found.high).all()
+    xr.testing.assert_identical(intervals, bootstrap(ds, "pull_off_force"))
+    assert (bootstrap(ds, "pull_off_force", seed=1).low != intervals.low).any()
+    assert (intervals.low <= intervals.estimate).all() and (intervals.estimate <= intervals.high).all()
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
@@ -218,9 +218,9 @@ def test_missing_places_and_lazy_data_do_not_matter():
     ds = grid_samples(field(8, 1.0, np.random.default_rng(0)) + 10)
     holes = ds.where(ds.pull_off_force > 9)
     kept = ds.isel(subregion=np.flatnonzero(ds.pull_off_force > 9))
-    one, other = (bootstrap(part, "pull_off_force") for part in (holes, kept))
-    np.testing.assert_array_equal(one.low, other.low)
-    assert one.attrs["missing"] == 64 - kept.sizes["subregion"]
+    with_holes, without = (bootstrap(part, "pull_off_force") for part in (holes, kept))
+    np.testing.assert_array_equal(with_holes.low, without.low)
+    assert with_holes.attrs["missing"] == 64 - kept.sizes["subregion"]
     xr.testing.assert_equal(bootstrap(ds.chunk(subregion=16), "pull_off_force"), bootstrap(ds, "pull_off_force"))
 
 
@@ -271,12 +271,14 @@ def test_fewer_places_of_a_surface_are_worth_no_more_independent_ones(law, lengt
     """Every second place along x and y of the same fields, in the mean over fields as far as that is known."""
     rng = np.random.default_rng(0)
     places = np.argwhere(np.ones((16, 16))) * 100.0
-    some = (places % 200 == 0).all(axis=1)
-    found = []
+    is_coarse = (places % 200 == 0).all(axis=1)
+    independent = []
     for _ in range(30):
         values = law(field(16, length, rng)).ravel()
-        found.append([independent_places(values, places), independent_places(values[some], places[some])])
-    more = np.diff(found, axis=1)
+        independent.append(
+            [independent_places(values, places), independent_places(values[is_coarse], places[is_coarse])]
+        )
+    more = np.diff(independent, axis=1)
     assert more.mean() < 2 * more.std() / np.sqrt(more.size)
 
 
@@ -301,9 +303,9 @@ def test_what_cannot_be_negative_has_no_interval_below_zero():
         ds = grid_samples(np.maximum(np.exp(3 * z) - 1, 0), name="force")
         if int((ds.force > 0).sum()) < 3:
             continue
-        found = bootstrap(ds, "force", statistics=["mean", "std"], resamples=199)
-        assert (found.low >= 0).all(), seed
-        assert ((found.low <= found.estimate) & (found.estimate <= found.high)).all()
+        intervals = bootstrap(ds, "force", statistics=["mean", "std"], resamples=199)
+        assert (intervals.low >= 0).all(), seed
+        assert ((intervals.low <= intervals.estimate) & (intervals.estimate <= intervals.high)).all()
     below = bootstrap(grid_samples(field(8, 1.5, np.random.default_rng(0))), "pull_off_force", statistics=["mean"])
     assert float(below.low.min()) < 0
 
@@ -312,11 +314,11 @@ def test_each_entry_of_a_varied_parameter_has_its_own_intervals():
     values = np.random.default_rng(3).normal(10.0, 1.0, (3, 2, 30))
     dims = ("sphere_radius", "work_of_adhesion", "subregion")
     ds = xr.Dataset({"pull_off_force": (dims, values, {"units": "nN"})}, {"sphere_radius": [1e3, 2e3, 3e3]})
-    found = bootstrap(ds, "pull_off_force", resamples=99)
-    one = bootstrap(ds.isel(sphere_radius=1, work_of_adhesion=0), "pull_off_force", resamples=99)
+    varied = bootstrap(ds, "pull_off_force", resamples=99)
+    single = bootstrap(ds.isel(sphere_radius=1, work_of_adhesion=0), "pull_off_force", resamples=99)
     for end in ("low", "high", "estimate"):
-        np.testing.assert_array_equal(found[end].isel(sphere_radius=1, work_of_adhesion=0), one[end])
-    assert found.sizes["sphere_radius"] == 3 and found.estimate.attrs["units"] == "nN"
+        np.testing.assert_array_equal(varied[end].isel(sphere_radius=1, work_of_adhesion=0), single[end])
+    assert varied.sizes["sphere_radius"] == 3 and varied.estimate.attrs["units"] == "nN"
 
 
 def test_intervals_of_a_large_map_are_those_of_its_patches():
@@ -324,11 +326,11 @@ def test_intervals_of_a_large_map_are_those_of_its_patches():
     rng = np.random.default_rng(2)
     patches = np.kron(rng.normal(size=(10, 10)), np.ones((16, 16)))  # 100 independent ones
     ds = xr.Dataset({"pull_off_force": (("x", "y"), np.exp(patches), {"units": "nN"})}, places)
-    found = bootstrap(ds, "pull_off_force", statistics=["mean"], resamples=199).squeeze()
-    assert float(found.estimate) == pytest.approx(np.exp(patches).mean())
-    assert 25 < float(found.independent_places) < 400
+    interval = bootstrap(ds, "pull_off_force", statistics=["mean"], resamples=199).squeeze()
+    assert float(interval.estimate) == pytest.approx(np.exp(patches).mean())
+    assert 25 < float(interval.independent_places) < 400
     half = np.exp(patches).std() / np.sqrt(100)  # what 100 independent ones leave open
-    assert 2 * half < float((found.high - found.low).item()) < 8 * half
+    assert 2 * half < float((interval.high - interval.low).item()) < 8 * half
 
 
 @pytest.mark.parametrize(
@@ -344,8 +346,8 @@ def test_intervals_of_a_large_map_are_those_of_its_patches():
 @pytest.mark.parametrize("count", [4, 16])
 def test_the_mean_of_a_few_is_covered_though_they_show_no_tail(draw, mean, count):
     rng = np.random.default_rng(1)
-    each = (Samples(draw(rng, count), None, None, 0) for _ in range(1000))
-    ends = [_small_sample_ends("mean", found, count, 0.95) for found in each]
+    samples = (Samples(draw(rng, count), None, None, 0) for _ in range(1000))
+    ends = [_small_sample_ends("mean", sample, count, 0.95) for sample in samples]
     assert np.mean([low <= mean <= high for low, high in ends]) > 0.9
     assert np.median([high / low for low, high in ends]) > 1.2
 

@@ -67,8 +67,8 @@ def published_by_hand(A, B, delta):
 
 @pytest.mark.parametrize("delta", [-0.5, 0.0, 1.0, 6.0])
 def test_published_is_the_paper_to_the_letter(delta):
-    found = superpose(one_asperity(1 / 300, 1 / 100), delta=[delta], formulation="published").force.item()
-    assert found == pytest.approx(published_by_hand(1 / 600, 1 / 200, delta), rel=1e-9)
+    force = superpose(one_asperity(1 / 300, 1 / 100), delta=[delta], formulation="published").force.item()
+    assert force == pytest.approx(published_by_hand(1 / 600, 1 / 200, delta), rel=1e-9)
 
 
 def test_displacement_follows_the_sign_of_equation_35():
@@ -95,9 +95,11 @@ def test_zero_adhesion_is_hertz(surface):
     dry = surface.assign_coords(work_of_adhesion=0.0)
     for formulation in FORMULATIONS:
         options = {"delta": [5.0, 10.0], "formulation": formulation}
-        found = asperities(dry)
+        catalogue = asperities(dry)
         without = {"delta": [5.0, 10.0], "formulation": "published" if formulation == "published" else "energy"}
-        np.testing.assert_allclose(superpose(found, **options).force, superpose(found, law="hertz", **without).force)
+        np.testing.assert_allclose(
+            superpose(catalogue, **options).force, superpose(catalogue, law="hertz", **without).force
+        )
 
 
 def test_the_sum_is_over_all_asperities(surface):
@@ -115,12 +117,12 @@ def test_scan_and_catalogue_give_the_same(surface):
 
 
 def test_large_contacts_are_counted():
-    found = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
-    assert found.contacts.values.tolist() == [[1, 1]]
-    assert found.contacts_beyond_patch.values.tolist() == [[0, 1]]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
+    summed = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
+    assert summed.contacts.values.tolist() == [[1, 1]]
+    assert summed.contacts_beyond_patch.values.tolist() == [[0, 1]]  # a = √(δR') = 2 and 19 nm; the patch has 12.5 nm
     two = scan(np.maximum(*(one_asperity(1 / 100, 1 / 100, at=(x, 0.0)).height.values for x in (-20, 20))), pixel=5.0)
-    found = superpose(asperities(glass_pair(two), patch=5), delta=[3.0, 30.0], law="hertz")
-    assert found.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 17 nm and 53 nm, 40 nm apart
+    summed = superpose(asperities(glass_pair(two), patch=5), delta=[3.0, 30.0], law="hertz")
+    assert summed.contacts_overlapping.values.tolist() == [[0, 2]]  # a = 17 nm and 53 nm, 40 nm apart
 
 
 def test_saddles_are_left_out_and_counted(surface):
@@ -138,7 +140,7 @@ def test_adhesion_must_be_assigned(surface):
 def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, along=0.0):
     """Return a catalogue of equal asperities of one height on a line, and its pair."""
     x = np.arange(count) * apart
-    each = {
+    properties = {
         "height": 10.0,
         "curvature_min": curvatures[0],
         "curvature_max": curvatures[1],
@@ -146,7 +148,7 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
         "axis_ratio": 1.0,
         "fit_rms": 0.0,
     }
-    ds = xr.Dataset({name: ("asperity", np.full(count, value)) for name, value in each.items()})
+    ds = xr.Dataset({name: ("asperity", np.full(count, value)) for name, value in properties.items()})
     edges = {f"scan_{axis}_{end}": sign * 1e4 for axis in "xy" for end, sign in (("min", -1), ("max", 1))}
     places = {"x": ("asperity", x * np.cos(along)), "y": ("asperity", x * np.sin(along))}
     ds = ds.assign_coords(datum_height=10.0, patch_radius=5.0, **places, **edges)
@@ -157,14 +159,14 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
 def test_contacts_overlap_where_their_radii_add_up_to_the_distance(law, under_a_paraboloid):
     """Two of R = 250 nm, 40 nm apart: neither reaches the other's middle when they meet, at a = 20 nm."""
     deltas = np.linspace(-1, 4, 501)
-    one = with_contacts(1, apart=40.0)
+    single = with_contacts(1, apart=40.0)
     two = with_contacts(2, apart=40.0)
     middle = ([20.0], [0.0])
-    radius = np.sqrt(superpose(one, delta=deltas, subregions=middle, law=law).contact_area / np.pi)
-    found = superpose(two, delta=deltas, subregions=middle, law=law).contacts_overlapping[0]
+    radius = np.sqrt(superpose(single, delta=deltas, subregions=middle, law=law).contact_area / np.pi)
+    overlapping = superpose(two, delta=deltas, subregions=middle, law=law).contacts_overlapping[0]
     expected = np.where(radius[0] > 20.0, 2, 0)
     assert set(expected.tolist()) == {0, 2}
-    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(overlapping, expected)
 
 
 def test_ellipses_overlap_by_the_radii_that_face_each_other(under_a_paraboloid):
@@ -174,9 +176,9 @@ def test_ellipses_overlap_by_the_radii_that_face_each_other(under_a_paraboloid):
     def begins(orientation, along):
         two = with_contacts(2, apart=40.0, curvatures=(0.002, 0.018), orientation=orientation, along=along)
         middle = ([20.0 * np.cos(along)], [20.0 * np.sin(along)])
-        found = superpose(two, delta=deltas, subregions=middle, law="hertz")
-        overlapping = found.contacts_overlapping[0] > 0
-        return float(found.delta[int(np.argmax(overlapping.values))]) if overlapping.any() else np.inf
+        summed = superpose(two, delta=deltas, subregions=middle, law="hertz")
+        overlapping = summed.contacts_overlapping[0] > 0
+        return float(summed.delta[int(np.argmax(overlapping.values))]) if overlapping.any() else np.inf
 
     end_to_end = begins(0.0, 0.0)
     side_by_side = begins(np.pi / 2 - 1e-12, 0.0)
@@ -190,9 +192,9 @@ def test_lone_and_far_contacts_never_overlap():
 
 
 def test_published_takes_the_papers_own_asperities(surface):
-    own = asperities(surface, patch="paper")
+    paper_asperities = asperities(surface, patch="paper")
     options = {"delta": [2.0, 8.0], "subregions": (2, 2), "formulation": "published"}
-    expected = superpose(own, **options).force
+    expected = superpose(paper_asperities, **options).force
     np.testing.assert_array_equal(superpose(surface, **options).force, expected)
     np.testing.assert_array_equal(superpose(surface.chunk(x=30), **options).compute().force, expected)
 
@@ -201,9 +203,9 @@ def test_the_papers_sum_without_adhesion_is_over_its_own_asperities(surface):
     options = {"delta": [2.0, 8.0], "subregions": (2, 2), "formulation": "published"}
     dry = surface.assign_coords(work_of_adhesion=0.0)  # the paper's law without adhesion is Hertz's
     expected = superpose(dry, **options).force
-    found = superpose(surface, law="hertz", **options).force
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-    assert not np.allclose(found, superpose(asperities(surface), law="hertz", **options).force, rtol=1e-3)
+    force = superpose(surface, law="hertz", **options).force
+    np.testing.assert_allclose(force, expected, rtol=1e-12)
+    assert not np.allclose(force, superpose(asperities(surface), law="hertz", **options).force, rtol=1e-3)
 
 
 def test_asperities_stay_elastic_with_a_warning(surface):
@@ -227,8 +229,8 @@ def test_what_is_expected_is_said(surface):
     ],
 )
 def test_nothing_is_expected_where_nothing_was_measured(surface, change, options, why):
-    found = superpose(change(surface), delta=[2.0], **options).attrs
-    assert why in found["expectation"]
+    attributes = superpose(change(surface), delta=[2.0], **options).attrs
+    assert why in attributes["expectation"]
 
 
 def test_more_than_the_smooth_sphere_is_never_given_without_a_word():

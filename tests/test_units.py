@@ -61,8 +61,8 @@ HOW = {"deadline": None, "derandomize": True, "database": None, "phases": (Phase
 
 def changed(array, unit, *, as_pint):
     """Return the same physical values in another unit."""
-    known = schema.VARIABLES[array.name].units
-    values = array.values / units.factor(unit, known)
+    package_unit = schema.VARIABLES[array.name].units
+    values = array.values / units.factor(unit, package_unit)
     if as_pint and array.name not in array.dims:
         rest = {key: value for key, value in array.attrs.items() if key != "units"}
         return xr.Variable(array.dims, units._registry().Quantity(values, unit), rest)
@@ -86,8 +86,8 @@ def in_units(ds, draw):
         choice = draw(st.sampled_from((*OTHERS[schema.VARIABLES[name].units], None, None)))
         if choice is None:
             continue
-        one = changed(ds[name], choice, as_pint=draw(st.booleans()))
-        ds = ds.assign_coords({name: one}) if name in ds.coords else ds.assign({name: one})
+        quantity_in_unit = changed(ds[name], choice, as_pint=draw(st.booleans()))
+        ds = ds.assign_coords({name: quantity_in_unit}) if name in ds.coords else ds.assign({name: quantity_in_unit})
     return ds
 
 
@@ -101,15 +101,15 @@ def _no_verb_changes_what_it_is_given():
 
 @pytest.mark.parametrize(("verb", "k"), EVERY)
 def test_every_name_of_a_result_has_its_row_with_units_and_words(verb, k):
-    found = expected(verb, k)
-    assert unlabelled(found.to_dataset() if isinstance(found, xr.DataArray) else found) == []
+    result = expected(verb, k)
+    assert unlabelled(result.to_dataset() if isinstance(result, xr.DataArray) else result) == []
 
 
 def holds(verb, k, draw):
     kinds, options = CALLS[verb][k]
     datasets = made() | {kind: in_units(made()[kind], draw) for kind in kinds_read(kinds, options)}
     rtol = TEXT if verb in WRITES else SOLVED.get(verb, 1e-7)
-    assert_same(call(verb, kinds, options, datasets), expected(verb, k), rtol=rtol, leave=LEFT, words=verb)
+    assert_same(call(verb, kinds, options, datasets), expected(verb, k), rtol=rtol, leave=LEFT, context=verb)
 
 
 @pytest.mark.parametrize(("verb", "k"), EVERY)
@@ -120,8 +120,8 @@ def test_results_are_the_same_whatever_the_units_of_what_enters(verb, k, data):
 
 
 def test_no_verb_is_forgotten():
-    found = public_verbs()
-    assert found.keys() - CALLS.keys() - NOT_CALLED.keys() == set()
+    verbs = public_verbs()
+    assert verbs.keys() - CALLS.keys() - NOT_CALLED.keys() == set()
 
 
 def quantity(value, unit, kind):
@@ -129,7 +129,7 @@ def quantity(value, unit, kind):
     if kind == "quantity":
         return units._registry().Quantity(np.asarray(value, float) if np.ndim(value) else value, unit)
     if kind == "text":
-        return [f"{one!r} {unit}" for one in value] if np.ndim(value) else f"{value!r} {unit}"
+        return [f"{number!r} {unit}" for number in value] if np.ndim(value) else f"{value!r} {unit}"
     return xr.DataArray(value, dims=["n"][: np.ndim(value)], attrs={"units": unit})
 
 
@@ -176,19 +176,21 @@ MORE = {"kg/m^3": ("g/cm^3",), "m/s^2": ("km/s^2",), "m^2/s": ("cm^2/s",)}
 @pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 @pytest.mark.parametrize(("verb", "of", "name", "value", "others"), OPTIONS)
 def test_every_option_with_a_unit_takes_quantities(verb, of, name, value, others):
-    known = TABLE.get(name) or (VARIABLES[name].units if name in VARIABLES else "nm")
-    unit = (OTHERS.get(known) or MORE[known])[0]
-    scaled = (np.asarray(value) / units.factor(unit, known)).tolist()
-    others = {key: made().get(one, one) if isinstance(one, str) else one for key, one in others.items()}
+    table_unit = TABLE.get(name) or (VARIABLES[name].units if name in VARIABLES else "nm")
+    unit = (OTHERS.get(table_unit) or MORE[table_unit])[0]
+    scaled = (np.asarray(value) / units.factor(unit, table_unit)).tolist()
+    others = {key: made().get(option, option) if isinstance(option, str) else option for key, option in others.items()}
     function = functools.partial(named(verb), made()[of], **{k: v for k, v in others.items() if k != name})
     plain = f"{value} nm" if name in ("patch", "method") else value
     expected = function(**{name: plain})
     for kind in ("quantity", "text", "array"):
-        given = quantity(scaled, unit, kind)
-        given = tuple(given) if name == "x" and kind == "text" else given
+        scaled_quantity = quantity(scaled, unit, kind)
+        scaled_quantity = tuple(scaled_quantity) if name == "x" and kind == "text" else scaled_quantity
         # a bin's edge, written in other units, may be beside a sample by rounding: all else follows its numbers
-        words = f"{verb}({name}) as {kind}"
-        assert_same(function(**{name: given}), expected, rtol=SOLVED.get(verb, 1e-7), leave=LEFT, words=words)
+        call = f"{verb}({name}) as {kind}"
+        assert_same(
+            function(**{name: scaled_quantity}), expected, rtol=SOLVED.get(verb, 1e-7), leave=LEFT, context=call
+        )
 
 
 @pytest.mark.parametrize("kind", ["quantity", "text", "array", "dataset"])
@@ -197,12 +199,12 @@ def test_places_take_quantities(kind):
     expected = roughxr.pull_off_map(made()["scan"], subregions=PLACES)
     if kind == "dataset":
         axes = (("subregion", np.asarray(axis) / 1000, {"units": "um"}) for axis in PLACES)
-        given = xr.Dataset(coords=dict(zip(("subregion_x", "subregion_y"), axes)))
+        centres = xr.Dataset(coords=dict(zip(("subregion_x", "subregion_y"), axes)))
     else:
-        given = tuple(quantity((np.asarray(axis) / 1000).tolist(), "um", kind) for axis in PLACES)
-    assert_same(roughxr.pull_off_map(ground, subregions=given), expected, rtol=1e-9)
-    one = roughxr.pull_off_map(ground, subregions=("-0.031 um", "12 nm"))
-    np.testing.assert_allclose(one.pull_off_force, expected.pull_off_force[:1])
+        centres = tuple(quantity((np.asarray(axis) / 1000).tolist(), "um", kind) for axis in PLACES)
+    assert_same(roughxr.pull_off_map(ground, subregions=centres), expected, rtol=1e-9)
+    single_place = roughxr.pull_off_map(ground, subregions=("-0.031 um", "12 nm"))
+    np.testing.assert_allclose(single_place.pull_off_force, expected.pull_off_force[:1])
 
 
 def test_what_cannot_be_converted_is_refused_in_words():
@@ -234,8 +236,8 @@ def test_what_states_no_units_is_in_the_tables():
     bare = made()["scan"].copy()
     for name in bare.variables:
         bare[name].attrs.clear()
-    found = roughxr.direct(bare, delta=[4.0], subregions=PLACES)
-    assert_same(found, roughxr.direct(made()["scan"], delta=[4.0], subregions=PLACES), rtol=1e-12)
+    bare_result = roughxr.direct(bare, delta=[4.0], subregions=PLACES)
+    assert_same(bare_result, roughxr.direct(made()["scan"], delta=[4.0], subregions=PLACES), rtol=1e-12)
 
 
 def test_a_decimal_comma_is_refused_by_its_name():
@@ -249,16 +251,16 @@ def test_a_flag_is_no_quantity(flag):
         units.magnitude(flag, "J/m^2", "surface_energy")
 
 
-@pytest.mark.parametrize("given", [".065 nN nm", "+6.5e-20 J", " 6.5e-20 J", "65 zJ"])
-def test_a_hamaker_constant_in_words_is_a_number_however_it_is_written(given):
-    assert reference.hamaker_constant(given) == pytest.approx(0.065)
+@pytest.mark.parametrize("text", [".065 nN nm", "+6.5e-20 J", " 6.5e-20 J", "65 zJ"])
+def test_a_hamaker_constant_in_words_is_a_number_however_it_is_written(text):
+    assert reference.hamaker_constant(text) == pytest.approx(0.065)
 
 
 def test_units_in_files_are_read_alike_by_pint_and_udunits():
     plain = pint.UnitRegistry()
-    for name, known in VARIABLES.items():
-        assert not re.search(r"[A-Za-z]-?\d", known.units), f"{name}: {known.units} is a power to UDUNITS only"
-        plain.Quantity(1.0, known.units)
+    for name, variable in VARIABLES.items():
+        assert not re.search(r"[A-Za-z]-?\d", variable.units), f"{name}: {variable.units} is a power to UDUNITS only"
+        plain.Quantity(1.0, variable.units)
 
 
 def test_heights_in_metres_that_state_no_units_are_refused_where_the_pair_is_assigned():

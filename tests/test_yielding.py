@@ -58,17 +58,17 @@ def test_what_is_left_is_the_closed_gap_where_the_hardness_bears():
     separation = np.array([[1.0, 2.0, 0.5, 0.5]])
     displacement = np.array([[[1.5, 1.5, 0.5, 0.5]]] * 2)
     pressure = np.array([[[H, H, H * (1 - 1e-12), 0.999 * H]]] * 2)
-    left = residual_heights(pressure, displacement, separation, [3.0, 2.0], H)
-    np.testing.assert_allclose(left, [[[-0.5, 0.0, -2.0, 0.0]], [[0.0, 0.0, -1.0, 0.0]]])
+    residual = residual_heights(pressure, displacement, separation, [3.0, 2.0], H)
+    np.testing.assert_allclose(residual, [[[-0.5, 0.0, -2.0, 0.0]], [[0.0, 0.0, -1.0, 0.0]]])
 
 
 @pytest.mark.parametrize("times", [1, 2, 5])
 def test_a_paraboloid_that_yields(times):
-    found, radius, depth = pressed_paraboloid(times, 50)
-    assert found.converged
-    assert found.force == pytest.approx(FORCES[times] * yield_load(radius), rel=2e-4)
+    contact, radius, depth = pressed_paraboloid(times, 50)
+    assert contact.converged
+    assert contact.force == pytest.approx(FORCES[times] * yield_load(radius), rel=2e-4)
     if times > 1:
-        assert found.area == pytest.approx(AREAS[times] * np.pi * radius * depth, rel=1e-2)  # a staircase of cells
+        assert contact.area == pytest.approx(AREAS[times] * np.pi * radius * depth, rel=1e-2)  # a staircase of cells
 
 
 @pytest.mark.parametrize("times", [2, 5])
@@ -91,9 +91,9 @@ def test_deep_indentations_bear_the_hardness_on_what_they_displace(ratio):
     for times in (300, 3000):
         delta = times * yield_depth(radius)
         dx = np.sqrt(2 * radius * delta) / 40
-        found = solve(paraboloid(delta, dx, radius, ratio), delta, dx)
-        bears.append(1 - found.force / (H * found.area))
-        covers.append(1 - found.area / (2 * np.pi * radius * np.sqrt(ratio) * delta))
+        contact = solve(paraboloid(delta, dx, radius, ratio), delta, dx)
+        bears.append(1 - contact.force / (H * contact.area))
+        covers.append(1 - contact.area / (2 * np.pi * radius * np.sqrt(ratio) * delta))
     if ratio == 1.0:  # of this circle of cells every one bears the hardness
         assert bears == pytest.approx([0.0, 0.0], abs=1e-12)
     else:
@@ -128,39 +128,39 @@ def bounded_least_squares(separation, delta, dx, hardness):
     table = printed_coefficients(max(separation.shape)) * dx / E
     factor = np.linalg.cholesky(table[abs(i[:, None] - i), abs(j[:, None] - j)])
     target = np.linalg.solve(factor, delta - separation.ravel())
-    found = lsq_linear(factor.T, target, bounds=(0.0, hardness), method="bvls", tol=1e-14)
-    return found.x.reshape(separation.shape)
+    minimum = lsq_linear(factor.T, target, bounds=(0.0, hardness), method="bvls", tol=1e-14)
+    return minimum.x.reshape(separation.shape)
 
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(("delta", "hardness"), [(2.0, 0.5), (8.0, 2.0), (40.0, 8.0), (40.0, 1.0)])
 def test_equals_a_dense_solver_on_small_grids(seed, delta, hardness):
     separation = window(12, seed, smooth=1.0)
-    found = solve(separation, delta, 9.77, hardness, tolerance=1e-11)
+    contact = solve(separation, delta, 9.77, hardness, tolerance=1e-11)
     expected = bounded_least_squares(separation, delta, 9.77, hardness)
-    np.testing.assert_allclose(found.pressure, expected, atol=1e-7 * expected.max(initial=1e-300))
+    np.testing.assert_allclose(contact.pressure, expected, atol=1e-7 * expected.max(initial=1e-300))
 
 
-def assert_yields(found, separation, delta, dx, hardness):
+def assert_yields(contact, separation, delta, dx, hardness):
     """Hold the conditions against an independent sum."""
-    gap = plain_gap(found, separation, delta, dx)
+    gap = plain_gap(contact, separation, delta, dx)
     small = 1e-6 * delta
-    hard = found.pressure >= hardness
-    assert found.converged
-    assert 0 <= found.pressure.min() and found.pressure.max() <= hardness
+    hard = contact.pressure >= hardness
+    assert contact.converged
+    assert 0 <= contact.pressure.min() and contact.pressure.max() <= hardness
     assert gap[~hard].min() >= -small
-    assert np.abs(gap[(found.pressure > 0) & ~hard]).max(initial=0) <= small
+    assert np.abs(gap[(contact.pressure > 0) & ~hard]).max(initial=0) <= small
     assert gap[hard].max(initial=0) <= small
-    assert found.hard_area == pytest.approx(hard.sum() * dx**2)
-    assert found.dent == pytest.approx(-gap[hard].sum() * dx**2, rel=1e-4, abs=small * dx**2)
+    assert contact.hard_area == pytest.approx(hard.sum() * dx**2)
+    assert contact.dent == pytest.approx(-gap[hard].sum() * dx**2, rel=1e-4, abs=small * dx**2)
 
 
-def plain_gap(found, separation, delta, dx):
+def plain_gap(contact, separation, delta, dx):
     table = printed_coefficients(max(separation.shape)) * dx / E
     gap = separation - delta
-    for k, m in zip(*np.nonzero(found.pressure)):
+    for k, m in zip(*np.nonzero(contact.pressure)):
         rows, columns = (abs(np.arange(size) - at) for size, at in zip(separation.shape, (k, m)))
-        gap = gap + found.pressure[k, m] * table[rows[:, None], columns]
+        gap = gap + contact.pressure[k, m] * table[rows[:, None], columns]
     return gap
 
 
@@ -198,27 +198,27 @@ def test_without_a_limit_all_is_elastic():
 @pytest.mark.parametrize(("load", "hardness"), [(1.0, 0.5), (1e3, 0.5), (3e4, 0.5), (3e4, 2.0), (4e5, 2.0), (4e5, 8.0)])
 def test_load_control_finds_the_displacement(load, hardness):
     separation = window(65, 8, rms=1.0)
-    ((delta, found),) = loaded(separation, [load], 9.77, E, hardness=kalker.Hardness(hardness))
-    assert found.converged and found.pressure.max() <= hardness
-    assert found.force == pytest.approx(load, rel=1e-6)
+    ((delta, contact),) = loaded(separation, [load], 9.77, E, hardness=kalker.Hardness(hardness))
+    assert contact.converged and contact.pressure.max() <= hardness
+    assert contact.force == pytest.approx(load, rel=1e-6)
     assert solve(separation, delta, 9.77, hardness, tolerance=1e-9).force == pytest.approx(load, rel=4e-6)
 
 
 def test_the_shape_that_is_left_bears_the_same_pressures_elastically():
     separation = window(48, 9)
-    found = solve(separation, 15.0, 9.77, 3.0, tolerance=1e-9)
-    left = residual_heights(found.pressure[None], found.displacement[None], separation, [15.0], 3.0)[0]
-    assert left.min() < -0.1 and (left[found.pressure < 3.0] == 0).all()
-    again = kalker.solve(separation - left, 15.0, 9.77, E, tolerance=1e-9)
-    np.testing.assert_allclose(again.pressure, found.pressure, atol=1e-6 * 3.0)
+    contact = solve(separation, 15.0, 9.77, 3.0, tolerance=1e-9)
+    residual = residual_heights(contact.pressure[None], contact.displacement[None], separation, [15.0], 3.0)[0]
+    assert residual.min() < -0.1 and (residual[contact.pressure < 3.0] == 0).all()
+    again = kalker.solve(separation - residual, 15.0, 9.77, E, tolerance=1e-9)
+    np.testing.assert_allclose(again.pressure, contact.pressure, atol=1e-6 * 3.0)
 
 
 def test_what_has_yielded_goes_on_yielding():
     """Pressures only grow, and dents only deepen, so that loading leaves what its deepest displacement says."""
     separation = window(48, 12, smooth=1.0)
     deltas = np.linspace(2, 20, 30)
-    found = kalker.sweep(separation, deltas, 9.77, E, hardness=kalker.Hardness(3.0), tolerance=1e-9)
-    for before, after in pairwise(found):
+    contacts = kalker.sweep(separation, deltas, 9.77, E, hardness=kalker.Hardness(3.0), tolerance=1e-9)
+    for before, after in pairwise(contacts):
         assert (after.pressure - before.pressure).min() >= -1e-6
         assert (after.pressure[before.pressure >= 3.0] >= 3.0).all()
 
@@ -237,13 +237,13 @@ def surface():
 
 
 def test_fields_meet_the_conditions(surface):
-    found = direct(surface, delta=[6, 12], subregions=(2, 2), fields=True)
-    np.testing.assert_allclose(found.pressure.sum(("x", "y")) * 9.77**2, found.force, rtol=1e-7)
+    solution = direct(surface, delta=[6, 12], subregions=(2, 2), fields=True)
+    np.testing.assert_allclose(solution.pressure.sum(("x", "y")) * 9.77**2, solution.force, rtol=1e-7)
     small = 1e-6 * 12
-    assert 0 <= float(found.pressure.min()) and float(found.pressure.max()) <= 6.0 * (1 + 1e-6)
-    assert float(found.gap.min()) >= -small
-    assert float(np.abs(found.gap.where(found.pressure > 0)).max()) <= small
-    loading = found.sel(branch="loading")
+    assert 0 <= float(solution.pressure.min()) and float(solution.pressure.max()) <= 6.0 * (1 + 1e-6)
+    assert float(solution.gap.min()) >= -small
+    assert float(np.abs(solution.gap.where(solution.pressure > 0)).max()) <= small
+    loading = solution.sel(branch="loading")
     yielded = loading.residual_height < 0
     assert yielded.any() and (loading.pressure.where(yielded) >= 6.0).where(yielded, True).all()
     np.testing.assert_allclose(yielded.sum(("x", "y")) * 9.77**2, loading.yielded_area, rtol=0.02)
@@ -254,36 +254,38 @@ def test_fields_meet_the_conditions(surface):
 def test_a_cycle_dissipates_the_plastic_work(surface):
     """The work of the force around the loop, against the hardness times the volume that gave way."""
     deltas = np.linspace(0.05, 15, 300)
-    found = direct(surface, delta=deltas, datum="first_contact").isel(subregion=0)
-    work = found.force.integrate("delta")
+    cycle = direct(surface, delta=deltas, datum="first_contact").isel(subregion=0)
+    work = cycle.force.integrate("delta")
     lost = work.sel(branch="loading") - work.sel(branch="retraction")
     assert float(lost) > 0.01 * float(work.sel(branch="loading"))
-    assert float(lost) == pytest.approx(float(found.plastic_work[0, -1]), rel=2e-3)
+    assert float(lost) == pytest.approx(float(cycle.plastic_work[0, -1]), rel=2e-3)
 
 
 def test_retraction_begins_with_the_elastic_stiffness_and_is_retraced(surface):
     """As stiff as a punch of the contact's shape; loading what is left again takes the same way back."""
     deepest = 12.0
     deltas = [6.0, 9.0, deepest - 1e-3, deepest]
-    found = direct(surface, delta=deltas, fields=True).isel(subregion=0)
-    last = found.sel(branch="loading", delta=deepest)
+    cycle = direct(surface, delta=deltas, fields=True).isel(subregion=0)
+    last = cycle.sel(branch="loading", delta=deepest)
     i, j = np.nonzero(last.pressure.values)
     table = printed_coefficients(max(last.pressure.shape)) * 9.77 / E
     stiffness = np.linalg.solve(table[abs(i[:, None] - i), abs(j[:, None] - j)], np.ones(i.size)).sum() * 9.77**2
-    back = found.force.sel(branch="retraction").values
+    back = cycle.force.sel(branch="retraction").values
     assert (back[3] - back[2]) / 1e-3 == pytest.approx(stiffness, rel=5e-3)
-    forth = found.force.sel(branch="loading").values
+    forth = cycle.force.sel(branch="loading").values
     assert (back[:2] < forth[:2]).all()
 
     dented = surface.copy(deep=True)
-    left = last.residual_height.dropna("x", how="all").dropna("y", how="all")
-    rows, columns = (np.searchsorted(surface[a], float(left[a][0]) + float(found[f"subregion_{a}"]) - 1) for a in "xy")
-    at = {"x": slice(rows, rows + left.sizes["x"]), "y": slice(columns, columns + left.sizes["y"])}
-    dented["height"][at] = dented["height"][at] + left.values
+    residual = last.residual_height.dropna("x", how="all").dropna("y", how="all")
+    rows, columns = (
+        np.searchsorted(surface[a], float(residual[a][0]) + float(cycle[f"subregion_{a}"]) - 1) for a in "xy"
+    )
+    at = {"x": slice(rows, rows + residual.sizes["x"]), "y": slice(columns, columns + residual.sizes["y"])}
+    dented["height"][at] = dented["height"][at] + residual.values
     rise = float(surface.height.max() - dented.height.max())
     again = direct(dented, delta=np.asarray(deltas) - rise).isel(subregion=0)
     np.testing.assert_allclose(again.force.sel(branch="loading"), back, rtol=1e-5)
-    assert (again.plastic_work < 1e-3 * found.plastic_work[0, -1]).all()
+    assert (again.plastic_work < 1e-3 * cycle.plastic_work[0, -1]).all()
 
 
 def test_a_load_yields_as_its_displacement_does(surface):
@@ -319,8 +321,8 @@ def test_named_materials_bring_an_estimate_at_which_nothing_yields():
     height = rough(64, smooth=1.2, seed=11)
     named = assign_pair(scan(height), sphere_radius=3000, materials="glass/gold")
     assert float(named.hardness_estimate) == 1.0 and "hardness" not in named.coords
-    found = direct(named, delta=[6, 12])
-    assert found.force.dims == ("subregion", "delta") and float(found.yielded_fraction[0, -1]) > 0.5
+    solution = direct(named, delta=[6, 12])
+    assert solution.force.dims == ("subregion", "delta") and float(solution.yielded_fraction[0, -1]) > 0.5
     measured = assign_pair(scan(height), sphere_radius=3000, materials="glass/gold", hardness=1.5)
     assert "hardness_estimate" not in measured.coords and float(measured.hardness) == 1.5
 

@@ -27,8 +27,8 @@ W = 0.1
 
 
 def pair(height, pixel=5.0, **options):
-    given = {"sphere_radius": 500.0, "contact_modulus": E, "work_of_adhesion": W}
-    return assign_pair(scan(height, pixel=pixel), **(given | options))
+    body = {"sphere_radius": 500.0, "contact_modulus": E, "work_of_adhesion": W}
+    return assign_pair(scan(height, pixel=pixel), **(body | options))
 
 
 @pytest.fixture(scope="module")
@@ -116,13 +116,13 @@ def test_flattened_asperities_stick_harder_the_harder_they_were_pressed(heights,
 @pytest.mark.parametrize("law", LAWS)
 def test_shakedown(heights, law):
     """The second cycle finds the shape that bears its preload: it yields no more and pulls off alike."""
-    found = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], mesh=Mesh(1, step=0.05), cycles=2, law=law)
-    assert found.pull_off_force.dims == ("subregion", "cycle", "preload")
-    work = found.plastic_work[0]
+    cycles = adhesive(pair(heights, hardness=2.0), preload=[100.0, 5000.0], mesh=Mesh(1, step=0.05), cycles=2, law=law)
+    assert cycles.pull_off_force.dims == ("subregion", "cycle", "preload")
+    work = cycles.plastic_work[0]
     assert (work.sel(cycle=1) > 20).all()
     np.testing.assert_allclose(work.sel(cycle=2), work.sel(cycle=1), rtol=5e-3)
-    assert (found.hysteresis[0].sel(cycle=2) < 0.2 * found.hysteresis[0].sel(cycle=1)).all()
-    np.testing.assert_allclose(found.pull_off_force[0].sel(cycle=2), found.pull_off_force[0].sel(cycle=1), rtol=0.02)
+    assert (cycles.hysteresis[0].sel(cycle=2) < 0.2 * cycles.hysteresis[0].sel(cycle=1)).all()
+    np.testing.assert_allclose(cycles.pull_off_force[0].sel(cycle=2), cycles.pull_off_force[0].sel(cycle=1), rtol=0.02)
 
 
 @pytest.mark.parametrize("deep", [10.0, 20.0])
@@ -138,9 +138,9 @@ def test_a_sphere_that_yields_pulls_as_its_flattened_curvature_says(deep):
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     law = smooth_laws.smooth_law(exponential=(0.05 * dx / E, 0.3))
     options = {"cap": H * dx / E, "limit": H * dx / E}
-    (found,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
-    pull = -found.states["force"].min() * E * dx
-    contact = found.states["contact_area"][found.turn - 1] * dx**2
+    (path,) = follow_path(separation, np.array([deep]), 0.1, law, **options)
+    pull = -path.states["force"].min() * E * dx
+    contact = path.states["contact_area"][path.turn - 1] * dx**2
     flattened = E * np.sqrt(contact / np.pi) / H
     assert flattened > 1.2 * radius
     assert 1.3 * np.pi * 0.05 * flattened < pull < 2.0 * np.pi * 0.05 * flattened
@@ -155,12 +155,12 @@ def test_what_gave_way_while_the_contact_was_small_is_taken_back(step, monkeypat
     deltas = np.array([2.0])
     w = 1e-5
     law = smooth_laws.without_range(w, 0.25)
-    (found,) = follow_path(separation, deltas, step, law, cap=0.05, limit=0.05)
+    (path,) = follow_path(separation, deltas, step, law, cap=0.05, limit=0.05)
     limits = {"hardness": displacement_control.Hardness(0.05), "tolerance": 1e-10, "keep": 1}
-    known, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
-    left = residual_heights(*fields, separation, deltas, 0.05)[0]
-    np.testing.assert_allclose(found.residual_heights[-1], left, atol=1e-6 * np.ptp(left))
-    assert found.states["force"][found.turn - 1] == pytest.approx(known[0, displacement_control.FORCE], rel=1e-6)
+    records, *fields = displacement_control.sweep_arrays(separation, deltas, 1.0, 1.0, **limits)
+    residual = residual_heights(*fields, separation, deltas, 0.05)[0]
+    np.testing.assert_allclose(path.residual_heights[-1], residual, atol=1e-6 * np.ptp(residual))
+    assert path.states["force"][path.turn - 1] == pytest.approx(records[0, displacement_control.FORCE], rel=1e-6)
 
 
 #: Radius of a flat punch, nm.
@@ -178,8 +178,8 @@ def exponential_pull(cells, length):
     """Return a flat punch's pull-off force (nN) under the law that yielding bodies take."""
     separation, dx = punch(cells)
     law = smooth_laws.smooth_law(exponential=(W * dx / E, length))
-    (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
-    return -found.states["force"].min() * E * dx
+    (path,) = follow_path(separation, np.array([0.2]), 0.02, law)
+    return -path.states["force"].min() * E * dx
 
 
 def edged_pull(separation, dx, law_of, delta=0.2):
@@ -187,8 +187,8 @@ def edged_pull(separation, dx, law_of, delta=0.2):
     pulls = []
     for fall in (0.25, 0.125):
         law = law_of(W * dx / E, fall)
-        (found,) = follow_path(separation, np.array([delta]), 0.02, law)
-        pulls.append(-found.states["force"].min() * E * dx)
+        (path,) = follow_path(separation, np.array([delta]), 0.02, law)
+        pulls.append(-path.states["force"].min() * E * dx)
     return pulls
 
 
@@ -285,10 +285,10 @@ def flattened(hard, cells=10):
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     deltas = np.array([delta])
     limits = {"hardness": displacement_control.Hardness(H), "tolerance": 1e-9, "keep": 1}
-    found, pressure, sinks = displacement_control.sweep_arrays(separation, deltas, dx, E, **limits)
-    assert found[0, displacement_control.FORCE] > 0.98 * H * found[0, displacement_control.AREA]
-    left = residual_heights(pressure, sinks, separation, deltas, H)[0]
-    return separation - left, delta, dx, np.sqrt(found[0, displacement_control.AREA] / np.pi)
+    records, pressure, sinks = displacement_control.sweep_arrays(separation, deltas, dx, E, **limits)
+    assert records[0, displacement_control.FORCE] > 0.98 * H * records[0, displacement_control.AREA]
+    residual = residual_heights(pressure, sinks, separation, deltas, H)[0]
+    return separation - residual, delta, dx, np.sqrt(records[0, displacement_control.AREA] / np.pi)
 
 
 @pytest.mark.parametrize("hard", [1.0, 3.0])
@@ -310,11 +310,13 @@ def test_the_closed_form_of_a_flattened_asperity_leads_from_a_punch_to_jkr():
     flat = {"radius": PUNCH, "contact_modulus": E, "work_of_adhesion": W}
     punch = punch_pull_off(**flat)
     unit = np.sqrt(W * E / PUNCH)
-    found = np.array([flattened_pull_off(hardness=hard * unit, **flat) for hard in (1e-4, 0.03, 0.5, 2.0, 100.0, 1e4)])
-    assert (np.diff(found) < 0).all()
-    assert found[0] == pytest.approx(punch, rel=1e-4) and 0.98 * punch < found[1] < 0.99 * punch
+    pull_offs = np.array(
+        [flattened_pull_off(hardness=hard * unit, **flat) for hard in (1e-4, 0.03, 0.5, 2.0, 100.0, 1e4)]
+    )
+    assert (np.diff(pull_offs) < 0).all()
+    assert pull_offs[0] == pytest.approx(punch, rel=1e-4) and 0.98 * punch < pull_offs[1] < 0.99 * punch
     jkr = [1.5 * np.pi * W * E * PUNCH / (hard * unit) for hard in (100.0, 1e4)]
-    assert found[4] == pytest.approx(jkr[0], rel=2e-3) and found[5] == pytest.approx(jkr[1], rel=1e-5)
+    assert pull_offs[4] == pytest.approx(jkr[0], rel=2e-3) and pull_offs[5] == pytest.approx(jkr[1], rel=1e-5)
 
 
 def test_a_flattened_asperity_is_made_of_punches():

@@ -62,8 +62,8 @@ def _curves():
     piezo = np.linspace(150.0, -800.0, 400)
     force = np.where(piezo > 0, 0.5 * piezo, np.where(piezo > -60, 0.5 * piezo, 0.0))
     noise = np.random.default_rng(0).normal(0, 0.5, (3, piezo.size))
-    both = {"piezo": ("sample", piezo, {"units": "nm"}), "force": (("subregion", "sample"), force + noise)}
-    return roughxr.schema.label(xr.Dataset(both))
+    columns = {"piezo": ("sample", piezo, {"units": "nm"}), "force": (("subregion", "sample"), force + noise)}
+    return roughxr.schema.label(xr.Dataset(columns))
 
 
 def written(function, suffix, **options):
@@ -182,17 +182,17 @@ def named(name):
 def public_verbs():
     """Return all public functions that take a Dataset, by name."""
     modules = {"": roughxr, "particles.": particles, "regions.": regions, "archive.": archive}
-    found = {name: named(name) for name in documented()}
+    verbs = {name: named(name) for name in documented()}
     for prefix, module in modules.items():
         names = getattr(module, "__all__", ["save"])
         for name in names:
-            value = getattr(module, name)
-            if inspect.isfunction(value) and "Dataset" in str(inspect.signature(value).parameters):
-                found[name if hasattr(ContactAccessor, name) else prefix + name] = value
+            attribute = getattr(module, name)
+            if inspect.isfunction(attribute) and "Dataset" in str(inspect.signature(attribute).parameters):
+                verbs[name if hasattr(ContactAccessor, name) else prefix + name] = attribute
     return {
-        name: value
-        for name, value in found.items()
-        if "Dataset" in str(inspect.signature(value).parameters)
+        name: attribute
+        for name, attribute in verbs.items()
+        if "Dataset" in str(inspect.signature(attribute).parameters)
         and (name.split(".")[-1] not in roughxr.__all__ or "." not in name)
     }
 
@@ -202,7 +202,7 @@ def call(verb, kinds, options, datasets):
 
     def given(word):
         if isinstance(word, list) and word and isinstance(word[0], str):
-            return [given(one) for one in word]
+            return [given(kind) for kind in word]
         if verb == "vary" and isinstance(word, str) and word in ("direct", "pull_off_map"):
             return getattr(roughxr, word)
         return datasets.get(word, word) if isinstance(word, str) else word
@@ -218,8 +218,12 @@ def call(verb, kinds, options, datasets):
 
 def kinds_read(kinds, options):
     """Return the kinds of Datasets that a call reads."""
-    flat = [one for word in (*kinds, *options.values()) for one in (word if isinstance(word, list) else [word])]
-    return [one for one in flat if isinstance(one, str) and one in made()]
+    flat = [
+        word_or_kind
+        for word in (*kinds, *options.values())
+        for word_or_kind in (word if isinstance(word, list) else [word])
+    ]
+    return [word_or_kind for word_or_kind in flat if isinstance(word_or_kind, str) and word_or_kind in made()]
 
 
 def numbers(result, leave=()):
@@ -243,29 +247,31 @@ def unlabelled(result):
     if not isinstance(result, xr.Dataset):
         return []
     bare = {
-        name for name, one in result.data_vars.items() if not (one.attrs.get("units") and one.attrs.get("long_name"))
+        name
+        for name, variable in result.data_vars.items()
+        if not (variable.attrs.get("units") and variable.attrs.get("long_name"))
     }
     return sorted(bare | {str(name) for name in result.variables if name not in roughxr.schema.VARIABLES})
 
 
 def _text_numbers(text):
     cells = text.decode("utf-8", "replace").replace("\n", ",").split(",")
-    found = []
+    cell_values = []
     for cell in cells:
         try:
-            found.append(float(cell))
+            cell_values.append(float(cell))
         except ValueError:
             continue
-    return {"cells": np.asarray(found)}
+    return {"cells": np.asarray(cell_values)}
 
 
-def assert_same(found, expected, *, rtol, leave=(), words=""):
+def assert_same(result, expected, *, rtol, leave=(), context=""):
     """Raise where two results differ by more than rounding, relative to the largest of each variable."""
-    found = numbers(found, leave)
+    result = numbers(result, leave)
     expected = numbers(expected, leave)
-    assert found.keys() == expected.keys(), words
+    assert result.keys() == expected.keys(), context
     for name in expected:
         scale = np.abs(expected[name][np.isfinite(expected[name])]).max(initial=0.0)
         np.testing.assert_allclose(
-            found[name], expected[name], rtol=rtol, atol=rtol * scale, err_msg=f"{words}: {name}"
+            result[name], expected[name], rtol=rtol, atol=rtol * scale, err_msg=f"{context}: {name}"
         )

@@ -97,10 +97,10 @@ class Experiment(NamedTuple):
 
 def drawn(prior, seed, stream):
     """Return the inputs of one draw."""
-    found = {}
+    sampled = {}
     for u, (name, (low, high, how)) in zip(uniform(len(prior), seed, stream), prior.items()):
-        found[name] = float(low * (high / low) ** u if how == "log" else low + (high - low) * u)
-    return found
+        sampled[name] = float(low * (high / low) ** u if how == "log" else low + (high - low) * u)
+    return sampled
 
 
 def scan_of(height, cell):
@@ -112,8 +112,8 @@ def scan_of(height, cell):
 
 def pull(scan, **options):
     """Return the pull-off (nN) in the middle of a scan with a pair."""
-    found = roughxr.rigid(scan, subregions=(1, 1), delta=[0.0], **options)
-    return float(found.pull_off_force[0])
+    pulled = roughxr.rigid(scan, subregions=(1, 1), delta=[0.0], **options)
+    return float(pulled.pull_off_force[0])
 
 
 def flattened_pull(scan):
@@ -121,10 +121,10 @@ def flattened_pull(scan):
 
     Traction across gaps is exponential; heights that the sphere would overlap are cut off level with it.
     """
-    found = roughxr.rigid(
+    approached = roughxr.rigid(
         scan, subregions=(1, 1), delta=[0.0], datum="first_contact", law="exponential", fields=True
     ).isel(subregion=0, delta=0)
-    gap = np.sort(found.gap.values[np.isfinite(found.gap.values)])
+    gap = np.sort(approached.gap.values[np.isfinite(approached.gap.values)])
     area = float(scan.x[1] - scan.x[0]) ** 2
     length = float(scan.adhesion_range)
     work = float(scan.work_of_adhesion)
@@ -169,26 +169,26 @@ def on_diamond(seed, cells, *, hardness, ruby, spectrum, law):
     return (1e3 * force / (2 * np.pi * radius),)
 
 
-def divided(seed, cells, rms, own, radius, surface, bodies):
-    """Return the ratio of the mean pull-off on surfaces of two rms heights (nm), the sphere being ``own`` rough."""
+def divided(seed, cells, rms, own_rms, radius, surface, bodies):
+    """Return the ratio of the mean pull-offs on two rms heights, under a sphere of ``own_rms`` (nm)."""
     forces = []
     for height in rms:
         made = (
             roughxr.scans.synthetic.self_affine(
-                (cells, cells), rms=np.hypot(height, own), seed=10 * seed + k, **surface
+                (cells, cells), rms=np.hypot(height, own_rms), seed=10 * seed + k, **surface
             )
             for k in range(3)
         )
-        pairs = (roughxr.assign_pair(one, sphere_radius=radius, **bodies) for one in made)
-        forces.append(np.mean([flattened_pull(one) for one in pairs]))
+        pairs = (roughxr.assign_pair(surface_of_pair, sphere_radius=radius, **bodies) for surface_of_pair in made)
+        forces.append(np.mean([flattened_pull(surface_of_pair) for surface_of_pair in pairs]))
     return (forces[0] / forces[1],)
 
 
-def alumina(seed, cells, *, radius, own, hurst, rolloff, shortest, length, hardness):
+def alumina(seed, cells, *, radius, own_rms, hurst, rolloff, shortest, length, hardness):
     """Return by how much the pull-off of an alumina sphere falls from 1.5 to 12 nm rms."""
     surface = {"pixel": shortest / 4, "hurst": hurst, "rolloff": rolloff, "cutoff": shortest}
     bodies = {"contact_modulus": 200.0, "work_of_adhesion": 0.148, "adhesion_range": length, "hardness": hardness}
-    return divided(seed, cells, (1.5, 12.0), own, radius, surface, bodies)
+    return divided(seed, cells, (1.5, 12.0), own_rms, radius, surface, bodies)
 
 
 def carbon(seed, cells, *, radius, hurst, rolloff, work, length, hardness):
@@ -222,13 +222,13 @@ def steel(seed, cells, *, rms, hurst, rolloff, fine):
     surface = {"hurst": hurst, "rolloff": rolloff, "cutoff": 4 * cell, "seed": seed}
     shape = (round(cells * fine),) * 2
     ground = roughxr.scans.synthetic.self_affine(shape, cell, rms=rms, **surface)
-    found = []
+    half_and_spread = []
     for radius in (5000.0, 10_000.0):
         catalogue = roughxr.asperities(roughxr.assign_pair(ground, sphere_radius=radius, **reeks_hall.BODIES))
         held = roughxr.rolling(catalogue, directions=12, subregions=(8, 8))
-        left = roughxr.particles.resuspension(held, friction_velocity=reeks_hall.SPEEDS, particle_density=3960)
-        found += reeks_hall.half_and_spread(reeks_hall.SPEEDS, left.remaining.values[:, 0])
-    return tuple(found)
+        resuspended = roughxr.particles.resuspension(held, friction_velocity=reeks_hall.SPEEDS, particle_density=3960)
+        half_and_spread += reeks_hall.half_and_spread(reeks_hall.SPEEDS, resuspended.remaining.values[:, 0])
+    return tuple(half_and_spread)
 
 
 #: The runs of Reeks & Hall, least, most and the one between, by `reeks_hall.half_and_spread`.
@@ -257,7 +257,7 @@ EXPERIMENTS = (
         alumina,
         {
             "radius": (2500, 15_000, "log"),
-            "own": (0, 3, "even"),
+            "own_rms": (0, 3, "even"),
             "hurst": (0.5, 0.9, "even"),
             "rolloff": (50, 500, "log"),
             "shortest": (4, 16, "log"),
@@ -322,14 +322,16 @@ def predicted(experiment, draws, quick=False, stream=0):
     inputs = [drawn(experiment.prior, seed, 1000 + stream) for seed in range(draws)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)
-        found = np.array([experiment.predict(seed, cells, **one) for seed, one in enumerate(inputs)])
-    return pd.DataFrame(inputs), found
+        predictions = np.array([experiment.predict(seed, cells, **values) for seed, values in enumerate(inputs)])
+    return pd.DataFrame(inputs), predictions
 
 
 def strongest_inputs(inputs, values, count=2):
     """Return the inputs with the largest rank correlations to the predictions, and these."""
-    found = inputs.corrwith(pd.Series(values), method="spearman")
-    return ", ".join(f"{name} {found[name]:+.1f}" for name in found.abs().sort_values(ascending=False).index[:count])
+    correlations = inputs.corrwith(pd.Series(values), method="spearman")
+    return ", ".join(
+        f"{name} {correlations[name]:+.1f}" for name in correlations.abs().sort_values(ascending=False).index[:count]
+    )
 
 
 def compared(draws, quick=False, experiments=EXPERIMENTS):
@@ -350,7 +352,7 @@ COLOURS = {"agrees": "#0173b2", "in part": "0.35", "misses": "#d55e00"}
 
 def draw(table, ax):
     """Draw predicted against stated, each with its interval; arrows are bounds."""
-    facts = [fact for one in EXPERIMENTS for fact in one.stated]
+    facts = [fact for experiment in EXPERIMENTS for fact in experiment.stated]
     for k, (row, fact) in enumerate(zip(table.itertuples(), facts), 1):
         colour = COLOURS[row.verdict]
         bound = bool(np.isinf(fact.high))
@@ -377,8 +379,8 @@ def main():
     parser.add_argument("--picture")
     options = parser.parse_args()
     if options.film:
-        found = film_of(options.film)
-        for wave, power in zip(2 * np.pi / found.wavevector.values, found.psd.values):
+        film = film_of(options.film)
+        for wave, power in zip(2 * np.pi / film.wavevector.values, film.psd.values):
             print(f"    ({wave:.4g}, {power:.3g}),")
         return
     table = compared(options.draws, options.quick)

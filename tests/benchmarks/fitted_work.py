@@ -56,7 +56,9 @@ class Surface:
         self.scan = fine.isel(x=slice(0, None, 2), y=slice(0, None, 2))
         solved = [simulated(self.scan, work, (4, 4), mesh=roughxr.Mesh(2, step=0.5)) for work in TABLE]
         self.like = solved[0]
-        self.ln_force = PchipInterpolator(np.log(TABLE), np.log([one["pull_off_force"].values for one in solved]))
+        self.ln_force = PchipInterpolator(
+            np.log(TABLE), np.log([solution["pull_off_force"].values for solution in solved])
+        )
 
     def predicted(self, ds: xr.Dataset, **options) -> xr.Dataset:
         """Return what the simulation would, interpolated; in place of it."""
@@ -67,9 +69,9 @@ class Surface:
 
     def measured(self, work: float) -> xr.Dataset:
         """Return a set of forces."""
-        some = self.rng.choice(PLACES, MEASURED, replace=False)
+        places = self.rng.choice(PLACES, MEASURED, replace=False)
         noise = NOISE * self.rng.standard_normal(MEASURED) + CALIBRATION * self.rng.standard_normal()
-        return xr.Dataset({"pull_off_force": ("subregion", self.forces[work][some] * np.exp(noise))})
+        return xr.Dataset({"pull_off_force": ("subregion", self.forces[work][places] * np.exp(noise))})
 
 
 def simulated(ds: xr.Dataset, work: float, places, **mesh) -> xr.Dataset:
@@ -92,39 +94,37 @@ def sets_of(kind: str, shortest: float) -> list[dict]:
         for work in WORKS * SETS:
             measured = surface.measured(work)
             other = surfaces[(k + 1) % SURFACES]
-            both = {"own": fitted(surface, measured, work), "other": fitted(other, measured, work)}
-            rows.append({"kind": kind, "shortest": shortest, "surface": k, "work": work, **both})
+            fits = {"own": fitted(surface, measured, work), "other": fitted(other, measured, work)}
+            rows.append({"kind": kind, "shortest": shortest, "surface": k, "work": work, **fits})
     return rows
 
 
 def main(file: Path, shortest: float) -> None:
     """Fit what the file lacks, and print coverage, bias and width."""
     warnings.simplefilter("ignore")
-    known = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
+    stored = [json.loads(line) for line in file.read_text().splitlines()] if file.exists() else []
     for kind in KINDS:
-        if not any(row["kind"] == kind and row["shortest"] == shortest for row in known):
-            known += (new := sets_of(kind, shortest))
+        if not any(row["kind"] == kind and row["shortest"] == shortest for row in stored):
+            stored += (new := sets_of(kind, shortest))
             with file.open("a") as out:
                 out.writelines(json.dumps(row) + "\n" for row in new)
         for scan in ("own", "other"):
-            told(f"{kind}, {scan}", [row for row in known if row["kind"] == kind], shortest, scan)
+            told(f"{kind}, {scan}", [row for row in stored if row["kind"] == kind], shortest, scan)
     for scan in ("own", "other"):
-        told(f"all, {scan}", known, shortest, scan)
+        told(f"all, {scan}", stored, shortest, scan)
 
 
 def told(name: str, rows: list[dict], shortest: float, scan: str) -> None:
     """Print one row; an open end of an interval counts as holding nothing, and surfaces, not sets, as independent."""
     rows = [row for row in rows if row["shortest"] == shortest]
-    value, low, high = np.array([row[scan] for row in rows]).T
+    ratio, low, high = np.array([row[scan] for row in rows]).T
     held = (low < 1) & (1 < high)
-    logs = np.log(value)
+    logs = np.log(ratio)
     groups = [f"{row['kind']} {row['surface']}" for row in rows]
-    means = [np.nanmean(logs[np.array(groups) == one]) for one in sorted(set(groups))]
+    means = [np.nanmean(logs[np.array(groups) == group]) for group in sorted(set(groups))]
     error = np.std(means, ddof=1) / np.sqrt(len(means))
-    words = (
-        f"{name:12s} {value.size:4d} fits, {held.mean():5.1%} held, mean of ln {np.nanmean(logs):+.3f} ± {error:.3f}"
-    )
-    print(f"{words}, high/low {np.nanmedian(high / low):.2f}", flush=True)
+    line = f"{name:12s} {ratio.size:4d} fits, {held.mean():5.1%} held, mean of ln {np.nanmean(logs):+.3f} ± {error:.3f}"
+    print(f"{line}, high/low {np.nanmedian(high / low):.2f}", flush=True)
 
 
 if __name__ == "__main__":

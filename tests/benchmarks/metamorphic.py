@@ -69,18 +69,20 @@ def scaled(now, s):
 def computed(verb, now, s):
     """Return the numbers of a verb's result, as for s = 1: along places, or sorted where their order is not fixed."""
     if verb in MORE:
-        found = now.through(lambda: MORE[verb](now.scan, now.places, s)).compute()
-        found = found.isel(subregion=now.order) if "subregion" in found.dims and verb != "resting" else found
+        solution = now.through(lambda: MORE[verb](now.scan, now.places, s)).compute()
+        solution = (
+            solution.isel(subregion=now.order) if "subregion" in solution.dims and verb != "resting" else solution
+        )
     else:
-        times = {"delta": lambda delta: [s * d for d in delta], "load": lambda load: [s**2 * one for one in load]}
+        times = {"delta": lambda delta: [s * d for d in delta], "load": lambda load: [s**2 * force for force in load]}
         times |= {"mesh": lambda mesh: roughxr.Mesh(mesh.cells, step=s * mesh.step)}
-        own = {key: times.get(key, lambda value: value)(value) for key, value in identities.VERBS[verb].items()}
+        options = {key: times.get(key, lambda value: value)(value) for key, value in identities.VERBS[verb].items()}
         with pytest.MonkeyPatch.context() as patch:
-            patch.setitem(identities.VERBS, verb, own)
-            found = identities.computed(verb, now)
-    ordered = "subregion" in found.dims and verb != "resting"
-    own = numbers(identities.scaled(found, 1 / s), LEFT)
-    return {name: each if ordered else np.sort(each.ravel()) for name, each in own.items()}
+            patch.setitem(identities.VERBS, verb, options)
+            solution = identities.computed(verb, now)
+    ordered = "subregion" in solution.dims and verb != "resting"
+    arrays = numbers(identities.scaled(solution, 1 / s), LEFT)
+    return {name: array if ordered else np.sort(array.ravel()) for name, array in arrays.items()}
 
 
 @functools.cache
@@ -96,11 +98,11 @@ def differences(verb, seed, steps, s, draw):
     for step in steps:
         now = step(now, draw) if (verb, step) != ("resting", identities.in_single_precision) else now
     expected = at_first(verb, seed)
-    found = computed(verb, now, s)
+    computed_again = computed(verb, now, s)
     out = {}
     rtol = max(FAR.get(verb, identities.ROUNDING), now.far)
-    for name in expected.keys() & found.keys():
-        a = found[name]
+    for name in expected.keys() & computed_again.keys():
+        a = computed_again[name]
         b = expected[name]
         largest = np.abs(b[np.isfinite(b)]).max(initial=0.0)
         if a.shape != b.shape or not np.allclose(a, b, rtol, rtol * largest, equal_nan=True):

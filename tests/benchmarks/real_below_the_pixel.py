@@ -243,10 +243,10 @@ def fitted(rows):
     def second_scan(parameters):
         return Constants(np.nan, np.nan, np.nan, *(wide * np.exp(parameters)))
 
-    one = most_likely(rows, one_scan, [0.3, *np.log([0.008, 0.4])], lambda constants, row: constants.factor(row))
+    with_scan = most_likely(rows, one_scan, [0.3, *np.log([0.008, 0.4])], lambda constants, row: constants.factor(row))
     start = np.log([0.15, 0.2])
     second = most_likely(rows, second_scan, start, lambda constants, row: (row.second, constants.second_error(row)))
-    return one._replace(least_second=second.least_second, second=second.second)
+    return with_scan._replace(least_second=second.least_second, second=second.second)
 
 
 def most_likely(rows, constants_of, start, estimate):
@@ -259,10 +259,10 @@ def most_likely(rows, constants_of, start, estimate):
     def misfit(parameters):
         constants = constants_of(parameters)
         total = 0.0
-        for each in rows.values():
-            logs, deviations = np.transpose([estimate(constants, row) for row in each])
+        for rows_of_surface in rows.values():
+            logs, deviations = np.transpose([estimate(constants, row) for row in rows_of_surface])
             deviations = deviations / wide
-            off = (np.array([row.log for row in each]) - logs) / deviations
+            off = (np.array([row.log for row in rows_of_surface]) - logs) / deviations
             total += np.nanmean(np.log(deviations) + 0.5 * off**2)
         return total
 
@@ -281,7 +281,9 @@ def estimates(rows, others):
     The constants are set on the other surfaces.
     """
     constants = fitted(others)
-    logs = [np.mean([row.log for row in each if row.pixels in SCORED]) for each in others.values()]
+    logs = [
+        np.mean([row.log for row in rows_of_surface if row.pixels in SCORED]) for rows_of_surface in others.values()
+    ]
     constant = np.mean(logs)
     spread = np.std(logs) * widening(len(logs))
     out = {"a constant": [], "one scan": [], "second scan": []}
@@ -292,8 +294,8 @@ def estimates(rows, others):
         if np.isnan(row.second):  # refused
             continue
         errors = np.array([error, constants.second_error(row)])
-        both, deviation = (np.average(values, weights=errors**-2) for values in ([log, row.second], errors))
-        out["second scan"].append((both - row.log, deviation))
+        combined, deviation = (np.average(values, weights=errors**-2) for values in ([log, row.second], errors))
+        out["second scan"].append((combined - row.log, deviation))
     return out
 
 
@@ -314,13 +316,13 @@ def scores(results):
 def print_scores(title, rows, training):
     """Print a table of scores of some surfaces, the constants set on the others of the training maps."""
     print(f"\n{len(rows)} {title}")
-    ratios = np.log([row.scatter for each in rows.values() for row in each])
+    ratios = np.log([row.scatter for rows_of_surface in rows.values() for row in rows_of_surface])
     mean, *ends = np.exp([ratios.mean(), *np.quantile(ratios, [0.1, 0.9])])
     print(f"scatter over places, image / truth: {mean:.2f} (80 %: {ends[0]:.2f} … {ends[1]:.2f})")
     print("estimate        rms of ln  bias  in 50 %  80 %  95 %  half width  interval score")
-    each = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
+    estimated = {name: estimates(rows[name], {k: v for k, v in training.items() if k != name}) for name in rows}
     for way in ("a constant", "one scan", "second scan"):
-        results = [result[way] for result in each.values() if result[way]]
+        results = [result[way] for result in estimated.values() if result[way]]
         if not results:
             continue
         rms, bias, *shares, half, score = scores(results)
@@ -334,21 +336,24 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--surfaces", nargs="+", choices=table, default=list(table))
     parser.add_argument("--cache", type=Path, help="a file of solved maps")
-    given = parser.parse_args()
-    solved = Solved(given.cache)
+    arguments = parser.parse_args()
+    solved = Solved(arguments.cache)
     rows = {}
-    for name in given.surfaces:
+    for name in arguments.surfaces:
         rows[name] = rows_of(name, table[name], solved)
     print("\nln(truth / image) at every 4th, 8th, 16th pixel; by a second scan, every 4th and 8th")
-    for name, each in rows.items():
-        logs = "  ".join(f"{row.log:6.2f}" for row in each)
-        print(f"{name:22s} {logs}  | " + "  ".join(f"{row.second:6.2f}" for row in each if row.pixels in SCORED))
-    training = {name: each for name, each in rows.items() if table[name]["kind"] == "AFM"}
+    for name, rows_of_surface in rows.items():
+        logs = "  ".join(f"{row.log:6.2f}" for row in rows_of_surface)
+        print(
+            f"{name:22s} {logs}  | "
+            + "  ".join(f"{row.second:6.2f}" for row in rows_of_surface if row.pixels in SCORED)
+        )
+    training = {name: rows_of_surface for name, rows_of_surface in rows.items() if table[name]["kind"] == "AFM"}
     if not training:
         return
-    scored = {name: [row for row in each if row.pixels in SCORED] for name, each in rows.items()}
+    scored = {name: [row for row in rows_of_surface if row.pixels in SCORED] for name, rows_of_surface in rows.items()}
     for kind in ("AFM", "optical", "self-affine"):
-        chosen = {name: each for name, each in scored.items() if table[name]["kind"] == kind}
+        chosen = {name: rows_of_surface for name, rows_of_surface in scored.items() if table[name]["kind"] == kind}
         if chosen:
             print_scores(f"{kind} surfaces", chosen, training)
     print("\nconstants of all AFM maps:", ", ".join(f"{k} {v:.2f}" for k, v in fitted(training)._asdict().items()))

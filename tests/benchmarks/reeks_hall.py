@@ -83,30 +83,33 @@ def computed(scan, radius, speeds):
     pull = held.pull_off_force.dropna("subregion").values
     adhesion = particles.rock_n_roll(speeds, radius=radius, adhesion=pull)[:, 0]
     flow = {"friction_velocity": speeds, "particle_density": 3960}
-    return adhesion, [(roughxr.particles.resuspension(one, **flow), one) for one in (held, rested)]
+    return adhesion, [
+        (roughxr.particles.resuspension(landed_or_rested, **flow), landed_or_rested)
+        for landed_or_rested in (held, rested)
+    ]
 
 
-def told(words, speeds, fractions):
+def told(label, speeds, fractions):
     """Print the middle and the spread of a curve."""
     half, spread = half_and_spread(speeds, fractions)
-    print(f"  {words:58s} half stay at {half:7.2f} m/s, spread {spread:5.2f}")
+    print(f"  {label:58s} half stay at {half:7.2f} m/s, spread {spread:5.2f}")
     return half
 
 
 def off_by(fractions, runs):
     """Return the rms difference of a curve from all runs."""
-    found = [np.interp(np.log(u), np.log(SPEEDS), fractions) - left for u, left in runs.values()]
-    return float(np.sqrt(np.mean(np.concatenate(found) ** 2)))
+    differences = [np.interp(np.log(u), np.log(SPEEDS), fractions) - stay for u, stay in runs.values()]
+    return float(np.sqrt(np.mean(np.concatenate(differences) ** 2)))
 
 
-def describe(rms, scan, held, words):
+def describe(rms, scan, held, label):
     """Print what the ground is, and what was computed on it."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "fit: each place counts as one")  # the law is of places here
         numbers = particles.parameters(held)
     slope = float(scan.contact.roughness().s_dq)
     print(
-        f"  rms {rms:g} nm, {words} (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, "
+        f"  rms {rms:g} nm, {label} (slope {slope:.2f}): pull-off over smooth {float(numbers.adhesion_mean):.4f}, "
         f"spread {float(numbers.adhesion_spread):.2f}; lever over radius {float(numbers.lever_median):.4f}; "
         f"{int((held.contacts < 3).sum())} of {held.sizes['subregion']} places on fewer than 3 asperities"
     )
@@ -120,16 +123,16 @@ def compare(diameter, runs, surfaces, ax=None):
         told(f"measured, {name}", speeds, fractions)
     curves = {"Rock'n'Roll with Biasi's fit": by_the_fit(radius, SPEEDS)}
     for rms, scan in surfaces:
-        adhesion, both = computed(scan, radius, SPEEDS)
+        adhesion, flights = computed(scan, radius, SPEEDS)
         curves[f"adhesion computed, rms {rms:g} nm"] = adhesion
-        for words, (own, held) in zip(("landed", "at rest"), both):
-            curves[f"all computed, {words}, rms {rms:g} nm"] = own.remaining.values[:, 0]
-            describe(rms, scan, held, words)
+        for label, (flight, held) in zip(("landed", "at rest"), flights):
+            curves[f"all computed, {label}, rms {rms:g} nm"] = flight.remaining.values[:, 0]
+            describe(rms, scan, held, label)
     values, weights = particles.biasi_adhesion(radius)
     mean = np.exp(np.log(values) @ weights)
     print(f"  Biasi's: pull-off over smooth {mean:.4f}; lever over radius 0.0100")
-    for words, fractions in curves.items():
-        told(words + (f" (rms off by {off_by(fractions, runs):.2f})" if runs else ""), SPEEDS, fractions)
+    for label, fractions in curves.items():
+        told(label + (f" (rms off by {off_by(fractions, runs):.2f})" if runs else ""), SPEEDS, fractions)
     if ax is not None:
         draw(ax, diameter, runs, curves)
 
@@ -139,14 +142,14 @@ def draw(ax, diameter, runs, curves):
     for marker, (name, (speeds, fractions)) in zip("os^", runs.items()):
         ax.plot(speeds, fractions, marker, color="0.3", markersize=3, label=f"measured, {name}")
     colours = iter(("0.0", *(colour for pair in zip(*[("#0173b2", "#de8f05", "#029e73")] * 3) for colour in pair)))
-    for k, (words, fractions) in enumerate(curves.items()):
+    for k, (label, fractions) in enumerate(curves.items()):
         ax.plot(
             SPEEDS,
             fractions,
             color=next(colours),
             linestyle=("-", "--", "-", ":")[(k - 1) % 3 + 1 if k else 0],
             linewidth=1.2,
-            label=words,
+            label=label,
         )
     ax.set(xscale="log", xlabel="friction velocity [m/s]", ylabel="fraction left after 1 s", title=f"{diameter:g} µm")
     ax.legend(fontsize=6.5, frameon=False, loc="upper left", bbox_to_anchor=(0, -0.17))
@@ -168,8 +171,8 @@ def main():
         figure = Figure(figsize=(8, 5.2), layout="constrained")
         axes = figure.subplots(1, 2)
     for diameter, ax in zip((10.0, 20.0), axes):
-        own = {f"run {run}": curve for (size, run), curve in runs.items() if size == diameter}
-        compare(diameter, own, surfaces, ax)
+        measured_runs = {f"run {run}": curve for (size, run), curve in runs.items() if size == diameter}
+        compare(diameter, measured_runs, surfaces, ax)
     if options.picture:
         figure.savefig(options.picture, dpi=200)
 

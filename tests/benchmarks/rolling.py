@@ -39,10 +39,10 @@ def spent(function):
     return time.process_time() - begun
 
 
-def ratio(other, one, repeat):
+def ratio(other, baseline, repeat):
     """Return the median ratio of the times of two functions called in turn, and the median time of the first."""
-    found = [(spent(other), spent(one)) for _ in range(repeat + 1)][1:]  # the first compiles
-    return statistics.median(a / b for a, b in found), statistics.median(a for a, _ in found)
+    times = [(spent(other), spent(baseline)) for _ in range(repeat + 1)][1:]  # the first compiles
+    return statistics.median(a / b for a, b in times), statistics.median(a for a, _ in times)
 
 
 def against_others(catalogue, places, repeat):
@@ -53,9 +53,11 @@ def against_others(catalogue, places, repeat):
     def moments(directions=24, subregions=(places, places)):
         return catalogue.contact.rolling(directions=directions, subregions=subregions)
 
-    over_map, each = ratio(moments, lambda: catalogue.contact.pull_off_map(**grid), repeat)
+    over_map, seconds = ratio(moments, lambda: catalogue.contact.pull_off_map(**grid), repeat)
     over_sweep, _ = ratio(moments, lambda: catalogue.contact.superpose(delta=sweep, **grid), repeat)
-    print(f"{places}² places, 24 directions: {1e3 * each / places**2:.2f} ms a place, {over_map:.2f} x pull_off_map,")
+    print(
+        f"{places}² places, 24 directions: {1e3 * seconds / places**2:.2f} ms a place, {over_map:.2f} x pull_off_map,"
+    )
     print(f"  {over_sweep:.2f} x superpose at 401 displacements")
     for directions in (1, 6, 12, 48):
         more, _ = ratio(lambda n=directions: moments(n), moments, repeat)
@@ -73,10 +75,10 @@ def afterwards(held, repeat):
         "fraction left at 40 speeds, 399 resamples": lambda: held.contact.resuspension(friction_velocity=speeds),
         "parameters of other codes": lambda: particles.parameters(held),
     }
-    for words, step in steps.items():
+    for label, step in steps.items():
         step()
         took = statistics.median(spent(step) for _ in range(repeat))
-        print(f"{words}: {took:.3f} s of {held.sizes['subregion']} places")
+        print(f"{label}: {took:.3f} s of {held.sizes['subregion']} places")
 
 
 def asperities_at(x, y, radius=100.0, sphere=1e9):
@@ -96,13 +98,13 @@ def accuracy():
     pull = 1.5 * np.pi * 0.1 * 100.0
     contact = (9 * np.pi * 0.1 * 100.0**2 / (8 * 39.4)) ** (1 / 3)
     centre = {"subregions": ([0.0], [0.0])}
-    one = asperities_at(np.zeros(1), np.zeros(1)).contact.rolling(directions=8, **centre)
-    print(f"one asperity: off by {float(abs(one.resisting_moment / (ONE * pull * contact) - 1).max()):.1e}")
+    single = asperities_at(np.zeros(1), np.zeros(1)).contact.rolling(directions=8, **centre)
+    print(f"one asperity: off by {float(abs(single.resisting_moment / (ONE * pull * contact) - 1).max()):.1e}")
     for count in (12, 60, 240):
         angle = 2 * np.pi * np.arange(count) / count
         ring = asperities_at(1e5 * np.cos(angle), 1e5 * np.sin(angle))
-        most = float(ring.contact.rolling(directions=[0.0], **centre).resisting_moment[0, 0])
-        print(f"{count:3d} asperities on a ring: off by {most / (RING * count * pull * 1e5) - 1:+.1e}")
+        moment = float(ring.contact.rolling(directions=[0.0], **centre).resisting_moment[0, 0])
+        print(f"{count:3d} asperities on a ring: off by {moment / (RING * count * pull * 1e5) - 1:+.1e}")
 
 
 def from_pressures(scan):
@@ -112,13 +114,15 @@ def from_pressures(scan):
     deltas = np.arange(-3.0, 3.5, 0.25)
     how = {"law": "exponential", "mesh": 2, "datum": "first_contact"}
     states = pair.contact.adhesive(delta=deltas, fields=True, subregions=places, **how)
-    own = states.contact.rolling()
+    by_pressures = states.contact.rolling()
     superposed = pair.contact.rolling(subregions=places)
     summed = with_pull_off(superposed, states)
     print("moments of the simulation's states over superposed ones at its pull-off, median of directions:")
-    for k, one in enumerate((own.resisting_moment / summed.resisting_moment).median("direction").values):
-        cells = float(own.contact_area[k]) / (float(scan.x[1] - scan.x[0]) / 2) ** 2
-        print(f"  {one:5.2f} where {int(superposed.contacts[k]):2d} asperities are superposed, {cells:.0f} cells touch")
+    ratios = (by_pressures.resisting_moment / summed.resisting_moment).median("direction").values
+    for k, ratio_of_place in enumerate(ratios):
+        cells = float(by_pressures.contact_area[k]) / (float(scan.x[1] - scan.x[0]) / 2) ** 2
+        contacts = int(superposed.contacts[k])
+        print(f"  {ratio_of_place:5.2f} where {contacts:2d} asperities are superposed, {cells:.0f} cells touch")
 
 
 def main():

@@ -50,9 +50,9 @@ SEEDS = (1, 2)
 def cases():
     """Return all surfaces and pairs, seed by seed, each in an order that covers the family from the first on."""
     groups = (("made", MADE), ("held", HELD))
-    every = [(name, *one, pair) for name, surfaces in groups for one in surfaces for pair in PAIRS]
-    mixed = [every[k] for k in np.random.default_rng(0).permutation(len(every))]
-    return [(*one[:-1], seed, *one[-1]) for seed in SEEDS for one in mixed]
+    combinations = [(name, *case, pair) for name, surfaces in groups for case in surfaces for pair in PAIRS]
+    mixed = [combinations[k] for k in np.random.default_rng(0).permutation(len(combinations))]
+    return [(*case[:-1], seed, *case[-1]) for seed in SEEDS for case in mixed]
 
 
 KNOWN = ("slope", "spacing / contact radius", "superposed / smooth", "Tabor", "pixels to a wave", "patch / wave")
@@ -80,28 +80,31 @@ def measured(scan, subregions=(2, 2), press=None):
 
 def summed(scan, subregions=(2, 2)):
     """Return the superposed pull-off with each patch."""
-    found = {patch: pull_off_map(scan.contact.asperities(patch=patch), subregions=subregions) for patch in PATCHES}
-    return {f"superposed_{patch}": float(one.pull_off_force.mean()) for patch, one in found.items()}
+    maps = {patch: pull_off_map(scan.contact.asperities(patch=patch), subregions=subregions) for patch in PATCHES}
+    return {
+        f"superposed_{patch}": float(pull_off_map_of_patch.pull_off_force.mean())
+        for patch, pull_off_map_of_patch in maps.items()
+    }
 
 
 def beforehand(scan, subregions=(2, 2)):
     """Return numbers that need no simulation."""
     catalogue = tabor(scan.contact.asperities())
-    found = pull_off_map(catalogue, subregions=subregions)
-    at = found.pull_off_delta.values
+    superposed = pull_off_map(catalogue, subregions=subregions)
+    at = superposed.pull_off_delta.values
     sweep = superpose(catalogue, delta=np.unique(at), subregions=subregions)
-    each = [sweep.isel(subregion=k).sel(delta=delta) for k, delta in enumerate(at)]
-    contacts = sum(int(one.contacts) for one in each)
+    swept = [sweep.isel(subregion=k).sel(delta=delta) for k, delta in enumerate(at)]
+    contacts = sum(int(sweep_of_place.contacts) for sweep_of_place in swept)
     area = np.prod([end - begin for begin, end in zip(*[iter(roughxr.scans.regions.extent(scan))] * 2)])
     return {
         "pixels to a wave": float(catalogue.shortest_wavelength / catalogue.pixel),
         "patch / wave": float(2 * catalogue.patch_radius / catalogue.shortest_wavelength),
-        "overlap": sum(int(one.contacts_overlapping) for one in each) / contacts,
+        "overlap": sum(int(sweep_of_place.contacts_overlapping) for sweep_of_place in swept) / contacts,
         "spacing / contact radius": float(np.sqrt(area / catalogue.sizes["asperity"]))
         / contact_radius(scan, catalogue),
         "slope": float(catalogue.rms_slope),
         "Tabor": float(catalogue.tabor_parameter.median()),
-        "superposed / smooth": float(found.pull_off_force.mean()) / smooth_pull_off(scan),
+        "superposed / smooth": float(superposed.pull_off_force.mean()) / smooth_pull_off(scan),
     }
 
 
@@ -145,7 +148,7 @@ def with_sums(table):
     rows = []
     for row in table.dropna(subset=["direct"]).to_dict("records"):
         scan = surface_of(*(row[key] for key in KEYS[1:]))
-        ratios = {name: value / row["direct"] for name, value in summed(scan).items()}
+        ratios = {name: force / row["direct"] for name, force in summed(scan).items()}
         rows.append(row | ratios | beforehand(scan))
     return pd.DataFrame(rows)
 
@@ -171,8 +174,8 @@ def tell(rows):
         print(f"  {name:26} {(y - np.polyval(np.polyfit(x, y, 1), x)).std(ddof=2):.2f}")
     print(f"  {'overlap':26} {(y - np.polyval(np.polyfit(made.overlap, y, 1), made.overlap)).std(ddof=2):.2f}")
     print("patches of so many waves, superposed / direct, 5 %, half and 95 % of the rows:")
-    each = [pd.DataFrame({"waves": k * PIXEL / rows.cutoff, "ratio": rows[f"superposed_{k}"]}) for k in PATCHES[1:]]
-    wide = pd.concat(each)
+    of_patch = [pd.DataFrame({"waves": k * PIXEL / rows.cutoff, "ratio": rows[f"superposed_{k}"]}) for k in PATCHES[1:]]
+    wide = pd.concat(of_patch)
     for low, high in itertools.pairwise((0.4, 0.8, 1.2, 1.6, 2.2, 3.5)):
         part = wide[(wide.waves >= low) & (wide.waves < high)].ratio
         if len(part):
@@ -185,7 +188,7 @@ def tell_twin():
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, surface_energy=0.6747, **ELASTIC)
     cycle = adhesive(scan, delta=[4.0], subregions=(8, 8), mesh=2, law="jkr", datum="first_contact")
     direct = float(cycle.pull_off_force.mean())
-    ratios = {name: round(value / direct, 2) for name, value in summed(scan, (8, 8)).items()}
+    ratios = {name: round(force / direct, 2) for name, force in summed(scan, (8, 8)).items()}
     print(f"glass twin: direct {direct:.0f} nN; superposed / direct {ratios}")
 
 
@@ -195,10 +198,10 @@ def tell_scans(paths):
         ground = roughxr.open_scan(path).contact.level().contact.fill()
         for radius, work in PAIRS:
             scan = ground.contact.assign_pair(sphere_radius=radius, work_of_adhesion=work, **ELASTIC)
-            found = measured(scan)
+            measures = measured(scan)
             said = superpose(scan.contact.asperities(), delta=[0.0], subregions=(2, 2)).attrs["expectation"]
-            ratios = {name: round(value / found["direct"], 2) for name, value in summed(scan).items()}
-            print(f"{Path(path).name}, R {radius:g} nm, w {work:g} J/m²: direct {found['direct']:.0f} nN; {ratios}")
+            ratios = {name: round(force / measures["direct"], 2) for name, force in summed(scan).items()}
+            print(f"{Path(path).name}, R {radius:g} nm, w {work:g} J/m²: direct {measures['direct']:.0f} nN; {ratios}")
             print(f"    {said}")
 
 

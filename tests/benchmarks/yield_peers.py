@@ -56,8 +56,8 @@ def tamaas(separation, hardness, pressure, delta):
     solver = tm.KatoSaturated(model, np.ascontiguousarray(-separation), 1e-10, float(hardness))
     solver.setIntegralOperator("dcfft")
     solver.max_iter = 5000
-    left = solver.solve(float(pressure.mean()))
-    return np.array(model.traction), bool(left < 1e-8)
+    residual = solver.solve(float(pressure.mean()))
+    return np.array(model.traction), bool(residual < 1e-8)
 
 
 def contactmechanics(separation, hardness, pressure, delta):
@@ -70,8 +70,8 @@ def contactmechanics(separation, hardness, pressure, delta):
     surface = PlasticTopography(Topography(-separation, physical_sizes=sizes), float(hardness))
     substrate = FreeFFTElasticHalfSpace(separation.shape, young=MODULUS, physical_sizes=sizes)
     system = PlasticNonSmoothContactSystem(substrate, surface)
-    found = system.minimize_proxy(offset=float(delta), pentol=1e-6, maxiter=5000)
-    return np.asarray(found.jac) / DX**2, bool(found.success)
+    minimum = system.minimize_proxy(offset=float(delta), pentol=1e-6, maxiter=5000)
+    return np.asarray(minimum.jac) / DX**2, bool(minimum.success)
 
 
 def told(pressure, hardness):
@@ -102,18 +102,18 @@ def violated(pressure, separation, hardness):
     return max(float(part.max(initial=0.0)) for part in misses)
 
 
-def solved_elsewhere(python, peer, given):
+def solved_elsewhere(python, peer, problem):
     """Return a peer's pressures and whether it converged, from a process of its own, or what went wrong."""
     with tempfile.TemporaryDirectory() as folder:
         task = Path(folder) / "task.npz"
         answer = Path(folder) / "answer.npz"
-        np.savez(task, **given)
+        np.savez(task, **problem)
         command = [python, __file__, "--solve", peer, str(task), str(answer)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             return done.stderr.strip().splitlines()[-1][:200]
-        found = np.load(answer)
-        return found["pressure"], bool(found["converged"])
+        solution = np.load(answer)
+        return solution["pressure"], bool(solution["converged"])
 
 
 def main():
@@ -129,26 +129,26 @@ def main():
         return
     separation = window()
     for delta, hardness in CASES:
-        own = ours(separation, delta, hardness)
-        force, area, share, force_share = told(own, hardness)
-        missed = violated(own, separation, hardness)
+        pressure_here = ours(separation, delta, hardness)
+        force, area, share, force_share = told(pressure_here, hardness)
+        missed = violated(pressure_here, separation, hardness)
         print(f"{delta:g} nm, {hardness:g} GPa: {force:.5g} nN, {area:.5g} nm², {share:.1%} of it at the hardness")
         print(f"  conditions missed by {missed:.1e} nm")
         for peer in PEERS:
-            given = {"separation": separation, "hardness": hardness, "pressure": own, "delta": delta}
-            found = solved_elsewhere(options.peer_python, peer, given)
-            if isinstance(found, str):
-                print(f"  {peer:17s} not there: {found}")
+            problem = {"separation": separation, "hardness": hardness, "pressure": pressure_here, "delta": delta}
+            solution = solved_elsewhere(options.peer_python, peer, problem)
+            if isinstance(solution, str):
+                print(f"  {peer:17s} not there: {solution}")
                 continue
-            found, converged = found
-            ratios = told(found, hardness) / (force, area, share or 1.0, force_share or 1.0)
-            words = " ".join(
-                f"{name} {value:.5f}" for name, value in zip(("force", "area", "share", "of force"), ratios)
+            pressure, converged = solution
+            values = told(pressure, hardness) / (force, area, share or 1.0, force_share or 1.0)
+            ratios = " ".join(
+                f"{name} {value:.5f}" for name, value in zip(("force", "area", "share", "of force"), values)
             )
-            misses = (
-                f"|Δp|/H {abs(found - own).max() / hardness:.0e}, missed {violated(found, separation, hardness):.0e}"
-            )
-            print(f"  {peer:17s} over ours: {words}; {misses}{'' if converged else ', not converged by its own word'}")
+            change = abs(pressure - pressure_here).max() / hardness
+            misses = f"|Δp|/H {change:.0e}, missed {violated(pressure, separation, hardness):.0e}"
+            ending = "" if converged else ", not converged by its own word"
+            print(f"  {peer:17s} over ours: {ratios}; {misses}{ending}")
 
 
 if __name__ == "__main__":

@@ -53,17 +53,17 @@ def windows(count):
     return [tile.max() - tile + (x[:, None] ** 2 + x[None, :] ** 2) / (2 * RADIUS) for tile in tiles]
 
 
-def ratio(other, one, repeat):
+def ratio(other, baseline, repeat):
     """Return the median of the ratios of the times of two functions, called in turn."""
-    found = []
+    ratios = []
     for _ in range(repeat + 1):
         times = []
-        for function in (one, other):
+        for function in (baseline, other):
             begun = time.process_time()
             function()
             times.append(time.process_time() - begun)
-        found.append(times[1] / times[0])
-    return statistics.median(found[1:])  # the first compiles
+        ratios.append(times[1] / times[0])
+    return statistics.median(ratios[1:])  # the first compiles
 
 
 def sweeps(solve, steps, separations, hardness):
@@ -71,8 +71,8 @@ def sweeps(solve, steps, separations, hardness):
 
     def run():
         options = {"hardness": kalker.Hardness(hardness)}
-        found = [solve(window, steps, DX, MODULUS, **options) for window in separations]
-        return sum(int((arrays[-3][:, kalker.STATUS] != kalker.CONVERGED).sum()) for arrays in found)
+        solved = [solve(window, steps, DX, MODULUS, **options) for window in separations]
+        return sum(int((arrays[-3][:, kalker.STATUS] != kalker.CONVERGED).sum()) for arrays in solved)
 
     return run
 
@@ -113,8 +113,8 @@ def accuracy_rows():
             half = int(np.sqrt(2 * radius * times * depth) / dx) + 2
             x = np.arange(-half, half + 1) * dx
             separation = (x[:, None] ** 2 + x[None, :] ** 2) / (2 * radius)
-            found = kalker.solve(separation, times * depth, dx, MODULUS, hardness=kalker.Hardness(hardness))
-            error = found.force / (expected * load) - 1
+            contact = kalker.solve(separation, times * depth, dx, MODULUS, hardness=kalker.Hardness(hardness))
+            error = contact.force / (expected * load) - 1
             print(f"delta / delta_Y = {times}, {cells:2d} cells in radius: force off by {error:+.1e}")
 
 
@@ -129,7 +129,7 @@ def punch_rows():
         dx = 10.0 / np.sqrt(disc.sum() / np.pi)
         w = 0.1 * dx / MODULUS
         row = []
-        for words, law, exact in (
+        for label, law, exact in (
             ("no range", smooth_laws.without_range(w, 0.25), griffith),
             (
                 "1 GPa",
@@ -137,12 +137,12 @@ def punch_rows():
                 punch_pull_off(adhesion_range=0.1, **flat),
             ),
         ):
-            (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
-            row.append(f"{words} {-found.states['force'].min() * MODULUS * dx / exact:.3f} of the closed form")
+            (path,) = follow_path(separation, np.array([0.2]), 0.02, law)
+            row.append(f"{label} {-path.states['force'].min() * MODULUS * dx / exact:.3f} of the closed form")
         for length in (0.3, 0.1):
             law = smooth_laws.smooth_law(exponential=(w, length))
-            (found,) = follow_path(separation, np.array([0.2]), 0.02, law)
-            pull = -found.states["force"].min() * MODULUS * dx
+            (path,) = follow_path(separation, np.array([0.2]), 0.02, law)
+            pull = -path.states["force"].min() * MODULUS * dx
             row.append(f"exponential over {length} nm {pull / griffith:.3f} of Griffith's")
         print(f"flat punch, {cells:2d} cells in radius: {', '.join(row)}")
 
@@ -157,9 +157,9 @@ def pressed_flat(cells, hardness, edge=10.0):
     deltas = np.array([delta])
     separation = (x[:, None] ** 2 + x**2) / (2 * radius)
     limit = kalker.Hardness(hardness)
-    found, *fields = kalker.sweep_arrays(separation, deltas, dx, MODULUS, hardness=limit, tolerance=1e-9, keep=1)
-    left = residual_heights(*fields, separation, deltas, hardness)[0]
-    return separation - left, delta, np.sqrt(found[0, kalker.AREA] / np.pi)
+    records, *fields = kalker.sweep_arrays(separation, deltas, dx, MODULUS, hardness=limit, tolerance=1e-9, keep=1)
+    residual = residual_heights(*fields, separation, deltas, hardness)[0]
+    return separation - residual, delta, np.sqrt(records[0, kalker.AREA] / np.pi)
 
 
 def flattened_rows(edge=10.0, work=0.1):
@@ -174,8 +174,8 @@ def flattened_rows(edge=10.0, work=0.1):
             separation, delta, radius = pressed_flat(cells, hard * unit, edge)
             w = work * edge / cells / MODULUS
             law = smooth_laws.without_range(w, 0.25)
-            (found,) = follow_path(separation, np.array([delta]), 0.02, law)
-            pull = -found.states["force"].min() * MODULUS * edge / cells
+            (path,) = follow_path(separation, np.array([delta]), 0.02, law)
+            pull = -path.states["force"].min() * MODULUS * edge / cells
             exact = flattened_pull_off(radius=radius, hardness=hard * unit, **flat)
             row.append(f"{cells} cells in radius {pull / exact:.3f} of the closed form")
         print(f"pressed flat, H = {hard:4g} sqrt(w E*/a): {', '.join(row)}")
