@@ -430,7 +430,7 @@ def write_mi(folder: Path, rows: np.ndarray, size: tuple[float, float]) -> Path:
     head = {"fileType": "Image", "xPixels": rows.shape[1], "yPixels": rows.shape[0]}
     head |= {"xLength": size[0] * 1e-9, "yLength": size[1] * 1e-9, "bufferLabel": "Topography", "bufferUnit": "nm"}
     head |= {"bufferRange": reach, "data": "BINARY"}
-    text = "".join(f"{key:<14s}{value}\n" for key, value in head.items())
+    text = "".join(f"{key:<14s}{entry}\n" for key, entry in head.items())
     path = folder / "scan.mi"
     path.write_bytes(text.encode() + np.round(rows[::-1] / reach * 32768).astype("<i2").tobytes())
     return path

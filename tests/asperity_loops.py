@@ -65,7 +65,7 @@ def asperities_contact(delta, scales, spline):
     a = np.empty(delta.shape)
     b = np.empty(delta.shape)
     for i in range(delta.shape[0]):
-        one = pick(scales, i)
+        scales_here = pick(scales, i)
         for j in range(delta.shape[1]):
-            P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], one, spline)
+            P[i, j], a[i, j], b[i, j] = asperity_contact(delta[i, j], scales_here, spline)
     return AsperityContact(P, a, b)

@@ -34,8 +34,8 @@ def fitted(samples, cells):
 def tabulate(rows, marks, cells):
     """The table of samples (P*/(1+q)³, a*/(1+q), b*/(λ(1+q))) along rows, and of their marks."""
     samples = np.concatenate([np.ones((len(rows), 1, 3)), np.array(rows)], axis=1)  # Hertz at z = 0
-    both = fitted(fitted(samples, cells).swapaxes(0, 1), CELLS_ALONG).swapaxes(0, 1)
-    return Table(np.ascontiguousarray(both), fitted(np.array(marks), cells))
+    coefficients = fitted(fitted(samples, cells).swapaxes(0, 1), CELLS_ALONG).swapaxes(0, 1)
+    return Table(np.ascontiguousarray(coefficients), fitted(np.array(marks), cells))
 
 
 # ---------------------------------------------------------------- ellipses of free shape

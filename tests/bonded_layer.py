@@ -54,7 +54,7 @@ def remainder(mismatch, ratio, base_ratio, count=600, last=16.0):
     s, weight = np.polynomial.legendre.leggauss(count)
     s = 0.5 * last * (s + 1)
     weight = 0.5 * last * weight
-    return s, weight, np.array([compliance(each, mismatch, ratio, base_ratio) for each in s]) - 1
+    return s, weight, np.array([compliance(wavenumber, mismatch, ratio, base_ratio) for wavenumber in s]) - 1
 
 
 def response(radius, layer, count=160, edge=0.0, *, flat=False):
@@ -71,12 +71,14 @@ def response(radius, layer, count=160, edge=0.0, *, flat=False):
     t, weight = np.polynomial.legendre.leggauss(count)
     t = 0.5 * radius * (t + 1)
     weight = 0.5 * radius * weight
-    q, weights, rest = remainder(*layer[1:])
-    part = weights * rest / thickness
+    q, weights, rest_of_compliance = remainder(*layer[1:])
+    part = weights * rest_of_compliance / thickness
     points = np.append(t, radius)
     cosines = np.cos(np.outer(points, q / thickness))
-    own = np.cos(np.outer(t, q / thickness))
-    kernel = 2 * (cosines * part) @ own.T / np.pi * weight  # K(t − s) + K(t + s) is twice the product of cosines
+    cosines_of_target = np.cos(np.outer(t, q / thickness))
+    kernel = (
+        2 * (cosines * part) @ cosines_of_target.T / np.pi * weight
+    )  # K(t − s) + K(t + s) is twice the product of cosines
     matrix = np.zeros((count + 2, count + 2))
     matrix[:-1, :count] = kernel
     matrix[:-1, :-1] += np.eye(count + 1)

@@ -81,11 +81,11 @@ def punch_pull_off(*, radius, contact_modulus, work_of_adhesion, adhesion_range=
         gap = 4 * pull * inner / (np.pi * contact_modulus) * (np.sqrt(m * m - 1) * np.arccos(1 / m) + 1 - m)
         return gap - adhesion_range
 
-    least = 1e-9 * radius
-    most = radius * (1 - 1e-12)
-    if opens_too_far(least) < 0:
+    smallest = 1e-9 * radius
+    largest = radius * (1 - 1e-12)
+    if opens_too_far(smallest) < 0:
         return float(np.pi * radius**2 * pull)
-    inner = brentq(opens_too_far, least, most)
+    inner = brentq(opens_too_far, smallest, largest)
     return float(2 * pull * (inner * np.sqrt(radius**2 - inner**2) + radius**2 * np.arccos(inner / radius)))
 
 

@@ -66,9 +66,9 @@ def loaded(separation, loads, dx, contact_modulus, **limits):
     return list(zip(deltas.tolist(), solutions(*arrays)))
 
 
-def solutions(found, pressures, displacements):
+def solutions(records, pressures, displacements):
     """Return the `Solution` of each row."""
     return [
         Solution(p, u, force, area, int(status), int(iterations), *others)
-        for p, u, (force, area, status, iterations, *others) in zip(pressures, displacements, found.tolist())
+        for p, u, (force, area, status, iterations, *others) in zip(pressures, displacements, records.tolist())
     ]

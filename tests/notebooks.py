@@ -92,8 +92,8 @@ def main() -> int:
     failures = 0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for done in as_completed([pool.submit(execute, path, options.store) for path in paths]):
-            words, failed = done.result()
-            print(words, flush=True)
+            report, failed = done.result()
+            print(report, flush=True)
             failures += failed
     return int(failures > 0)
 

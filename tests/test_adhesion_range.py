@@ -58,11 +58,13 @@ def test_a_range_far_above_what_summits_bend_is_not_said_to_be_none():
 
 def test_the_closest_approach_of_a_hamaker_constant_is_another_length(pair):
     """A = 12π z₀² w: Hamaker's sum ends there whatever the range, and Lennard-Jones takes its length from it."""
-    both = pair.assign_coords(hamaker_constant=12 * np.pi * 0.2**2 * 0.1)
-    found = [ds.contact.rigid(delta=[-9.0], **PLACES) for ds in (both, both.assign_coords(adhesion_range=2.0))]
-    np.testing.assert_array_equal(found[0].force, found[1].force)
-    assert found[1].attrs["closest_approach"] == pytest.approx(0.2)
-    assert read_pair(both).range_of("lennard_jones") == pytest.approx(0.2 * np.sqrt(0.75))
-    assert read_pair(both).range == read_pair(both).range_of("exponential") == 0.3
+    stated_both = pair.assign_coords(hamaker_constant=12 * np.pi * 0.2**2 * 0.1)
+    solutions = [
+        ds.contact.rigid(delta=[-9.0], **PLACES) for ds in (stated_both, stated_both.assign_coords(adhesion_range=2.0))
+    ]
+    np.testing.assert_array_equal(solutions[0].force, solutions[1].force)
+    assert solutions[1].attrs["closest_approach"] == pytest.approx(0.2)
+    assert read_pair(stated_both).range_of("lennard_jones") == pytest.approx(0.2 * np.sqrt(0.75))
+    assert read_pair(stated_both).range == read_pair(stated_both).range_of("exponential") == 0.3
     assert read_pair(pair).range_of("lennard_jones") == 0.3
-    assert read_pair(both.assign_coords(adhesion_range=2.0)).range_of("lennard_jones") == 2.0
+    assert read_pair(stated_both.assign_coords(adhesion_range=2.0)).range_of("lennard_jones") == 2.0

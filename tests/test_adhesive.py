@@ -187,8 +187,8 @@ def test_energy_is_kept_but_in_jumps():
     elastic = 0.5 * (back.pressure * back.displacement).sum(("x", "y")) * (3 * PIXEL) ** 2
     dx = float(ds.x[1] - ds.x[0])
     w = float(ds.work_of_adhesion)
-    left = w * np.exp(-STRENGTH * back.gap.clip(min=0) / w) * dx**2
-    energy = (elastic - left.where(back.gap.notnull()).sum(("x", "y"))).values
+    surface_energy = w * np.exp(-STRENGTH * back.gap.clip(min=0) / w) * dx**2
+    energy = (elastic - surface_energy.where(back.gap.notnull()).sum(("x", "y"))).values
     work = np.append(0.0, np.cumsum(0.5 * (back.force.values[1:] + back.force.values[:-1]) * np.diff(back.delta)))
     lost = work - (energy - energy[0])
     turnover = np.ptp(energy)
@@ -352,10 +352,10 @@ def test_what_is_refused(ground, options, message):
         by_cells(ground, delta=[1.0], **options)
 
 
-@pytest.mark.parametrize("given", [{"step": -1.0}, {"accuracy": 2.0}, {"cells": "fine"}])
-def test_a_mesh_is_refused_where_it_is_made(given):
+@pytest.mark.parametrize("options", [{"step": -1.0}, {"accuracy": 2.0}, {"cells": "fine"}])
+def test_a_mesh_is_refused_where_it_is_made(options):
     with pytest.raises(ValueError, match=r"step|accuracy|mesh"):
-        roughxr.Mesh(**given)
+        roughxr.Mesh(**options)
 
 
 def test_work_of_adhesion_is_needed(ground):

@@ -12,8 +12,8 @@ INPUTS = {"hardness": 20.0, "ruby": 0.0, "spectrum": 0.5}
 @pytest.mark.parametrize("law", [0.0, 1.0])
 def test_a_sphere_on_a_smooth_film_has_the_whole_work_of_adhesion(monkeypatch, law):
     monkeypatch.setattr(against, "FILM", tuple((wave, 1e-9 * power) for wave, power in against.FILM))
-    (found,) = against.on_diamond(1, 600, law=law, **INPUTS)
-    assert found == pytest.approx(46.3, rel=0.01)
+    (work,) = against.on_diamond(1, 600, law=law, **INPUTS)
+    assert work == pytest.approx(46.3, rel=0.01)
 
 
 def test_a_rougher_ruby_and_a_rougher_film_adhere_less():
@@ -33,10 +33,10 @@ def test_equally_rough_surfaces_are_told_apart_by_their_own_rms_alone():
 
 
 def test_the_film_is_that_of_its_container(shared_scans):
-    found = against.film_of(shared_scans / "uncd_container_ccby.zip")
+    film = against.film_of(shared_scans / "uncd_container_ccby.zip")
     waves, power = np.array(against.FILM).T
-    np.testing.assert_allclose(2 * np.pi / found.wavevector, waves, rtol=0.001)
-    np.testing.assert_allclose(found.psd, power, rtol=0.005)
+    np.testing.assert_allclose(2 * np.pi / film.wavevector, waves, rtol=0.001)
+    np.testing.assert_allclose(film.psd, power, rtol=0.005)
 
 
 def test_the_runs_are_those_that_were_digitised(shared_scans):

@@ -77,12 +77,12 @@ def test_a_damaged_field_is_refused_where_it_is_read_and_nowhere_else(groups, tm
     plane = expected.gap.isel(subregion=2, delta=1).values.tobytes()
     where = content.index(plane)
     path.write_bytes(content[: where + 80] + bytes([content[where + 80] ^ 1]) + content[where + 81 :])
-    found = load(path)["solutions/direct"]
+    loaded = load(path)["solutions/direct"]
     for part in ({"subregion": 3, "delta": 0}, {"subregion": [0, 1, 3]}, {"subregion": 0, "x": slice(3, 9), "y": 2}):
-        xr.testing.assert_identical(found.gap.isel(part).load(), expected.gap.isel(part))
-    xr.testing.assert_identical(found.pressure.load(), expected.pressure)
+        xr.testing.assert_identical(loaded.gap.isel(part).load(), expected.gap.isel(part))
+    xr.testing.assert_identical(loaded.pressure.load(), expected.pressure)
     with pytest.raises(ValueError, match=r"run.nc: .*damaged"):
-        found.gap.isel(subregion=slice(1, 3)).load()
+        loaded.gap.isel(subregion=slice(1, 3)).load()
 
 
 @pytest.mark.parametrize("group", ["scan", "solutions/direct"])
@@ -129,17 +129,17 @@ def test_a_field_is_not_read_from_a_file_that_replaced_its_own(groups, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("attrs", "words"),
+    ("attrs", "message"),
     [
         ({"area/pixel": 1.0}, "attribute names without '/'"),
         ({"pair": {"E": 75}}, "text, numbers or arrays, found pair="),
     ],
 )
-def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path, attrs, words):
+def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_path, attrs, message):
     for wrong in (
         groups["scan"].assign_attrs(attrs),
         groups["scan"].assign(height=groups["scan"].height.assign_attrs(attrs)),
     ):
-        with pytest.raises(ValueError, match=f"scan: expected .*{words}"):
+        with pytest.raises(ValueError, match=f"scan: expected .*{message}"):
             save({"scan": wrong}, tmp_path / "run.nc")
     assert list(tmp_path.iterdir()) == []

@@ -27,24 +27,24 @@ def paraboloids(centres, n=81, pixel=5.0, flattest=0.4, curvatures=(0.002, 0.006
 
 def test_exact_paraboloids_are_recovered_to_rounding():
     centres = [(-91.3, -80.2), (83.1, 77.7), (-74.9, 92.4)]
-    found = asperities(paraboloids(centres), patch=5).sortby("x")
-    assert found.sizes["asperity"] == 3
-    np.testing.assert_allclose(np.c_[found.x, found.y], sorted(centres), atol=1e-9)
-    np.testing.assert_allclose(found.height, 10, atol=1e-10)
-    np.testing.assert_allclose(found.curvature_min, 0.002, rtol=1e-9)
-    np.testing.assert_allclose(found.curvature_max, 0.006, rtol=1e-9)
-    np.testing.assert_allclose(found.orientation, 0.4, atol=1e-9)
-    np.testing.assert_allclose(found.fit_rms, 0, atol=1e-12)
-    assert not (found.saddle | found.edge | found.vertex_fixed).any()
+    catalogue = asperities(paraboloids(centres), patch=5).sortby("x")
+    assert catalogue.sizes["asperity"] == 3
+    np.testing.assert_allclose(np.c_[catalogue.x, catalogue.y], sorted(centres), atol=1e-9)
+    np.testing.assert_allclose(catalogue.height, 10, atol=1e-10)
+    np.testing.assert_allclose(catalogue.curvature_min, 0.002, rtol=1e-9)
+    np.testing.assert_allclose(catalogue.curvature_max, 0.006, rtol=1e-9)
+    np.testing.assert_allclose(catalogue.orientation, 0.4, atol=1e-9)
+    np.testing.assert_allclose(catalogue.fit_rms, 0, atol=1e-12)
+    assert not (catalogue.saddle | catalogue.edge | catalogue.vertex_fixed).any()
 
 
 def test_catalogue_is_labelled_and_remembers_its_scan():
-    found = asperities(glass_pair(scan(rough(40))), patch=5)
-    for name in found.variables:
-        assert found[name].attrs["units"], name
-    assert float(found.datum_height) == float(scan(rough(40)).height.max())
-    assert float(found.patch_radius) == pytest.approx(2.5 * 9.77)
-    assert float(found.sphere_radius) == 3000
+    catalogue = asperities(glass_pair(scan(rough(40))), patch=5)
+    for name in catalogue.variables:
+        assert catalogue[name].attrs["units"], name
+    assert float(catalogue.datum_height) == float(scan(rough(40)).height.max())
+    assert float(catalogue.patch_radius) == pytest.approx(2.5 * 9.77)
+    assert float(catalogue.sphere_radius) == 3000
 
 
 def test_a_flat_scan_has_no_asperity_and_cannot_be_reconstructed():
@@ -97,11 +97,11 @@ def wave(pixels, count=96, pixel=5.0, amplitude=1.0):
 def test_the_patch_follows_the_wave_and_finds_its_summits(pixels):
     """A fit over a sixth of a cosine gives its curvature to a few per cent; one over two waves does not."""
     surface, curvature = wave(pixels)
-    found = asperities(surface)
-    assert float(found.shortest_wavelength) == pytest.approx(5 * pixels, rel=0.25)
-    width = 2 * float(found.patch_radius)
+    catalogue = asperities(surface)
+    assert float(catalogue.shortest_wavelength) == pytest.approx(5 * pixels, rel=0.25)
+    width = 2 * float(catalogue.patch_radius)
     assert 0.08 * 5 * pixels < width <= 0.4 * 5 * pixels
-    inner = found.isel(asperity=np.flatnonzero(~found.edge & (found.height > 0)))
+    inner = catalogue.isel(asperity=np.flatnonzero(~catalogue.edge & (catalogue.height > 0)))
     blunted = 0.4 if pixels < 4 else 0.08  # more by the spline, which knows no wave between the pixels
     for name in ("curvature_min", "curvature_max"):
         assert (1 - blunted) * curvature < float(inner[name].median()) < 1.08 * curvature
@@ -187,12 +187,12 @@ def test_splined_summits_are_those_of_the_surface_in_finer_pixels():
     """Of a wave of 2.6 pixels, every summit between the pixels; a scan four times finer is the oracle."""
     fine = self_affine((512, 512), 2.5, rms=1.5, hurst=0.8, rolloff=200, cutoff=26, seed=4)
     coarse = fine.isel(x=slice(None, None, 4), y=slice(None, None, 4))
-    found = asperities(coarse)
+    catalogue = asperities(coarse)
     oracle = asperities(fine)
-    assert float(found.pixel) == 10.0
-    assert found.sizes["asperity"] == pytest.approx(oracle.sizes["asperity"], rel=0.05)
+    assert float(catalogue.pixel) == 10.0
+    assert catalogue.sizes["asperity"] == pytest.approx(oracle.sizes["asperity"], rel=0.05)
     for name in ("height", "curvature_min", "curvature_max", "axis_ratio"):
-        assert float(found[name].median()) == pytest.approx(float(oracle[name].median()), rel=0.15)
+        assert float(catalogue[name].median()) == pytest.approx(float(oracle[name].median()), rel=0.15)
     pixels = asperities(coarse, patch=3)
     assert pixels.sizes["asperity"] < 0.85 * oracle.sizes["asperity"]
 
@@ -235,6 +235,6 @@ def test_a_plane_and_a_level_scan_have_no_wave():
 def test_flat_tops_stay_flat_between_the_pixels():
     height = np.round(rough(64, rms=1.0, smooth=0.9) * 2) / 2
     height[20:30, 20:30] = 9.0
-    found = asperities(scan(height), patch="10 nm")
-    assert found.sizes["asperity"] > 0 and bool(np.isfinite(found.height).all())
-    assert float(found.datum_height) == 9.0
+    catalogue = asperities(scan(height), patch="10 nm")
+    assert catalogue.sizes["asperity"] > 0 and bool(np.isfinite(catalogue.height).all())
+    assert float(catalogue.datum_height) == 9.0

@@ -43,8 +43,8 @@ def asperity(ratio, Re=1000.0):
 
 
 def contact(name, delta, ratio, w=W, Re=1000.0):
-    one = asperity_scales(*asperity(ratio, Re), E_STAR, w, law(name))
-    return asperity_contact(delta, one, law(name).spline)
+    scales = asperity_scales(*asperity(ratio, Re), E_STAR, w, law(name))
+    return asperity_contact(delta, scales, law(name).spline)
 
 
 def events(name, ratio):
@@ -116,8 +116,8 @@ def test_self_similar_makes_the_energy_stationary():
         return np.pi * a * E_STAR / (2 * K) * bracket - W * np.pi * lam * a**2
 
     a = contact("self_similar", delta, 3.0).a
-    found = optimize.minimize_scalar(energy, bounds=(0.8 * a, 1.3 * a), method="bounded", options={"xatol": 1e-8})
-    assert found.x == pytest.approx(a, rel=1e-6)
+    minimum = optimize.minimize_scalar(energy, bounds=(0.8 * a, 1.3 * a), method="bounded", options={"xatol": 1e-8})
+    assert minimum.x == pytest.approx(a, rel=1e-6)
 
 
 def test_plain_strain_energy_of_equation_8():
@@ -313,14 +313,14 @@ def test_plain_scaling_laws(name):
 @pytest.mark.parametrize("ratio", [1.0, 1.7, 25.0, 2000.0])
 def test_branch_is_continuous_and_stable(name, ratio):
     """From its end on, contact grows without jumps and the load changes without kinks."""
-    one = asperity_scales(*asperity(ratio), E_STAR, W, law(name))
+    scales = asperity_scales(*asperity(ratio), E_STAR, W, law(name))
     q = np.linspace(0, 6, 3001)
-    delta = (one.end + q**2) * one.delta
-    delta[0] += 1e-12 * one.delta
-    P, a, b = (np.array(x) for x in zip(*(asperity_contact(d, one, law(name).spline) for d in delta)))
+    delta = (scales.end + q**2) * scales.delta
+    delta[0] += 1e-12 * scales.delta
+    P, a, b = (np.array(x) for x in zip(*(asperity_contact(d, scales, law(name).spline) for d in delta)))
     assert np.all(np.diff(a) > 0)
     assert np.all(np.diff(b) > 0)
-    assert np.max(np.abs(np.diff(P, 2)) / one.P) < 2e-3
+    assert np.max(np.abs(np.diff(P, 2)) / scales.P) < 2e-3
 
 
 @pytest.mark.parametrize("name", ASPERITY_LAWS)
@@ -344,29 +344,29 @@ def gaussian_mean(f, separation, lowest, steps=20000):
 
 @pytest.mark.parametrize("h, expected", [(0, 0.430020), (1, 0.07566818), (2, 6.648178e-3)])
 def test_greenwood_williamson_integrals(h, expected):
-    one = asperity_scales(0.01, 0.01, E_STAR, 0.0, law("hertz"))
+    scales = asperity_scales(0.01, 0.01, E_STAR, 0.0, law("hertz"))
 
     def force(x):
-        return asperities_contact(x[None] * one.delta, many(one), law("hertz").spline).P[0] / one.P
+        return asperities_contact(x[None] * scales.delta, many(scales), law("hertz").spline).P[0] / scales.P
 
     assert gaussian_mean(force, h, 0.0) == pytest.approx(expected, rel=2e-6)
 
 
-def many(one):
-    return type(one)(*(np.array([field]) for field in one))
+def many(scales):
+    return type(scales)(*(np.array([field]) for field in scales))
 
 
 @pytest.mark.parametrize("name", ["self_similar", "energy"])
 @pytest.mark.parametrize("sigma, h, pull", [(0.25, 0.82, 0.8981), (1.0, 0.54, 0.3021), (2.0, 1.49, 0.03646)])
 def test_fuller_tabor(name, sigma, h, pull):
     """Equal spheres, Gaussian heights of deviation σδ_c, displacement control down to the branch's end."""
-    one = asperity_scales(0.01, 0.01, E_STAR, W, law(name))
+    scales = asperity_scales(0.01, 0.01, E_STAR, W, law(name))
 
     def force(x):
-        return asperities_contact(x[None] * sigma * one.delta, many(one), law(name).spline).P[0] / one.P
+        return asperities_contact(x[None] * sigma * scales.delta, many(scales), law(name).spline).P[0] / scales.P
 
     def net_pull(separation):
-        return -gaussian_mean(force, separation, one.end / sigma)
+        return -gaussian_mean(force, separation, scales.end / sigma)
 
     best = optimize.minimize_scalar(lambda s: -net_pull(s), bounds=(h - 1, h + 1), method="bounded")
     assert -best.fun == pytest.approx(pull, abs=0.6 * 10 ** np.floor(np.log10(pull) - 3))

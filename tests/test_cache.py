@@ -22,13 +22,13 @@ def test_what_one_changes_in_place_no_other_sees():
 
 def test_threads_get_the_same(monkeypatch):
     surface = glass_pair(scan(rough(48, seed=79)))
-    found = []
-    workers = [threading.Thread(target=lambda: found.append(surface.contact.asperities())) for _ in range(4)]
+    catalogues = []
+    workers = [threading.Thread(target=lambda: catalogues.append(surface.contact.asperities())) for _ in range(4)]
     for worker in workers:
         worker.start()
     for worker in workers:
         worker.join()
-    assert len(found) == 4 and all(one.equals(found[0]) for one in found)
+    assert len(catalogues) == 4 and all(catalogue.equals(catalogues[0]) for catalogue in catalogues)
 
 
 def test_a_square_array_is_not_its_transpose():

@@ -67,9 +67,9 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
     surface = glass_pair(scan(rough(96)))
     exact = pull_off_map(surface, subregions=(4, 4))
     for delta in (None, [0.0], np.linspace(-2, 3, 11)):
-        found = superpose(surface, delta=delta, subregions=(4, 4))
-        np.testing.assert_array_equal(found.pull_off_force, exact.pull_off_force)
-        np.testing.assert_array_equal(pull_off(found).pull_off_delta, exact.pull_off_delta)
+        summed = superpose(surface, delta=delta, subregions=(4, 4))
+        np.testing.assert_array_equal(summed.pull_off_force, exact.pull_off_force)
+        np.testing.assert_array_equal(pull_off(summed).pull_off_delta, exact.pull_off_delta)
     sweep = superpose(surface, subregions=(4, 4))
     assert (sweep.delta[0] < exact.pull_off_delta).all() and (exact.pull_off_delta < sweep.delta[-1]).all()
     part = pull_off(sweep.drop_vars("pull_off_force")).pull_off_force / exact.pull_off_force
@@ -79,8 +79,8 @@ def test_a_superposition_knows_its_exact_pull_off_whatever_its_displacements():
 @pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_what_speaks_for_some_places_says_so():
     surface = glass_pair(scan(rough(96)))
-    found = superpose(surface, subregions=(4, 4))
-    middle = float(found.pull_off_delta.median())
+    summed = superpose(surface, subregions=(4, 4))
+    middle = float(summed.pull_off_delta.median())
     short = superpose(surface, delta=[middle - 2.0, middle - 1.0], subregions=(4, 4))
     with pytest.warns(UserWarning, match="too short for .* of 16 places"):
         by_steps = pull_off(short.drop_vars("pull_off_force"))

@@ -22,8 +22,8 @@ def told(solve, *arguments, **options):
     """Return a result and what it warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = solve(*arguments, **options)
-    return found, [str(one.message) for one in caught if "have not converged" in str(one.message)]
+        solution = solve(*arguments, **options)
+    return solution, [str(warning.message) for warning in caught if "have not converged" in str(warning.message)]
 
 
 def test_direct_warns_once_and_what_rests_on_it_is_missing(surface, monkeypatch):
@@ -75,8 +75,8 @@ def test_a_moment_rests_on_converged_states_alone():
         },
         {"method": "adhesive", "law": "exponential"},
     )
-    found, said = told(rolling, ds, directions=4)
-    assert found.resisting_moment.notnull().all() and found.converged.all() and not said
+    rolled, said = told(rolling, ds, directions=4)
+    assert rolled.resisting_moment.notnull().all() and rolled.converged.all() and not said
     lost = ds.assign(converged=ds.converged.copy(data=[[[True, True], [False, True]]]))
-    found, said = told(rolling, lost, directions=4)
-    assert found.resisting_moment.isnull().all() and not found.converged.any() and len(said) == 1
+    rolled, said = told(rolling, lost, directions=4)
+    assert rolled.resisting_moment.isnull().all() and not rolled.converged.any() and len(said) == 1

@@ -26,7 +26,7 @@ def branch(modulus, work, radius):
     return "dugdale", pull * force, a_c**2 / radius * indentation
 
 
-def measured(rng, modulus, work, radius, stiffness, errors, *, both=True, drift=0.0):
+def measured(rng, modulus, work, radius, stiffness, errors, *, with_approach=True, drift=0.0):
     """Return a curve as recorded: with noise that is correlated, tilt, drift, and wrong calibrations."""
     _, force, indentation = branch(modulus, work, radius)
     travel = indentation + force / stiffness
@@ -39,15 +39,19 @@ def measured(rng, modulus, work, radius, stiffness, errors, *, both=True, drift=
     noise = pull * 10 ** rng.uniform(-2.7, -1.5)
     stiffer, larger = np.array(errors) * rng.normal(size=2)
     recorded = []
-    for end, z in ((travel[0], piezo), (max(travel[0], 0.0), piezo[::-1]))[: 1 + both]:  # on approach it snaps in
-        own = np.where(z >= end, np.interp(z, travel, force), 0) * np.exp(-stiffer - larger)
+    for end, z in ((travel[0], piezo), (max(travel[0], 0.0), piezo[::-1]))[
+        : 1 + with_approach
+    ]:  # on approach it snaps in
+        recorded_force = np.where(z >= end, np.interp(z, travel, force), 0) * np.exp(-stiffer - larger)
         memory = np.exp(-np.arange(40) / rng.uniform(0.1, 6.0))
-        own += noise * np.convolve(rng.normal(size=n + 39), memory / np.sqrt((memory**2).sum()), "valid")
-        own += pull * (rng.normal() + 0.1 * rng.normal() * (z - top) / span) + drift * noise * np.linspace(0, 1, n)
-        recorded.append((z + 1000 * rng.normal(), own))
+        recorded_force += noise * np.convolve(rng.normal(size=n + 39), memory / np.sqrt((memory**2).sum()), "valid")
+        recorded_force += pull * (rng.normal() + 0.1 * rng.normal() * (z - top) / span) + drift * noise * np.linspace(
+            0, 1, n
+        )
+        recorded.append((z + 1000 * rng.normal(), recorded_force))
     values = np.array(recorded).transpose(1, 0, 2)
     dims = ("branch", "sample")
-    names = ["retraction", "loading"][: 1 + both]
+    names = ["retraction", "loading"][: 1 + with_approach]
     made = {"piezo": (dims, values[0], {"units": "nm"}), "force": (dims, values[1], {"units": "nN"})}
     return xr.Dataset(made, {"branch": names}, {"spring_constant": stiffness * np.exp(-stiffer)})
 
@@ -67,8 +71,8 @@ def covered(count, soft, errors, **options):
         rng = np.random.default_rng(seed)
         modulus, work, radius, stiffness = drawn(rng, soft)
         curve = measured(rng, modulus, work, radius, stiffness, errors, **options)
-        given = dict(zip(("spring_constant_std", "sensitivity_std"), errors))
-        fit = roughxr.fit_curve(curve, sphere_radius=radius, **given).isel(subregion=0)
+        calibration = dict(zip(("spring_constant_std", "sensitivity_std"), errors))
+        fit = roughxr.fit_curve(curve, sphere_radius=radius, **calibration).isel(subregion=0)
         if not fit.reason.item():
             ends = [
                 (float(fit[f"fitted_{name}_low"]), float(fit[f"fitted_{name}_high"])) for name in ("modulus", "work")
@@ -96,8 +100,8 @@ def test_the_law_is_tabors(law, modulus, work):
     fits = [roughxr.fit_curve(curve, **exact).isel(subregion=0) for curve in curves]
     assert branch(modulus, work, 500.0)[0] == law and {fit.law.item() for fit in fits} == {law}
     assert np.mean([fit.fitted_work_of_adhesion for fit in fits]) == pytest.approx(work, rel=0.03)
-    given = roughxr.fit_curve(curves[1], law=law, **exact).isel(subregion=0)
-    np.testing.assert_allclose(given.fitted_work_of_adhesion, fits[1].fitted_work_of_adhesion, rtol=1e-3)
+    with_law = roughxr.fit_curve(curves[1], law=law, **exact).isel(subregion=0)
+    np.testing.assert_allclose(with_law.fitted_work_of_adhesion, fits[1].fitted_work_of_adhesion, rtol=1e-3)
 
 
 def test_the_rms_of_the_residuals_is_the_noise_where_the_law_fits():
@@ -112,9 +116,9 @@ def test_the_rms_of_the_residuals_is_the_noise_where_the_law_fits():
 
 def test_a_map_is_its_curves_and_keeps_its_places():
     rng = np.random.default_rng(4)
-    each = [measured(rng, 1e-3, 0.05, 2000.0, 0.5, (0.0, 0.0)) for _ in range(3)]
-    n = min(curve.sizes["sample"] for curve in each)
-    whole = xr.concat([curve.isel(sample=slice(0, n)) for curve in each], "subregion", combine_attrs="override")
+    curves = [measured(rng, 1e-3, 0.05, 2000.0, 0.5, (0.0, 0.0)) for _ in range(3)]
+    n = min(curve.sizes["sample"] for curve in curves)
+    whole = xr.concat([curve.isel(sample=slice(0, n)) for curve in curves], "subregion", combine_attrs="override")
     whole = whole.assign_coords(subregion_x=("subregion", [0.0, 1.0, 2.0], {"units": "um"}))
     fit = whole.contact.fit_curve(sphere_radius="2 um")
     np.testing.assert_allclose(fit.subregion_x, [0, 1000, 2000])
@@ -148,7 +152,7 @@ def test_curves_that_cannot_be_fitted_are_refused_or_say_why():
 
 
 def test_the_shell_prints_modulus_and_work(tmp_path, capsys):
-    curve = measured(np.random.default_rng(0), 1e-3, 0.05, 2000.0, 0.5, (0.0, 0.0), both=False).isel(branch=0)
+    curve = measured(np.random.default_rng(0), 1e-3, 0.05, 2000.0, 0.5, (0.0, 0.0), with_approach=False).isel(branch=0)
     rows = "".join(f"{z!r},{f!r}\n" for z, f in zip(curve.piezo.values.tolist(), curve.force.values.tolist()))
     (tmp_path / "curve.csv").write_text("piezo [nm],force [nN]\n" + rows)
     line = ["measured", str(tmp_path / "curve.csv"), "--sphere-radius", "2000"]

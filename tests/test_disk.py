@@ -113,10 +113,10 @@ def test_an_interrupt_waits_until_the_file_is_whole(tmp_path):
 
 
 def test_an_interrupt_that_waited_does_not_hide_that_there_was_an_error():
-    with pytest.raises(KeyboardInterrupt) as found, uninterrupted():
+    with pytest.raises(KeyboardInterrupt) as interrupt, uninterrupted():
         signal.raise_signal(signal.SIGINT)
         raise ZeroDivisionError
-    assert isinstance(found.value.__context__, ZeroDivisionError)
+    assert isinstance(interrupt.value.__context__, ZeroDivisionError)
 
 
 def test_a_long_write_is_broken_off_between_two_pieces(tmp_path):

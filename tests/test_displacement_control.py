@@ -115,9 +115,9 @@ def test_a_bad_guess_leads_to_the_same_contact(smooth):
     separation = z.max() - z + sphere_gap(48, 9.77)
     deltas = (9.6, 12.0)
     before, wanted = (kalker.solve(separation, delta, 9.77, E, tolerance=1e-9).pressure * 9.77 / E for delta in deltas)
-    found = working_set.solve_in_box(deltas[1] - separation, guess(before), 1e-9, 5000, np.inf)
-    assert found.outcome.status == active_set.CONVERGED
-    np.testing.assert_allclose(found.pressure, wanted, atol=1e-7 * wanted.max())
+    contact = working_set.solve_in_box(deltas[1] - separation, guess(before), 1e-9, 5000, np.inf)
+    assert contact.outcome.status == active_set.CONVERGED
+    np.testing.assert_allclose(contact.pressure, wanted, atol=1e-7 * wanted.max())
 
 
 def test_the_force_meets_its_tolerance_near_first_touch_too():
@@ -251,7 +251,7 @@ def test_an_exhausted_solve_says_so():
     """Its residual is that of the contact conditions, recomputed, and its status not a finished solve's."""
     separation = sphere_gap(65, 9.77)
     delta = 15.0
-    solution, whole = (kalker.solve(separation, delta, 9.77, E, max_iterations=most) for most in (3, 5000))
+    solution, whole = (kalker.solve(separation, delta, 9.77, E, max_iterations=iterations) for iterations in (3, 5000))
     assert whole.converged and not solution.converged
     assert solution.iterations < whole.iterations
     gap = independent_gap(solution, separation, delta, 9.77)
@@ -276,8 +276,8 @@ def test_cells_exchanged_one_at_a_time_reach_the_same_contact(dense):
         goal = 1e-9 * depth.max()
         if not dense:
             goal = 1e-6 * depth.max()  # of single precision
-        found = active_set.solve(cells, depth, pressure, gap, contact, goal, 5000, 0.0, np.inf, patience)
-        assert found[0] == active_set.CONVERGED
+        outcome = active_set.solve(cells, depth, pressure, gap, contact, goal, 5000, 0.0, np.inf, patience)
+        assert outcome[0] == active_set.CONVERGED
         force = pressure.sum() * E * 9.77
         assert force == pytest.approx(kalker.solve(separation, 10.0, 9.77, E, tolerance=1e-9).force, rel=20 * goal)
 

@@ -95,21 +95,21 @@ def test_control_characters_of_a_title_do_not_stop_a_table(suffix, tmp_path):
 
 
 def test_scalars_are_a_table_too(tmp_path):
-    found = roughness(scan(rough(32)))
-    shown = to_table(found)
-    assert shown.loc["s_q", "value"] == float(found.s_q)
+    numbers = roughness(scan(rough(32)))
+    shown = to_table(numbers)
+    assert shown.loc["s_q", "value"] == float(numbers.s_q)
     assert shown.loc["s_q", "units"] == "nm"
-    assert set(shown.index) == set(found.data_vars)
-    assert pd.read_csv(to_table(found, tmp_path / "a.csv"), index_col="quantity").value.s_q == shown.value.s_q
+    assert set(shown.index) == set(numbers.data_vars)
+    assert pd.read_csv(to_table(numbers, tmp_path / "a.csv"), index_col="quantity").value.s_q == shown.value.s_q
 
 
 def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(tmp_path):
     scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=3000, materials="glass")
     held = roughxr.rolling(scan, directions=8, subregions=(2, 2))
     load = roughxr.particles.critical_load(held, "wall_shear", particle_density=2500)
-    left = roughxr.particles.resuspension(held, friction_velocity=[1.0], particle_density=2500)
-    for words in (load.attrs["comment"], left.attrs["comment"], particles.parameters(held).attrs["comment"]):
-        assert "without settling" in words and "as the scan shows it" in words
+    resuspended = roughxr.particles.resuspension(held, friction_velocity=[1.0], particle_density=2500)
+    for comment in (load.attrs["comment"], resuspended.attrs["comment"], particles.parameters(held).attrs["comment"]):
+        assert "without settling" in comment and "as the scan shows it" in comment
     lines = particles.to_dem(held, code="lammps", classes=1)
     assert "as the scan shows it" in lines and "differs from the cumulative distribution" in lines
     assert "result of critical_load" in repr(load.contact)

@@ -373,9 +373,9 @@ def test_superposed_asperities_of_a_humid_pair_do_not_roll(humid):
 def test_the_budget_changes_humidity_and_contact_angles(humid):
     changed = {"humidity": [-0.1, 0.1], "contact angle": [30.0]}
     budget = humid.contact.error_budget(places=1, settings=changed, mesh=roughxr.Mesh(accuracy=None))
-    rises = [humid.assign_coords(liquid.humidity_coordinates(humid, one)) for one in (0.5, 0.6)]
+    rises = [humid.assign_coords(liquid.humidity_coordinates(humid, share)) for share in (0.5, 0.6)]
     options = {"subregions": regions.sample(regions.centres(humid), 1), "mesh": roughxr.Mesh(accuracy=None)}
-    low, high = (float(one.contact.adhesive(**options).pull_off_force[0]) for one in rises)
+    low, high = (float(pair_at_share.contact.adhesive(**options).pull_off_force[0]) for pair_at_share in rises)
     assert float(budget.relative_std.sel(entry="humidity")) >= (high / low - 1) * 0.98
     thin = humid.contact.rigid(delta=[0.0]).meniscus_error
     assert float(budget.pull_off_change.sel(entry="thin menisci")) == pytest.approx(-float(thin[0]), rel=1e-6)

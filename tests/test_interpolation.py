@@ -35,15 +35,15 @@ def centres(size, n):
     return (np.arange(size * n) + 0.5) / n - 0.5
 
 
-@pytest.mark.parametrize(("shortest", "most"), [(2.05, 2e-2), (3.0, 3e-3), (4.0, 2e-3)])
-def test_a_band_limited_surface_comes_out_as_it_is(shortest, most):
+@pytest.mark.parametrize(("shortest", "largest"), [(2.05, 2e-2), (3.0, 3e-3), (4.0, 2e-3)])
+def test_a_band_limited_surface_comes_out_as_it_is(shortest, largest):
     surface = waves_of(shortest, 1)
     pixels = np.arange(64)
     fine = centres(64, 4)
     inside = slice(40, -40)  # ten pixels from the edges, whose kink falls off
     true = surface(fine, fine)[inside, inside]
     off = np.abs(band_limited(surface(pixels, pixels), 4)[inside, inside] - true).max()
-    assert off < most * 1.5
+    assert off < largest * 1.5
     assert off < 0.2 * np.abs(splined(surface(pixels, pixels), 4)[inside, inside] - true).max()
 
 
@@ -84,7 +84,7 @@ def scan_of(height, pixel):
 @pytest.mark.filterwarnings("ignore:.*miss accuracy")
 @pytest.mark.parametrize(
     ("shortest", "noise"),
-    [(2.05, 0.0), *(pytest.param(*one, marks=pytest.mark.soak) for one in ((4.0, 0.05), (3.0, 0.0), (4.0, 0.0)))],
+    [(2.05, 0.0), *(pytest.param(*case, marks=pytest.mark.soak) for case in ((4.0, 0.05), (3.0, 0.0), (4.0, 0.0)))],
 )
 def test_half_a_pixel_aside_a_pull_off_is_the_same_within_its_stated_error(shortest, noise):
     pixel = 6.0
@@ -96,6 +96,6 @@ def test_half_a_pixel_aside_a_pull_off_is_the_same_within_its_stated_error(short
         scan = scan_of(surface(n + aside, n + aside), pixel)
         places = (x - aside * pixel, y - aside * pixel)
         solved.append(scan.contact.adhesive(subregions=places, law="exponential"))
-    one, other = (solution.pull_off_force.values for solution in solved)
+    at_pixel, half_a_pixel_aside = (solution.pull_off_force.values for solution in solved)
     stated = np.hypot(*(solution.pull_off_error.values for solution in solved))
-    assert (np.abs(one - other) <= stated * one).mean() >= 0.9
+    assert (np.abs(at_pixel - half_a_pixel_aside) <= stated * at_pixel).mean() >= 0.9

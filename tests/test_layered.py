@@ -45,8 +45,8 @@ def test_squares_are_the_double_integral_of_the_hankel_transform(kind):
     for thickness in (0.6, 5.0):
         table = influence_coefficients(300, 300, Film(thickness, share, *FILMS[kind]))
         for i, j in [(0, 0), (1, 0), (1, 1), (3, 2), (7, 0), (20, 12), (23, 23), (24, 0), (60, 31), (299, 150)]:
-            rest = share / np.pi / thickness * _mean_over_square(kind, thickness, i, j)
-            expected = love_coefficients(300, 300)[i, j] + rest
+            remainder = share / np.pi / thickness * _mean_over_square(kind, thickness, i, j)
+            expected = love_coefficients(300, 300)[i, j] + remainder
             assert table[i, j] == pytest.approx(expected, abs=3e-8 * max(1.0, compliance(0.0, *FILMS[kind]))), (i, j)
 
 
@@ -59,8 +59,8 @@ def _mean_over_square(kind, thickness, i, j):
     ends = np.linspace(0, 20, pieces + 1)
     s = (ends[:-1, None] + (ends[1] - ends[0]) * 0.5 * (s + 1)).ravel()
     ds = np.tile(0.5 * (ends[1] - ends[0]) * ds, pieces)
-    rest = ds * (compliance(s, *FILMS[kind]) - 1)
-    mean = np.array([rest @ special.j0(s * each) for each in r.ravel()]).reshape(r.shape)
+    integrand = ds * (compliance(s, *FILMS[kind]) - 1)
+    mean = np.array([integrand @ special.j0(s * distance) for distance in r.ravel()]).reshape(r.shape)
     return 0.25 * weight @ mean @ weight
 
 
@@ -81,8 +81,8 @@ def test_coefficients_are_positive_definite(kind, thickness):
     film = Film(thickness, 1.0, *FILMS[kind])
     rows, columns = (index.ravel() for index in np.indices((24, 24)))
     matrix = products.matrix_between(rows, columns, influence_coefficients(24, 24, film))
-    least, *_, most = np.linalg.eigvalsh(matrix)
-    assert least > 1e-6 * most
+    smallest, *_, largest = np.linalg.eigvalsh(matrix)
+    assert smallest > 1e-6 * largest
     pressure = np.random.default_rng(1).standard_normal((24, 24))
     np.testing.assert_allclose(products.displaced(pressure, film).ravel(), matrix @ pressure.ravel(), atol=1e-11)
 

@@ -64,7 +64,7 @@ def test_a_rigid_base_and_indenter(scan, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("options", "message"),
     [
         ({"contact_modulus": 40}, "found their contact_modulus; give young_modulus"),
         ({"young_modulus": 40}, "found no poisson_ratio"),
@@ -78,9 +78,9 @@ def test_a_rigid_base_and_indenter(scan, tmp_path):
         ({"materials": "glass/silicon", "layer": Layer(20, "quartz")}, "quartz"),
     ],
 )
-def test_a_layer_that_is_not_known_is_refused(scan, given, words):
-    with pytest.raises(ValueError, match=words):
-        scan.contact.assign_pair(**({"sphere_radius": 500, "layer": Layer(20, "silica")} | given))
+def test_a_layer_that_is_not_known_is_refused(scan, options, message):
+    with pytest.raises(ValueError, match=message):
+        scan.contact.assign_pair(**({"sphere_radius": 500, "layer": Layer(20, "silica")} | options))
 
 
 def test_an_unnamed_layer_has_no_adhesion_or_hardness_of_its_base(scan):

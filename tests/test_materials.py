@@ -33,11 +33,11 @@ def test_a_rigid_body_adds_no_compliance():
 
 def test_surface_energy_is_half_the_work_of_adhesion():
     ds = scan(np.zeros((4, 4)))
-    one, other = (
+    by_energy, by_work = (
         assign_pair(ds, sphere_radius=3000, contact_modulus=40, **energy)
         for energy in ({"surface_energy": 0.5}, {"work_of_adhesion": 1.0})
     )
-    assert float(one.work_of_adhesion) == float(other.work_of_adhesion) == 1.0
+    assert float(by_energy.work_of_adhesion) == float(by_work.work_of_adhesion) == 1.0
 
 
 @pytest.mark.parametrize(
@@ -103,10 +103,10 @@ def test_what_no_body_has_is_refused(options, says):
     ],
 )
 def test_what_is_hardly_meant_is_questioned(options):
-    with pytest.warns(ImplausiblePair) as found:
+    with pytest.warns(ImplausiblePair) as warned:
         _assigned(options)
-    assert found[0].filename == __file__
-    assert next(iter(options)) in str(found[0].message)
+    assert warned[0].filename == __file__
+    assert next(iter(options)) in str(warned[0].message)
 
 
 @pytest.mark.parametrize(
@@ -149,8 +149,8 @@ def test_every_material_brings_what_its_example_needs_with_its_source(name):
     pair = assign_pair(scan(np.zeros((4, 4))), sphere_radius=3000, materials=f"glass/{name}")
     assert {"contact_modulus", "work_of_adhesion", "hamaker_constant", "hardness_estimate"} <= set(pair.coords)
     assert 0.01 < hamaker_constant(name) < 0.5
-    one = MATERIALS[name]
-    assert one.elastic_source and one.hardness_source and one.hamaker_source
+    material = MATERIALS[name]
+    assert material.elastic_source and material.hardness_source and material.hamaker_source
 
 
 #: Index of refraction, static permittivity (conductors: infinite), and main absorption frequency (10¹⁵ Hz).
@@ -173,8 +173,8 @@ def test_hamaker_constants_follow_from_optical_constants(name):
     ratio = 1.0 if np.isinf(permittivity) else (permittivity - 1) / (permittivity + 1)
     static = 0.75 * 4.05 * ratio**2  # of k T at 293 K
     dispersion = 3 * 662.6 * frequency / (16 * np.sqrt(2)) * (index**2 - 1) ** 2 / (index**2 + 1) ** 1.5
-    own = hamaker_constant(name) if name in MATERIALS else substances.MEDIA[name]
-    assert 1e3 * own == pytest.approx(static + dispersion, rel=0.05)
+    tabulated = hamaker_constant(name) if name in MATERIALS else substances.MEDIA[name]
+    assert 1e3 * tabulated == pytest.approx(static + dispersion, rel=0.05)
 
 
 def test_golds_hamaker_constant_is_one_of_a_metal_and_silicons_that_of_its_oxide():

@@ -43,10 +43,10 @@ def trials():
 @pytest.mark.parametrize(("statistic", "widest"), [("mean", 1.35), ("q50", 1.45)])
 def test_intervals_of_the_ratio_hold_at_their_rate(trials, statistic, widest):
     """That of a median is of whole samples between two ranks, and wider: it never lies beyond the samples."""
-    found = [one.sel(statistic=statistic) for one in trials]
-    held = np.mean([bool(one.ratio_low < 2 < one.ratio_high) for one in found])
+    ratios = [trial.sel(statistic=statistic) for trial in trials]
+    held = np.mean([bool(trial.ratio_low < 2 < trial.ratio_high) for trial in ratios])
     assert held >= 0.88  # of 60: three standard errors below 0.95 are 0.87
-    assert np.median([one.ratio_high / one.ratio_low for one in found]) < widest
+    assert np.median([trial.ratio_high / trial.ratio_low for trial in ratios]) < widest
 
 
 def test_two_fields_of_one_law_are_told_apart_no_more_often_than_stated():
@@ -64,22 +64,22 @@ def test_two_fields_of_one_law_are_told_apart_no_more_often_than_stated():
 
 
 def test_laws_that_differ_are_told_apart(trials):
-    assert np.mean([float(one.distribution_p_value) < 0.01 for one in trials]) > 0.9
+    assert np.mean([float(trial.distribution_p_value) < 0.01 for trial in trials]) > 0.9
 
 
 def test_quantiles_stand_beside_one_another():
-    found = roughxr.compare(forces(field(0)), forces(3 * field(0)))
-    np.testing.assert_allclose(found.measured_quantile, 3 * found.predicted_quantile)
-    np.testing.assert_allclose(found.ratio, 3.0)
-    assert roughxr.schema.history(found)[-1]["arguments"]["resamples"] == 999
+    compared = roughxr.compare(forces(field(0)), forces(3 * field(0)))
+    np.testing.assert_allclose(compared.measured_quantile, 3 * compared.predicted_quantile)
+    np.testing.assert_allclose(compared.ratio, 3.0)
+    assert roughxr.schema.history(compared)[-1]["arguments"]["resamples"] == 999
 
 
 def test_a_map_is_compared_as_its_places():
     surface = glass_pair(scan(rough(32, seed=1)))
     predicted = surface.contact.pull_off_map()
     measured = forces(predicted.pull_off_force.values, np.meshgrid(surface.x, surface.y, indexing="ij"))
-    found = roughxr.compare(predicted, measured, statistics=["mean"], resamples=20)
-    assert float(found.ratio[0]) == pytest.approx(1)
+    compared = roughxr.compare(predicted, measured, statistics=["mean"], resamples=20)
+    assert float(compared.ratio[0]) == pytest.approx(1)
 
 
 @pytest.mark.parametrize(

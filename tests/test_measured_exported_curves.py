@@ -20,9 +20,9 @@ def cycles():
     return [made.cycle(rng, n=400) for _ in range(4)]
 
 
-def assert_written(curves, both, force_error):
+def assert_written(curves, branches, force_error):
     """Check a curve's travel, from any zero, and its forces."""
-    for branch, (piezo, force) in zip(("loading", "retraction"), both):
+    for branch, (piezo, force) in zip(("loading", "retraction"), branches):
         part = curves.sel(branch=branch)
         np.testing.assert_allclose(part.force, force, atol=force_error)
         np.testing.assert_allclose(np.diff(part.piezo), np.diff(piezo), atol=0.06)
@@ -56,8 +56,8 @@ def test_a_nanoscope_volume_has_fractional_bits_and_places(tmp_path, cycles, tri
     path = tmp_path / "volume.spm"
     made.write_nanoscope_curves(path, cycles, bits=8, volume=True, trigger=trigger)
     curves = open_curves(path)
-    for number, both in enumerate(cycles):
-        assert_written(curves.isel(subregion=number), both, 0.51 * COUNT / 256)
+    for number, cycle in enumerate(cycles):
+        assert_written(curves.isel(subregion=number), cycle, 0.51 * COUNT / 256)
     np.testing.assert_allclose(curves.subregion_x, [500, 1500, 500, 1500])
     np.testing.assert_allclose(curves.subregion_y, [500, 500, 1500, 1500])
 
@@ -71,8 +71,8 @@ def test_a_peak_force_capture_moves_as_a_sine(tmp_path):
     path = made.write_nanoscope_curves(tmp_path / "map.pfc", pixels, dtype="<i2", capture=True)
     curves = open_curves(path)
     assert curves.sizes["subregion"] == 4 and set(curves.subregion_x.values) == {500, 1500}
-    for number, both in enumerate(pixels):
-        for branch, (piezo, force) in zip(("loading", "retraction"), both):
+    for number, cycle in enumerate(pixels):
+        for branch, (piezo, force) in zip(("loading", "retraction"), cycle):
             part = curves.sel(branch=branch).isel(subregion=number).dropna("sample")
             at = np.interp(part.piezo, np.sort(piezo), force[np.argsort(piezo)])
             assert part.sizes["sample"] > 100 and float(abs(part.force - at).median()) < 0.51 * COUNT
@@ -82,8 +82,8 @@ def test_a_calibration_that_is_missing_is_asked_for(tmp_path, cycles):
     path = made.write_nanoscope_curves(tmp_path / "curve.spm", cycles[:1], lacking="Spring Constant")
     with pytest.raises(UnreadableScan, match=r"without spring_constant; give spring_constant='0.2 N/m'"):
         open_curves(path)
-    given = open_curves(path, spring_constant=made.STIFFNESS)
-    assert_written(given.isel(subregion=0), cycles[0], 0.51 * COUNT)
+    calibrated = open_curves(path, spring_constant=made.STIFFNESS)
+    assert_written(calibrated.isel(subregion=0), cycles[0], 0.51 * COUNT)
 
 
 @pytest.mark.parametrize("lacking", ["Image Data", "Samps", "Z scale", "Ramp Size", "Data offset"])

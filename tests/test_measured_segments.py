@@ -81,8 +81,8 @@ def test_a_pause_within_the_retraction_is_taken_out():
 
 def test_the_last_whole_cycle_of_several_is_taken():
     piezo, number, ramps = recorded(())
-    both = np.concatenate([piezo, piezo]), np.concatenate([number, number + 2])
-    for branch, expected in zip(approach_and_retraction(*both), ramps):
+    two_cycles = np.concatenate([piezo, piezo]), np.concatenate([number, number + 2])
+    for branch, expected in zip(approach_and_retraction(*two_cycles), ramps):
         np.testing.assert_array_equal(branch, expected + piezo.size)
 
 

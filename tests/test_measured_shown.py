@@ -18,9 +18,11 @@ def run(tmp_path):
     surface = glass_pair(scan(rough(96, smooth=2.0, seed=1)), sphere_radius=500.0)
     predicted = surface.contact.pull_off_map(subregions=(16, 16))
     roughxr.archive.save({"scan": surface, "statistics/energy": predicted}, tmp_path / "run.nc")
-    own = predicted.isel(subregion=slice(0, 128))
-    own = own.assign(pull_off_force=own.pull_off_force / 2).assign_coords(subregion_x=own.subregion_x - 60.0)
-    own[["pull_off_force"]].contact.to_table(tmp_path / "own.csv")
+    measured = predicted.isel(subregion=slice(0, 128))
+    measured = measured.assign(pull_off_force=measured.pull_off_force / 2).assign_coords(
+        subregion_x=measured.subregion_x - 60.0
+    )
+    measured[["pull_off_force"]].contact.to_table(tmp_path / "own.csv")
     return tmp_path
 
 
@@ -60,8 +62,8 @@ def test_what_a_command_lacks_is_said(run, capsys):
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     numbers = {"pull_off_mean": 43.0, "pull_off_low": 11.0, "pull_off_high": 87.0}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    words = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
-    assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in words
+    sentence = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
+    assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in sentence
 
 
 def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
@@ -90,8 +92,8 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
     solved = surface.contact.adhesive(subregions=(2, 2), mesh=1, law="jkr")
     groups = {"scan": surface, "solutions/adhesive": solved, "statistics/adhesive": solved.contact.pull_off()}
     roughxr.archive.save(groups, tmp_path / "run.nc")
-    own = solved.assign(pull_off_force=solved.pull_off_force / 2)
-    own[["pull_off_force"]].contact.to_table(tmp_path / "own.csv")
+    measured = solved.assign(pull_off_force=solved.pull_off_force / 2)
+    measured[["pull_off_force"]].contact.to_table(tmp_path / "own.csv")
     command = ["fit", str(tmp_path), str(tmp_path / "own.csv"), "--picture", str(tmp_path / "fit.png"), "-q"]
     assert main(command) == 0
     said = capsys.readouterr().out
@@ -138,8 +140,8 @@ def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):
 def test_quantiles_are_drawn_where_they_are():
     forces = np.random.default_rng(0).gamma(4, 5.0, 200)
     made = [xr.Dataset({"pull_off_force": ("subregion", f * forces)}) for f in (1.0, 2.0)]
-    found = roughxr.compare(*made, resamples=20)
-    ax = found.contact.plot(ax=Figure().subplots())
+    compared = roughxr.compare(*made, resamples=20)
+    ax = compared.contact.plot(ax=Figure().subplots())
     line = next(line for line in ax.lines if line.get_label().startswith("means"))
     assert line.get_label() == "means: × 2"
     (drawn,) = (line for line in ax.lines if line.get_xdata().size == 99)

@@ -15,19 +15,24 @@ def test_nearly_all_is_a_hundred_per_cent(share):
 @pytest.mark.parametrize("digits", [0.99949, 0.9996, 1.0, 5.005, 9.995])
 def test_no_number_is_written_by_a_machine(scale, digits):
     """Never "e+02"; read again it is the number to three digits; the prefix leaves one to three digits in front."""
-    value = digits * scale
-    for text in (number(value), quantity(value), percent(value), *value_and_interval(value, -value, value)):
+    size_shown = digits * scale
+    for text in (
+        number(size_shown),
+        quantity(size_shown),
+        percent(size_shown),
+        *value_and_interval(size_shown, -size_shown, size_shown),
+    ):
         assert "e" not in text and "nan" not in text
-    plain = number(value).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
-    assert float(plain) == pytest.approx(value, rel=0.00501)
-    unit, size = prefixed(value)
-    if 1e-3 < value < 1e9:
-        assert 1 <= float(f"{value / size:.3g}") < 1000, (value, unit)
+    plain = number(size_shown).replace(" × 10", "e").translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789"))
+    assert float(plain) == pytest.approx(size_shown, rel=0.00501)
+    unit, size = prefixed(size_shown)
+    if 1e-3 < size_shown < 1e9:
+        assert 1 <= float(f"{size_shown / size:.3g}") < 1000, (size_shown, unit)
 
 
-@pytest.mark.parametrize("words", [number, percent, quantity])
-def test_nothing_is_a_dash_and_zero_is_zero(words):
-    assert words(np.nan) == "–"
-    assert words(0.0).startswith("0") and words(-0.0).startswith("0")
-    assert words(-2.0).startswith("−2")
-    assert words(np.inf).startswith("∞")
+@pytest.mark.parametrize("formatted", [number, percent, quantity])
+def test_nothing_is_a_dash_and_zero_is_zero(formatted):
+    assert formatted(np.nan) == "–"
+    assert formatted(0.0).startswith("0") and formatted(-0.0).startswith("0")
+    assert formatted(-2.0).startswith("−2")
+    assert formatted(np.inf).startswith("∞")

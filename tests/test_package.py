@@ -33,16 +33,16 @@ def written(folder):
 
 @pytest.mark.parametrize("folder", ["roughxr", "tests", "notebooks", "datasets"])
 def test_the_source_archive_holds_what_its_tests_read(folder):
-    found = released(SdistBuilder)
-    assert written(folder) and written(folder) <= found
-    assert "README.md" in found
-    assert not [name for name in found if Path(name).suffix in _LEFT_BEHIND]
+    files = released(SdistBuilder)
+    assert written(folder) and written(folder) <= files
+    assert "README.md" in files
+    assert not [name for name in files if Path(name).suffix in _LEFT_BEHIND]
 
 
 def test_the_wheel_holds_what_runs_and_nothing_else():
-    found = released(WheelBuilder)
-    assert found == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
-    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/web/explorer.js"} <= found
+    files = released(WheelBuilder)
+    assert files == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
+    assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/web/explorer.js"} <= files
 
 
 def test_the_version_stands_in_one_place():

@@ -133,8 +133,8 @@ def test_free_fit_is_never_worse_and_stays_near_its_pixel(seed):
     assert (np.abs(free.vertex_x) <= 2).all() and (np.abs(free.vertex_y) <= 3).all()
     held = free.vertex_fixed
     assert not (free.saddle & ~held).any()
-    for one, other in zip(free, fixed):
-        np.testing.assert_array_equal(one[held], other[held])
+    for free_value, fixed_value in zip(free, fixed):
+        np.testing.assert_array_equal(free_value[held], fixed_value[held])
 
 
 @pytest.mark.parametrize("cut", ["side", "corner", "nan"])

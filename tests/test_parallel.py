@@ -39,8 +39,8 @@ def surface():
 def test_views_give_the_same_results_in_every_process(scheduler, order, lazy):
     array = np.asarray(np.random.default_rng(0).standard_normal((20, 30)), order=order)
     with dask.config.set(scheduler=scheduler):
-        found = np.asarray(spread.task_results(total, parts(array, 9), (1,), 2.0, lazy=lazy))
-    np.testing.assert_array_equal(found[:, 0], [2.0 * np.ascontiguousarray(part).sum() for (part,) in parts(array, 9)])
+        sums = np.asarray(spread.task_results(total, parts(array, 9), (1,), 2.0, lazy=lazy))
+    np.testing.assert_array_equal(sums[:, 0], [2.0 * np.ascontiguousarray(part).sum() for (part,) in parts(array, 9)])
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
@@ -55,9 +55,9 @@ def test_progress_counts_subregions(surface, scheduler, capsys):
 
 def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeypatch):
     now = [0.0]
-    words = {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
+    titles = {"mesh": "choice of the mesh", "adhesive": "simulation with adhesion"}
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
-    with progress(stream := io.StringIO()), Stages({"mesh": 60, "adhesive": 300, "pages": 60}, words) as stage:
+    with progress(stream := io.StringIO()), Stages({"mesh": 60, "adhesive": 300, "pages": 60}, titles) as stage:
         stage("mesh")
         now[0] = 60.0
         stage.expect("each place took 14 s", adhesive=900, none=1e9)

@@ -54,5 +54,5 @@ def test_what_cannot_be_handed_over_is_refused(pulls):
         ValueError, match=r"code: expected one of lammps, rock_n_roll, found .*; for other codes write the table"
     ):
         particles.to_dem(pulls, code="lamps")
-    few = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # as many classes as there are places
-    assert "group class3 " in few and "group class4 " not in few
+    classes = particles.to_dem(pulls.isel(subregion=slice(3)), code="lammps")  # as many classes as there are places
+    assert "group class3 " in classes and "group class4 " not in classes

@@ -23,15 +23,15 @@ quantised = arrays(
 
 def plateaus_that_are_peaks(z):
     """The definition, level by level and label by label: masks of the peaks' plateaus."""
-    found = []
+    peaks = []
     for level in np.unique(z[np.isfinite(z)]):
         labels, count = ndimage.label(z == level, structure=AROUND)
         for plateau in (labels == n for n in range(1, count + 1)):
             ring = ndimage.binary_dilation(plateau, structure=AROUND) & ~plateau
             inner = plateau[1:-1, 1:-1].sum() == plateau.sum()
             if inner and (z[ring] < level).all():
-                found.append(plateau)
-    return found
+                peaks.append(plateau)
+    return peaks
 
 
 def as_set(peaks):
@@ -111,12 +111,12 @@ def test_large_plateau_of_a_quantised_dome():
 @settings(deadline=None, max_examples=20)
 def test_invariance(seed):
     z = ndimage.gaussian_filter(np.random.default_rng(seed).standard_normal((23, 31)), 1)
-    found = as_set(search(z))
+    peaks = as_set(search(z))
     last = z.shape[0] - 1
-    assert as_set(search(z * 4 + 8)) == found
-    assert {(j, i, n) for i, j, n in as_set(search(z.T))} == found
-    assert {(last - i, j, n) for i, j, n in as_set(search(z[::-1]))} == found
-    assert {(last - j, i, n) for i, j, n in as_set(search(np.rot90(z)[::-1, ::-1]))} == found
+    assert as_set(search(z * 4 + 8)) == peaks
+    assert {(j, i, n) for i, j, n in as_set(search(z.T))} == peaks
+    assert {(last - i, j, n) for i, j, n in as_set(search(z[::-1]))} == peaks
+    assert {(last - j, i, n) for i, j, n in as_set(search(np.rot90(z)[::-1, ::-1]))} == peaks
 
 
 @pytest.mark.parametrize("shape", [(0, 0), (1, 5), (5, 2), (2, 2)])
@@ -143,5 +143,5 @@ def test_an_ascent_rises_through_a_valley_to_a_level_crest_and_stays_there():
     x = np.arange(40.0)
     y = np.arange(30.0)
     wave = RectBivariateSpline(x, y, np.broadcast_to(-np.cos(x / 5)[:, None], (40, 30)))
-    found = ascend(wave.ev, [[2.0, 20.0], [29.0, 11.3]])
-    np.testing.assert_allclose(found, [[5 * np.pi, 20.0], [5 * np.pi, 11.3]], atol=0.02)
+    crest = ascend(wave.ev, [[2.0, 20.0], [29.0, 11.3]])
+    np.testing.assert_allclose(crest, [[5 * np.pi, 20.0], [5 * np.pi, 11.3]], atol=0.02)

@@ -10,16 +10,16 @@ from .surfaces import rough, scan
 
 def test_a_grid_of_tiles_has_its_centres_in_their_middle():
     surface = scan(np.zeros((512, 512)), pixel=5000 / 512)
-    found = centres(surface, (8, 8))
-    x = found.subregion_x.values.reshape(8, 8)
+    places = centres(surface, (8, 8))
+    x = places.subregion_x.values.reshape(8, 8)
     np.testing.assert_allclose(np.diff(x[:, 0]), 625.0)
     assert x[0, 0] - extent(surface)[0] == pytest.approx(312.5)
-    assert found.subregion_y.units == "nm"
+    assert places.subregion_y.units == "nm"
 
 
 def test_without_a_word_there_is_one_centre_in_the_middle():
-    found = centres(scan(np.zeros((9, 7))))
-    assert (float(found.subregion_x[0]), float(found.subregion_y[0])) == (0.0, 0.0)
+    place = centres(scan(np.zeros((9, 7))))
+    assert (float(place.subregion_x[0]), float(place.subregion_y[0])) == (0.0, 0.0)
 
 
 def test_centres_travel_with_a_dataset():
@@ -33,8 +33,8 @@ def test_centres_travel_with_a_dataset():
 def test_windows_hold_every_pixel_within_reach(reach):
     surface = scan(rough(40))
     where = centres(surface, ([3.3, -180.0], [-51.0, 190.0]))
-    found, shape = windows(surface, where, reach)
-    for window, cx, cy in zip(found, where.subregion_x.values, where.subregion_y.values):
+    places, shape = windows(surface, where, reach)
+    for window, cx, cy in zip(places, where.subregion_x.values, where.subregion_y.values):
         inside = np.zeros((40, 40), bool)
         inside[window.rows, window.columns] = True
         near = np.hypot(surface.x.values[:, None] - cx, surface.y.values[None, :] - cy) <= reach

@@ -85,9 +85,9 @@ def test_many_equal_asperities_on_a_ring():
         last = np.arccos(np.clip(1 - (start - jkr.END_DELTA) / turn, -1, 1))
         return quad(integrand, 0, last)[0] / np.pi
 
-    most = -minimize_scalar(lambda turn: -moment(turn), bounds=(0.4, 0.9), method="bounded").fun
-    assert 0.75 < most < 1.0  # brittle springs, a constant pull
-    assert float(held.resisting_moment[0]) / (n * units().P * ring) == pytest.approx(most, rel=3e-3)
+    largest_moment = -minimize_scalar(lambda turn: -moment(turn), bounds=(0.4, 0.9), method="bounded").fun
+    assert 0.75 < largest_moment < 1.0  # brittle springs, a constant pull
+    assert float(held.resisting_moment[0]) / (n * units().P * ring) == pytest.approx(largest_moment, rel=3e-3)
 
 
 def test_without_adhesion_it_tips_about_the_edges_of_the_support_polygon():
@@ -262,13 +262,13 @@ def test_an_even_load_on_cells_resists_as_on_the_area_that_they_cover():
     for n in (1, 3):
         x = cell * np.arange(n)[:, None]
         pressure = np.full((n, 1), -pull)
-        found = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(2)
+        resisting = np.array([[-np.inf], [np.nan], [-np.inf], [np.nan]]) * np.ones(2)
         radius = cell / np.sqrt(np.pi)
-        moments._include_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, found)
+        moments._include_state(pressure, pressure < 0, x, 0 * x, radius, [0.0, np.pi / 2], 0.0, resisting)
         along = quad(lambda u: u, 0.0, n * cell)[0] * pull / cell  # squares end to end, about the end of the line
         front = radius * n ** (-1 / 6)
         expected = [along + n * pull * (front - cell / 2), n * pull * front]
-        np.testing.assert_allclose(found[0], expected, rtol=1e-12)
+        np.testing.assert_allclose(resisting[0], expected, rtol=1e-12)
 
 
 def test_directions_that_tie_are_told_whatever_the_rounding():
@@ -308,15 +308,15 @@ def test_a_place_without_contact_is_missing_and_says_why():
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    ("options", "message"),
     [
         ({"directions": 0}, "directions: expected a whole number of at least 1"),
         ({"directions": [1.0, 0.0]}, "directions: expected ascending"),
         ({"normal_force": np.nan}, "normal_force: expected finite"),
     ],
 )
-def test_bad_options_are_refused(options, words):
-    with pytest.raises(ValueError, match=words):
+def test_bad_options_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
         at_origin(ground(0, 0), **options)
 
 

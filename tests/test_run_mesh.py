@@ -57,15 +57,15 @@ def test_a_run_tells_its_answer_from_the_first_places_on_and_solves_none_twice(t
             arguments={"places": (5, 4)},
         )
         alone = scan.contact.adhesive(mesh=replace(plan.mesh, accuracy=None), **options)
-    told = [line for line in stream.getvalue().splitlines() if "Mean pull-off" in line]
-    assert [re.search(r"(\d+) places", line)[1] for line in told] == ["4", "20"]  # none before the mesh was checked
-    assert all("numerical error" in line for line in told)
+    answers = [line for line in stream.getvalue().splitlines() if "Mean pull-off" in line]
+    assert [re.search(r"(\d+) places", line)[1] for line in answers] == ["4", "20"]  # none before the mesh was checked
+    assert all("numerical error" in line for line in answers)
     mean = float(groups["solutions/adhesive"].pull_off_force.mean())
-    assert ["interval" in line for line in told] == [False, True]  # four places are too few for an interval
-    low, high, unit = re.search(r"interval ([\d.]+) … ([\d.]+) (.)N", told[-1]).groups()
+    assert ["interval" in line for line in answers] == [False, True]  # four places are too few for an interval
+    low, high, unit = re.search(r"interval ([\d.]+) … ([\d.]+) (.)N", answers[-1]).groups()
     assert float(low) <= mean / {"n": 1, "µ": 1e3, "m": 1e6}[unit] <= float(high)
     kept = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]
-    assert kept == [f"adhesive: {some} subregions kept" for some in ("0 of 4", "0 of 4", "4 of 20")]
+    assert kept == [f"adhesive: {share} subregions kept" for share in ("0 of 4", "0 of 4", "4 of 20")]
     np.testing.assert_array_equal(groups["solutions/adhesive"].pull_off_force, alone.pull_off_force)
 
 

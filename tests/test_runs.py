@@ -181,8 +181,8 @@ def test_a_full_disk_is_said_and_survived(small_disk, undisturbed, size, says, r
     a_run.run(path)
     same(path, undisturbed[0])
     only(path)
-    told = [*log(path), "resumed", "nothing"]
-    assert re.match(resumes, told[told.index("resumed") + 1])
+    lines = [*log(path), "resumed", "nothing"]
+    assert re.match(resumes, lines[lines.index("resumed") + 1])
 
 
 def stopped(path):
@@ -302,10 +302,10 @@ def test_a_place_that_two_solves_share_is_solved_once(tmp_path):
     stiffer = ds.assign_coords(contact_modulus=2 * ds["contact_modulus"])
 
     def compute():
-        few = direct(ds, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
-        every = direct(ds, delta=[4.0, 6.0], subregions=places)
+        four_places = direct(ds, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
+        all_places = direct(ds, delta=[4.0, 6.0], subregions=places)
         other = direct(stiffer, delta=[4.0, 6.0], subregions=regions.sample(places, 4))
-        return {"solutions/few": few, "solutions/every": every, "solutions/other": other}
+        return {"solutions/few": four_places, "solutions/every": all_places, "solutions/other": other}
 
     groups = checkpointed(compute, tmp_path / "run.nc", scan=ds, arguments={})
     said = [line for line in groups["log"].message.values.tolist() if line.endswith("kept")]

@@ -33,13 +33,13 @@ CASES = [
 
 @pytest.mark.parametrize(("solve", "options"), CASES)
 def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
-    found = vary(surface, solve, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
+    varied = vary(surface, solve, sphere_radius=RADII, contact_modulus=MODULI, work_of_adhesion=WORKS, **options)
     for radius, modulus, work in [(2000.0, 80.0, 0.5), (3000.0, 20.0, 1.0), (3000.0, 40.0, 1.0)]:
         pair = {"sphere_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
-        one = solve(surface.assign_coords(pair), **options)
-        part = found.sel(pair)
-        for name in {"force", "contact_area", "contacts", "resisting_moment"} & set(one):
-            expected, values = xr.align(one[name], part[name], join="left")
+        single = solve(surface.assign_coords(pair), **options)
+        part = varied.sel(pair)
+        for name in {"force", "contact_area", "contacts", "resisting_moment"} & set(single):
+            expected, values = xr.align(single[name], part[name], join="left")
             scale = float(abs(expected).max())
             np.testing.assert_allclose(values, expected, rtol=1e-5 if solve is direct else 1e-9, atol=1e-7 * scale)
 
@@ -47,24 +47,24 @@ def test_each_combination_is_the_solve_with_that_pair(surface, solve, options):
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_a_function_with_bound_options_is_varied_and_named(surface):
     bound = functools.partial(pull_off_map, subregions=(2, 2))
-    found = vary(surface, bound, work_of_adhesion=[0.5, 1.0])
-    one = pull_off_map(surface.assign_coords(work_of_adhesion=1.0), subregions=(2, 2))
-    np.testing.assert_allclose(found.pull_off_force.sel(work_of_adhesion=1.0), one.pull_off_force)
+    varied = vary(surface, bound, work_of_adhesion=[0.5, 1.0])
+    single = pull_off_map(surface.assign_coords(work_of_adhesion=1.0), subregions=(2, 2))
+    np.testing.assert_allclose(varied.pull_off_force.sel(work_of_adhesion=1.0), single.pull_off_force)
     landing = surface.contact.placements(sphere_radius=1000.0, count=2)
     pressed = functools.partial(direct, delta=[2.0], subregions=([0.0], [0.0]))
     placed = vary(surface, pressed, indenter=landing)
     assert dict(placed.force.sizes) == {"placement": 2, "subregion": 1, "delta": 1}
-    assert "direct" in str(placed.attrs["history"]) and "pull_off_map" in str(found.attrs["history"])
+    assert "direct" in str(placed.attrs["history"]) and "pull_off_map" in str(varied.attrs["history"])
 
 
 def test_dimensions_are_those_given(surface):
     with pytest.raises(ValueError, match=r"fields: expected one sphere_radius.*found 2"):
         vary(surface, direct, sphere_radius=RADII, delta=[2.0], fields=True)
-    found = vary(surface, pull_off_map, work_of_adhesion=WORKS, subregions=(2, 2))
-    assert found.pull_off_force.dims == ("work_of_adhesion", "subregion")
-    assert found.pull_off_force.units == "nN"
-    assert found.work_of_adhesion.units == "J/m^2"
-    assert float(found.sphere_radius) == 3000.0
+    varied = vary(surface, pull_off_map, work_of_adhesion=WORKS, subregions=(2, 2))
+    assert varied.pull_off_force.dims == ("work_of_adhesion", "subregion")
+    assert varied.pull_off_force.units == "nN"
+    assert varied.work_of_adhesion.units == "J/m^2"
+    assert float(varied.sphere_radius) == 3000.0
 
 
 def test_parameters_are_a_run(tmp_path, surface):

@@ -23,9 +23,9 @@ def folder(tmp_path_factory):
     """Return the folder of a run at the rests that are reached from 3 × 2 landings."""
     folder = tmp_path_factory.mktemp("particles")
     roughxr.scans.to_netcdf(scan(rough(64, rms=2.0, smooth=2.0), 10.0), folder / "scan.nc")
-    words = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
+    command = ["run", str(folder / "scan.nc"), "--particle", "--subregions", "3", "2", *PAIR, *QUICK]
     with bare_runs():
-        assert main([*words, "-o", str(folder / "run")]) == 0
+        assert main([*command, "-o", str(folder / "run")]) == 0
     return folder / "run"
 
 
@@ -62,30 +62,32 @@ def test_the_explorer_shows_the_rests_each_with_its_share(folder, groups):
     page = folder / "explore.html"
     assert main(["explore", str(folder), "--quiet"]) == 0
     text = page.read_text(encoding="utf-8")
-    told = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL).group(1))
+    contents = json.loads(
+        re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL).group(1)
+    )
     rests = groups["statistics/rests"]
-    assert [place["share"] for place in told["places"]] == pytest.approx(rests.landing_share.values, rel=1e-4)
-    assert [place["x"] for place in told["places"]] == pytest.approx(rests.subregion_x.values)
-    facts = {row["name"]: row["values"] for row in told["facts"]}
+    assert [place["share"] for place in contents["places"]] == pytest.approx(rests.landing_share.values, rel=1e-4)
+    assert [place["x"] for place in contents["places"]] == pytest.approx(rests.subregion_x.values)
+    facts = {row["name"]: row["values"] for row in contents["facts"]}
     assert facts["supports"] == pytest.approx(rests.supports.values)
 
 
 def test_detach_counts_particles_not_places(folder, groups, capsys):
     assert main(["detach", str(folder), "--method", "adhesive"]) == 0
-    told = capsys.readouterr().out
-    assert "5 % of particles below" in told
+    printed_text = capsys.readouterr().out
+    assert "5 % of particles below" in printed_text
     rests = report.run_moments(groups, "adhesive")
     share = groups["statistics/rests"].landing_share.values
     at_rest = roughxr.particles.critical_load(rests).critical_friction_velocity.values
-    printed = float(re.search(r"median ([\d.]+)", told).group(1))
+    printed = float(re.search(r"median ([\d.]+)", printed_text).group(1))
     assert printed == pytest.approx(median(at_rest, share), rel=0.02)
 
 
 def test_resuspension_of_a_run_counts_particles_not_places(groups):
     held = groups["solutions/rolling"]
-    left = roughxr.particles.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
-    expected = (left.remaining_at_place * held.landing_share).sum("subregion")
-    assert left.remaining.values == pytest.approx(expected.values)
+    resuspended = roughxr.particles.resuspension(held, friction_velocity=[5.0, 10.0, 20.0])
+    expected = (resuspended.remaining_at_place * held.landing_share).sum("subregion")
+    assert resuspended.remaining.values == pytest.approx(expected.values)
 
 
 def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder, groups, monkeypatch):
@@ -94,10 +96,10 @@ def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder
     scan = groups["scan"][["height"]]
     pixels = {axis: np.arange(float(scan[axis][10]), float(scan[axis][-10]), 5.0) for axis in "xy"}
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))
-    words = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
+    command = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
     output = folder.with_name("finer")
     with bare_runs(without="rigid"):
-        assert main([*words, "--particle", "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(output)]) == 0
+        assert main([*command, "--particle", "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(output)]) == 0
     estimate = archive.load(output / "run.nc")["statistics/extrapolated"]
     assert 0.7 < float(estimate.roughness_factor) < 1.4
     assert estimate.pull_off_low < estimate.pull_off_mean < estimate.pull_off_high
@@ -107,6 +109,6 @@ def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder
 def test_a_particle_on_a_plane_is_refused_in_words(tmp_path, capsys):
     tilted = scan(0.02 * np.add.outer(np.arange(40.0), np.arange(40.0)), 10.0)
     roughxr.scans.to_netcdf(tilted, tmp_path / "scan.nc")
-    words = ["run", str(tmp_path / "scan.nc"), "--particle", "--level", "none", *PAIR, *QUICK]
-    assert main([*words, "-o", str(tmp_path / "run")]) == 1
+    command = ["run", str(tmp_path / "scan.nc"), "--particle", "--level", "none", *PAIR, *QUICK]
+    assert main([*command, "-o", str(tmp_path / "run")]) == 1
     assert "no resting position" in capsys.readouterr().err

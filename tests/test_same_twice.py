@@ -42,7 +42,7 @@ def solutions(rows, columns):
 def test_nothing_beyond_the_table_of_coefficients_is_read(cells, monkeypatch):
     """Tables one row short made pull-offs of windows of 121 to 125 cells differ from call to call, or NaN."""
     table = products.coefficients_for((cells, 9))
-    found = set()
+    results = set()
     for behind in (0.0, 1.0, 1e300, np.nan):
         memory = np.full(table.size + 4 * len(table), behind)
         memory[: table.size] = table.ravel()
@@ -51,26 +51,26 @@ def test_nothing_beyond_the_table_of_coefficients_is_read(cells, monkeypatch):
         products._small_transfer.cache_clear()
         with monkeypatch.context() as patched:
             patched.setattr(products, "coefficients_for", lambda shape, film=None, within=within: within)
-            found.add(solutions(cells, 9))
-    assert len(found) == 1
+            results.add(solutions(cells, 9))
+    assert len(results) == 1
 
 
 def many_solves(count):
     """Print how many different solutions so many solves give, at windows of several shapes."""
     for rows, columns in ((125, 9), (12, 12)):
-        found = set()
+        results = set()
         for k in range(count):
             rubbish = [np.full((rows + k % 7) * 2**j, (np.nan, 1e300, -1.0)[k % 3]) for j in range(10)]
             del rubbish  # what is allocated next lies where this lay, and otherwise aligned
-            found.add(solutions(rows, columns))
-        print(rows, columns, len(found), hash_of(found))
+            results.add(solutions(rows, columns))
+        print(rows, columns, len(results), hash_of(results))
 
 
-def hash_of(found):
+def hash_of(results):
     """Return some digits that stand for a set of bytes."""
     import hashlib
 
-    return hashlib.sha256(b"".join(sorted(found))).hexdigest()
+    return hashlib.sha256(b"".join(sorted(results))).hexdigest()
 
 
 def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_memory():

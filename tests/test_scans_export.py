@@ -63,10 +63,10 @@ def test_a_failure_leaves_no_file_behind(write, name, holed, tmp_path):
 
 def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
     path = to_netcdf(holed, tmp_path / "scan.nc")
-    data = bytearray(path.read_bytes())
-    place = data.find(holed["height"].values[10].tobytes())
-    data[place + 3] ^= 1
-    path.write_bytes(data)
+    content = bytearray(path.read_bytes())
+    place = content.find(holed["height"].values[10].tobytes())
+    content[place + 3] ^= 1
+    path.write_bytes(content)
     with pytest.raises(ValueError, match=r"scan\.nc: damaged, its heights cannot be read"):
         open_scan(path).load()
 

@@ -192,7 +192,7 @@ def test_text_in_all_its_dialects(separator, comma, tmp_path):
     if comma and "," in separator:
         pytest.skip("a comma cannot be both")
     rows = picture()
-    lines = [separator.join(f"{value:.4f}" for value in row) for row in rows]
+    lines = [separator.join(f"{height:.4f}" for height in row) for row in rows]
     path = tmp_path / "matrix.csv"
     path.write_text("\n".join(line.replace(".", ",") if comma else line for line in lines) + "\n")
     assert_same(open_scan(path, size=(120, 90), height_units="nm"), expected_scan(rows, (120, 90)))
@@ -351,10 +351,10 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         open_scan(tmp_path / "pipe.spm")
 
 
-@pytest.mark.parametrize("value", [np.inf, 1e30])
-def test_heights_that_no_scan_has_are_refused(value, tmp_path):
+@pytest.mark.parametrize("height", [np.inf, 1e30])
+def test_heights_that_no_scan_has_are_refused(height, tmp_path):
     rows = picture()
-    rows[2, 2] = value
+    rows[2, 2] = height
     for name in ("npy", "cf"):
         path = WRITERS[name](tmp_path, rows, image_size(rows))
         with pytest.raises(UnreadableScan, match="expected heights that suit a scan"):
@@ -378,26 +378,26 @@ def test_doubts_come_with_numbers(change, match, tmp_path):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         open_scan(path, size=image_size(rows, (pixel, pixel)), height_units="nm")
-    assert any(re.search(match, str(one.message)) for one in caught if one.category is ImplausibleScan)
+    assert any(re.search(match, str(warning.message)) for warning in caught if warning.category is ImplausibleScan)
 
 
 def test_a_description_lists_every_channel(tmp_path):
     rows = picture()
-    found = describe(write_gwy(tmp_path, rows, image_size(rows)))
-    assert found["name"].values.tolist() == ["Height", "Phase"]
-    assert found["units"].values.tolist() == ["m", "deg"]
-    np.testing.assert_allclose(found["size_x"], 120)
-    assert float(found["highest"][0] - found["lowest"][0]) == pytest.approx(np.ptp(rows))
-    assert np.isnan(found["s_q"][1])
+    channels = describe(write_gwy(tmp_path, rows, image_size(rows)))
+    assert channels["name"].values.tolist() == ["Height", "Phase"]
+    assert channels["units"].values.tolist() == ["m", "deg"]
+    np.testing.assert_allclose(channels["size_x"], 120)
+    assert float(channels["highest"][0] - channels["lowest"][0]) == pytest.approx(np.ptp(rows))
+    assert np.isnan(channels["s_q"][1])
     native = describe(write_native(tmp_path, rows, image_size(rows)))
     assert float(native["size_y"][0]) == pytest.approx(90)
     several = xr.load_dataset(write_cf(tmp_path, rows, image_size(rows)))
     several["topography2"] = several["topography"] * 2
     several["topography2"].attrs = several["topography"].attrs
     several.to_netcdf(tmp_path / "several.nc")
-    found = describe(tmp_path / "several.nc")
-    assert found["name"].values.tolist() == ["topography", "topography2"]
-    np.testing.assert_allclose(found["highest"], [rows.max(), 2 * rows.max()])
+    channels = describe(tmp_path / "several.nc")
+    assert channels["name"].values.tolist() == ["topography", "topography2"]
+    np.testing.assert_allclose(channels["highest"], [rows.max(), 2 * rows.max()])
     assert float(open_scan(tmp_path / "several.nc", channel="topography2")["height"].max()) > rows.max()
 
 

@@ -35,8 +35,8 @@ def test_size_and_range(name, shared_scans):
     pixels, size, relief, plane, quadratic = MEASURED[name]
     scan = opened(shared_scans / name)
     assert (scan.sizes["x"], scan.sizes["y"]) == pixels
-    found = [scan.sizes[axis] * float(scan[axis][1] - scan[axis][0]) for axis in "xy"]
-    np.testing.assert_allclose(found, size, rtol=1e-6)
+    widths = [scan.sizes[axis] * float(scan[axis][1] - scan[axis][0]) for axis in "xy"]
+    np.testing.assert_allclose(widths, size, rtol=1e-6)
     assert float(scan["height"].max() - scan["height"].min()) == pytest.approx(relief, rel=1e-6)
     about_plane = float(roughness(scan)["s_q"])
     assert about_plane == pytest.approx(plane, rel=0.005, abs=0.005)

@@ -31,9 +31,9 @@ def compliance(places):
     return LOVE[0, 0] + (LOVE[4, 4] if len(places) == 2 else 0.0)
 
 
-def asked(found):
+def asked(path_states):
     """Return the states at DELTAS on loading, and on retraction in the same order."""
-    states = found.states[found.states["prescribed"] > 0]
+    states = path_states.states[path_states.states["prescribed"] > 0]
     np.testing.assert_array_equal(states["delta"], [*DELTAS, *DELTAS[::-1]])
     return states[: DELTAS.size], states[DELTAS.size :][::-1]
 
@@ -55,27 +55,27 @@ def test_cells_under_a_smooth_law_balance_its_traction(name, places, monkeypatch
     law = smooth_laws.smooth_law(**{name: (w, 0.8)})
     separation = window(places)
     with np.errstate(invalid="ignore"):  # uncompiled it would warn of what is NaN and not used: directions to nowhere
-        (found,) = path.follow_path(separation, DELTAS, 0.1, law, fields=AT_DISPLACEMENTS)
+        (followed,) = path.follow_path(separation, DELTAS, 0.1, law, fields=AT_DISPLACEMENTS)
     pressures, gaps = np.transpose([smooth_cell(d - HEIGHT, law, compliance(places)) for d in DELTAS])
-    left = np.array([smooth_laws.remaining_work(gap, law) for gap in gaps])
-    energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - left
+    work = np.array([smooth_laws.remaining_work(gap, law) for gap in gaps])
+    energies = 0.5 * pressures * (DELTAS - HEIGHT + gaps) - work
     number = len(places)
     atol = 1e-6 * law.strength
-    for states in asked(found):
+    for states in asked(followed):
         np.testing.assert_allclose(states["force"], number * pressures, atol=atol)
         np.testing.assert_allclose(states["energy"], number * energies, atol=atol)
         np.testing.assert_array_equal(states["contact_area"], number * (gaps == 0.0))
         np.testing.assert_array_equal(states["contact_patches"], number * (gaps == 0.0))
-        closed = np.maximum(left, 0.0) / (w - law.cut)
+        closed = np.maximum(work, 0.0) / (w - law.cut)
         attracts = pressures < -0.02 * law.strength
         np.testing.assert_allclose(states["resolution"][attracts], np.sqrt(closed[attracts] / np.pi), atol=1e-6)
         np.testing.assert_allclose(states["dissipated"], 0.0, atol=0.06 * number * w)  # of long steps
         assert states["converged"].all()
     rows, columns = np.transpose(places)
-    for p, there, back in zip(pressures, found.pressures, found.pressures[::-1]):
+    for p, there, back in zip(pressures, followed.pressures, followed.pressures[::-1]):
         np.testing.assert_allclose([there[rows, columns], back[rows, columns]], p, atol=atol)
-    most = max(smooth_laws.traction(gap, law)[0] for gap in np.linspace(0, 2, 2001))
-    assert -found.states["force"].min() == pytest.approx(number * most, rel=5e-3)
+    largest_traction = max(smooth_laws.traction(gap, law)[0] for gap in np.linspace(0, 2, 2001))
+    assert -followed.states["force"].min() == pytest.approx(number * largest_traction, rel=5e-3)
 
 
 @pytest.mark.parametrize("places", PLACES.values(), ids=PLACES)
@@ -87,16 +87,16 @@ def test_cells_under_a_smooth_law_yield_as_they_do_under_any(places):
     separation = window(places)
     deltas = DELTAS[-4:]
     with np.errstate(invalid="ignore"):
-        (found,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=AT_DISPLACEMENTS)
+        (followed,) = path.follow_path(separation, deltas, 0.5, law, cap=cap, limit=cap, fields=AT_DISPLACEMENTS)
     dent = deltas[-1] - HEIGHT - sinks * cap
-    states = found.states[found.states["prescribed"] > 0]
+    states = followed.states[followed.states["prescribed"] > 0]
     after = [smooth_cell(d - HEIGHT - dent, law, sinks)[0] for d in deltas[::-1]]
     np.testing.assert_allclose(states["force"][deltas.size :], number * np.array(after), atol=5e-3)
-    turned = found.states[found.turn - 1]
-    first = found.states[0]
+    turned = followed.states[followed.turn - 1]
+    first = followed.states[0]
     assert turned["yielded_fraction"] == turned["yielded_area_fraction"] == 1.0
     assert turned["yielded_area"] == number
     assert turned["plastic_work"] == pytest.approx(number * dent, abs=5e-3)
     assert not any(first[name] for name in ("yielded_fraction", "yielded_area", "plastic_work"))
-    assert found.residual_heights[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
-    assert not found.residual_heights[0].any()  # not at the first displacement
+    assert followed.residual_heights[-1][places[0]] == pytest.approx(-dent, abs=5e-3)
+    assert not followed.residual_heights[0].any()  # not at the first displacement

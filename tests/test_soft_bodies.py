@@ -29,9 +29,9 @@ def rough(seed=1, **pair):
 def test_a_soft_body_settles_beyond_its_first_summit():
     """Without a preload it pulls off as after one; with contacts alone it pulled 7 times less."""
     place = {"subregions": ([840.0], [840.0]), "law": "jkr"}
-    found = rough().contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
+    solution = rough().contact.adhesive(mesh=roughxr.Mesh(2, step=0.5), **place)
     pressed = rough().contact.adhesive(mesh=roughxr.Mesh(2, None, 0.5), preload=20.0, **place)
-    assert found.pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.02)
+    assert solution.pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.02)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
@@ -92,24 +92,24 @@ def test_without_range_more_than_the_last_change_by_the_mesh_is_stated():
     ds, place = soft_place(12, 160.0, 1120.0, rms=12, modulus=0.3, work=0.1, law="jkr")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*heights between the pixels")
-        found = ds.contact.adhesive(**place)
+        solution = ds.contact.adhesive(**place)
     before, last, finer = (
         float(ds.contact.adhesive(mesh=roughxr.Mesh(n, None), **place).pull_off_force[0]) for n in (2, 4, 8)
     )
-    assert int(found.mesh[0]) == 4 and float(found.pull_off_force[0]) == pytest.approx(last, rel=1e-3)
+    assert int(solution.mesh[0]) == 4 and float(solution.pull_off_force[0]) == pytest.approx(last, rel=1e-3)
     assert abs(last / finer - 1) > 1.5 * abs(last / before - 1)
-    assert float(found.mesh_error[0]) < abs(last / finer - 1) <= float(found.pull_off_error[0])
+    assert float(solution.mesh_error[0]) < abs(last / finer - 1) <= float(solution.pull_off_error[0])
 
 
 @pytest.mark.filterwarnings("ignore:.*heights between the pixels:UserWarning")
 def test_a_law_that_only_the_finest_cells_can_show_has_a_stated_error():
     """Its change from cells twice as large, on which it pulls more; there is no finer mesh to compare with."""
     ds, place = soft_place(21, 160.0, 1760.0, rms=6, modulus=1.0, work=0.05, law="exponential")
-    found = ds.contact.adhesive(**place)
+    solution = ds.contact.adhesive(**place)
     coarse = ds.contact.adhesive(mesh=roughxr.Mesh(8, None), **place)
-    assert int(found.mesh[0]) == 16
-    change = float(coarse.pull_off_force[0] / found.pull_off_force[0]) - 1
-    assert 0.02 < change == pytest.approx(float(found.mesh_error[0]), rel=1e-3)
+    assert int(solution.mesh[0]) == 16
+    change = float(coarse.pull_off_force[0] / solution.pull_off_force[0]) - 1
+    assert 0.02 < change == pytest.approx(float(solution.mesh_error[0]), rel=1e-3)
 
 
 def test_the_first_cells_fit_the_contacts_and_a_coarse_scan_is_named():
@@ -118,12 +118,12 @@ def test_the_first_cells_fit_the_contacts_and_a_coarse_scan_is_named():
     ds = scan.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = ds.contact.adhesive(subregions=(3, 3))
-    words = [str(each.message) for each in caught]
-    assert (found.mesh >= 8).all() and float(found.mesh_error.median()) < 0.05
-    few = int((found.interpolation_error > 0.05).sum())
-    assert few > 0 and any(
-        f"{few} of 9 subregions miss accuracy=0.05 since the heights between" in each for each in words
+        solution = ds.contact.adhesive(subregions=(3, 3))
+    messages = [str(warning.message) for warning in caught]
+    assert (solution.mesh >= 8).all() and float(solution.mesh_error.median()) < 0.05
+    missed = int((solution.interpolation_error > 0.05).sum())
+    assert missed > 0 and any(
+        f"{missed} of 9 subregions miss accuracy=0.05 since the heights between" in message for message in messages
     )
 
 

@@ -26,18 +26,18 @@ def sweep(force):
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_pull_off_is_the_largest_pull():
-    found = pull_off(sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1]]))
-    np.testing.assert_array_equal(found.pull_off_force, [5, np.nan, 4])
-    np.testing.assert_array_equal(found.pull_off_delta, [2, np.nan, 0])
-    np.testing.assert_array_equal(found.bracketed, [True, False, False])
-    assert found.pull_off_force.units == "nN" and found.pull_off_delta.units == "nm"
+    pulls = pull_off(sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1]]))
+    np.testing.assert_array_equal(pulls.pull_off_force, [5, np.nan, 4])
+    np.testing.assert_array_equal(pulls.pull_off_delta, [2, np.nan, 0])
+    np.testing.assert_array_equal(pulls.bracketed, [True, False, False])
+    assert pulls.pull_off_force.units == "nN" and pulls.pull_off_delta.units == "nm"
 
 
 def test_a_sweep_too_short_says_where_and_to_whom_it_was_asked():
     asked = sweep([[0, -3, -5, 2], [0, 1, 2, 3], [-4, -1, 0, 1], [3, 1, -1, -2], [1, 2, 3, 4]])
-    with pytest.warns(UserWarning, match="too short for 4 of 5 places: at 2 .* at 2 there is none") as told:
+    with pytest.warns(UserWarning, match="too short for 4 of 5 places: at 2 .* at 2 there is none") as warned:
         pull_off(asked)
-    assert [one.filename for one in told] == [__file__]
+    assert [warning.filename for warning in warned] == [__file__]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pull_off(asked.isel(subregion=[0]))
@@ -49,9 +49,9 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
     force[1, [0, 2]] = force[2, 1] = np.nan
     ds = xr.Dataset({"force": (("subregion", "delta"), force, {"units": "nN"})}, attrs={"missing": "not touched"})
     for ask in (summary, lambda ds: pdf(ds.isel(delta=0), "force", bins=[0.0, 2.0])):
-        with pytest.warns(UserWarning, match=r"force: computed from [23] of 4 samples.*\(not touched\)") as told:
+        with pytest.warns(UserWarning, match=r"force: computed from [23] of 4 samples.*\(not touched\)") as warned:
             ask(ds)
-        assert [one.filename for one in told] == [__file__]
+        assert [warning.filename for warning in warned] == [__file__]
     with pytest.warns(UserWarning, match="computed from 2 of 4"):
         table = summary(ds)
     np.testing.assert_array_equal(table.force.sel(statistic="count"), [3, 3, 3])
@@ -61,8 +61,8 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
 def test_pull_off_is_the_same_on_dask_and_keeps_other_dimensions():
     ds = sweep([[0, -3, -5, 2], [0, 1, 2, 3]])
     xr.testing.assert_equal(pull_off(ds.chunk(subregion=1)).compute(), pull_off(ds))
-    both = xr.concat([ds, 2 * ds], dim=xr.DataArray(["once", "twice"], dims="method", name="method"))
-    np.testing.assert_array_equal(pull_off(both).pull_off_force.sel({"method": "twice"}), [10, np.nan])
+    methods = xr.concat([ds, 2 * ds], dim=xr.DataArray(["once", "twice"], dims="method", name="method"))
+    np.testing.assert_array_equal(pull_off(methods).pull_off_force.sel({"method": "twice"}), [10, np.nan])
 
 
 def test_a_sweep_that_is_elastic_has_no_pull_off_however_lightly_it_presses():
@@ -216,6 +216,6 @@ def test_a_map_is_a_sample_at_every_pixel():
     places = {"subregion_x": ("subregion", x), "subregion_y": ("subregion", y)}
     listed = xr.Dataset({"pull_off_force": ("subregion", force.values.ravel(), force.attrs)}, places)
     for verb, options in (("pdf", {}), ("bootstrap", {}), ("fit", {"simulations": 19})):
-        found, expected = (getattr(ds.contact, verb)("pull_off_force", **options) for ds in (whole, listed))
-        xr.testing.assert_equal(found, expected)
+        of_map, expected = (getattr(ds.contact, verb)("pull_off_force", **options) for ds in (whole, listed))
+        xr.testing.assert_equal(of_map, expected)
     xr.testing.assert_equal(whole.contact.summary(), listed.contact.summary())

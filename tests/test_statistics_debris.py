@@ -154,8 +154,8 @@ def test_intervals_of_places_on_a_surface_with_particles_hold_its_mean():
 def test_values_alone_state_which_debris_they_cannot_show():
     """Of 9 independent places none is on debris of a share p with a probability (1 − p)⁹: 5 % for p = 28 %."""
     alone = xr.Dataset({"pull_off_force": ("subregion", np.linspace(1.0, 2.0, 9), {"units": "nN"})})
-    words = "Debris on less than 28 % of the surface may be missed by 9 places"
-    assert bootstrap(alone, statistics=["mean"]).attrs["not_shown"].startswith(words)
-    assert words in roughxr.statistics.headline.headline(roughxr.statistics.headline.mean_pull_off(alone))
-    known = alone.assign_coords(on_debris=("subregion", np.zeros(9, bool)), debris_share=0.0)
-    assert "not_shown" not in bootstrap(known, statistics=["mean"]).attrs
+    sentence = "Debris on less than 28 % of the surface may be missed by 9 places"
+    assert bootstrap(alone, statistics=["mean"]).attrs["not_shown"].startswith(sentence)
+    assert sentence in roughxr.statistics.headline.headline(roughxr.statistics.headline.mean_pull_off(alone))
+    classified = alone.assign_coords(on_debris=("subregion", np.zeros(9, bool)), debris_share=0.0)
+    assert "not_shown" not in bootstrap(classified, statistics=["mean"]).attrs

@@ -43,13 +43,13 @@ def elastic(ground):
 
 def test_a_cycle_has_its_own_events(cycle):
     """From all of its steps: the three displacements asked for know nothing of the largest pull."""
-    found = cycle.contact.pull_off()
-    xr.testing.assert_equal(found.pull_off_force, cycle.pull_off_force)
-    xr.testing.assert_equal(found.pull_off_delta, cycle.pull_off_delta)
-    assert found.bracketed.all()
-    assert found.pull_off_force.dims == ("subregion",)
+    pulls = cycle.contact.pull_off()
+    xr.testing.assert_equal(pulls.pull_off_force, cycle.pull_off_force)
+    xr.testing.assert_equal(pulls.pull_off_delta, cycle.pull_off_delta)
+    assert pulls.bracketed.all()
+    assert pulls.pull_off_force.dims == ("subregion",)
     on_the_grid = pull_off(cycle.drop_vars(["pull_off_force", "complete"]))
-    assert (on_the_grid.pull_off_force.max("branch").fillna(0) < found.pull_off_force).all()
+    assert (on_the_grid.pull_off_force.max("branch").fillna(0) < pulls.pull_off_force).all()
 
 
 def test_a_largest_pull_at_the_turning_point_is_not_bracketed(cycle):
@@ -60,9 +60,9 @@ def test_a_largest_pull_at_the_turning_point_is_not_bracketed(cycle):
 
 
 def test_where_nothing_is_touched_there_is_no_pull_off(ground):
-    found = pull_off(by_cells(ground, delta=[-30.0, -25.0]))
-    assert found.pull_off_force.isnull().all() and found.pull_off_delta.isnull().all()
-    assert not found.bracketed.any()
+    pulls = pull_off(by_cells(ground, delta=[-30.0, -25.0]))
+    assert pulls.pull_off_force.isnull().all() and pulls.pull_off_delta.isnull().all()
+    assert not pulls.bracketed.any()
 
 
 def one_sphere():
@@ -74,13 +74,13 @@ def one_sphere():
 @pytest.mark.parametrize("method", ["sweep", "cycle"])
 def test_statistics_take_the_result_of_every_method(ground, cycle, method):
     sticky = superpose(ground, delta=np.arange(-3, 8, 0.1), subregions=(2, 2))
-    found = pull_off({"sweep": sticky, "cycle": cycle}[method])
-    mean = float(found.pull_off_force.mean())
-    assert summary(found).pull_off_force.sel(statistic="mean").item() == pytest.approx(mean)
-    assert bootstrap(found, "pull_off_force").estimate.sel(statistic="mean").item() == pytest.approx(mean)
-    assert np.isfinite(pdf(found, "pull_off_force")).all()
-    assert (reduction(found).pull_off_ratio > 0).all()
-    assert fit(found, "pull_off_force", simulations=19).location.sel(law="normal").item() == pytest.approx(mean)
+    pulls = pull_off({"sweep": sticky, "cycle": cycle}[method])
+    mean = float(pulls.pull_off_force.mean())
+    assert summary(pulls).pull_off_force.sel(statistic="mean").item() == pytest.approx(mean)
+    assert bootstrap(pulls, "pull_off_force").estimate.sel(statistic="mean").item() == pytest.approx(mean)
+    assert np.isfinite(pdf(pulls, "pull_off_force")).all()
+    assert (reduction(pulls).pull_off_ratio > 0).all()
+    assert fit(pulls, "pull_off_force", simulations=19).location.sel(law="normal").item() == pytest.approx(mean)
 
 
 @pytest.mark.parametrize("elastic_sweep", [direct, lambda *a, **k: superpose(*a, law="hertz", **k)])
@@ -100,14 +100,14 @@ def test_a_pull_off_has_no_pull_off(ground):
 def test_the_answer_is_the_mean_with_its_interval_in_a_suitable_unit_and_as_data():
     force = np.array([[1200.0, np.nan, 900.0, 1500.0], [1.0, 2.0, 3.0, 4.0]])
     pull = xr.Dataset({"pull_off_force": (("preload", "subregion"), force, {"units": "nN"})}, {"preload": [0.0, 500.0]})
-    found = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
-    assert found.sentence.startswith("Mean pull-off 1.20 µN (95 % interval ")
-    assert "3 places of 4" in found.sentence and "± 2 % numerical error" in found.sentence
-    assert float(found.pull_off_force) == 1200 and int(found.places) == 3 and float(found.mesh_error) == 0.02
-    assert float(found.low) < 900 and float(found.high) > 1500  # three places show no tail
-    assert found.pull_off_force.units == found.low.units == "nN"
-    one = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
-    assert np.isnan(one.low) and one.sentence.startswith("Mean pull-off 1 nN (1 place)")
+    answer = roughxr.answer(pull.assign(pull_off_error=(("preload", "subregion"), np.full((2, 4), -0.02))))
+    assert answer.sentence.startswith("Mean pull-off 1.20 µN (95 % interval ")
+    assert "3 places of 4" in answer.sentence and "± 2 % numerical error" in answer.sentence
+    assert float(answer.pull_off_force) == 1200 and int(answer.places) == 3 and float(answer.mesh_error) == 0.02
+    assert float(answer.low) < 900 and float(answer.high) > 1500  # three places show no tail
+    assert answer.pull_off_force.units == answer.low.units == "nN"
+    single = roughxr.answer(pull.isel(preload=[1], subregion=[0]))
+    assert np.isnan(single.low) and single.sentence.startswith("Mean pull-off 1 nN (1 place)")
     with pytest.raises(ValueError, match="at least one place that adheres"):
         roughxr.answer(pull * np.nan)
     with pytest.raises(ValueError, match="at least one place that adheres"):
@@ -121,9 +121,9 @@ def test_a_smooth_flat_holds_all_of_what_a_smooth_flat_holds_and_cells_too_coars
     pull = xr.Dataset({"pull_off_force": ("subregion", [smooth])}, pair, {"method": method})
     assert float(reduction(pull).pull_off_ratio[0]) == pytest.approx(1.0)
     assert float(roughxr.answer(pull).smooth_share) == pytest.approx(1.0)
-    found = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
-    assert "overestimated by about 22 % due to the size of cells" in found.sentence
-    assert float(found.mesh_error) == pytest.approx(0.22)
+    answer = roughxr.answer(1.22 * pull.assign(cell_error=("subregion", [0.22 / 1.22])).assign_attrs(method=method))
+    assert "overestimated by about 22 % due to the size of cells" in answer.sentence
+    assert float(answer.mesh_error) == pytest.approx(0.22)
 
 
 def test_the_cells_error_of_rigid_bodies_reaches_the_answer():
@@ -133,10 +133,10 @@ def test_the_cells_error_of_rigid_bodies_reaches_the_answer():
     flat = xr.Dataset({"height": (("x", "y"), np.zeros((48, 48)), nm)}, axes)
     pair = flat.contact.assign_pair(sphere_radius=500, materials="silica/silicon")
     solved = pair.contact.rigid(subregions=([180.0], [180.0]))
-    found = solved.contact.answer()
+    answer = solved.contact.answer()
     smooth = 2 * np.pi * 500 * float(pair.work_of_adhesion)
-    assert float(found.pull_off_force) / (1 + float(found.mesh_error)) == pytest.approx(smooth, rel=0.02)
-    assert "shaped to fit the sphere: use adhesive, or a finer mesh" in found.sentence
+    assert float(answer.pull_off_force) / (1 + float(answer.mesh_error)) == pytest.approx(smooth, rel=0.02)
+    assert "shaped to fit the sphere: use adhesive, or a finer mesh" in answer.sentence
 
 
 def test_what_has_several_answers_says_which_ways_there_are():

@@ -148,7 +148,7 @@ def with_contacts(count, *, apart, curvatures=(0.004, 0.004), orientation=0.0, a
         "axis_ratio": 1.0,
         "fit_rms": 0.0,
     }
-    ds = xr.Dataset({name: ("asperity", np.full(count, value)) for name, value in properties.items()})
+    ds = xr.Dataset({name: ("asperity", np.full(count, size)) for name, size in properties.items()})
     edges = {f"scan_{axis}_{end}": sign * 1e4 for axis in "xy" for end, sign in (("min", -1), ("max", 1))}
     places = {"x": ("asperity", x * np.cos(along)), "y": ("asperity", x * np.sin(along))}
     ds = ds.assign_coords(datum_height=10.0, patch_radius=5.0, **places, **edges)

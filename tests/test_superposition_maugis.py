@@ -45,10 +45,10 @@ def a_line(parameter):
 
 @pytest.mark.parametrize("parameter, pull", [(0.1, 1.95059), (0.5, 1.71825), (1, 1.60073), (2, 1.53460), (5, 1.50635)])
 def test_one_sphere_pulls_off_as_published(parameter, pull):
-    found = pull_off_map(
+    mapped = pull_off_map(
         reaching(one_asperity(1 / 200, 1 / 200), distance_of(parameter)), subregions=(1, 1), law="dugdale"
     )
-    assert found.pull_off_force.item() == pytest.approx(pull * np.pi * W * RADIUS, rel=1e-5)
+    assert mapped.pull_off_force.item() == pytest.approx(pull * np.pi * W * RADIUS, rel=1e-5)
 
 
 @pytest.mark.parametrize("shape", [(1 / 200, 1 / 200), (1 / 400, 1 / 150)])
@@ -65,9 +65,9 @@ def test_long_range_is_dmt():
     asperity = reaching(one_asperity(1 / 200, 1 / 200), distance_of(0.02))
     far = {"law": "dugdale"}
     dmt = 2 * np.pi * W * RADIUS
-    found = pull_off_map(asperity, subregions=(1, 1), **far)
-    assert found.pull_off_force.item() == pytest.approx(dmt, rel=3e-3)
-    at_pull_off = superpose(asperity, delta=found.pull_off_delta.values, **far)
+    mapped = pull_off_map(asperity, subregions=(1, 1), **far)
+    assert mapped.pull_off_force.item() == pytest.approx(dmt, rel=3e-3)
+    at_pull_off = superpose(asperity, delta=mapped.pull_off_delta.values, **far)
     assert at_pull_off.contact_area.item() < 0.01 * np.pi * (9 * np.pi * W * RADIUS**2 / (8 * E)) ** (2 / 3)
     loaded = superpose(asperity, delta=[0.0, 0.5, 1.0], **far)
     radius = np.sqrt(loaded.contact_area / np.pi)
@@ -83,8 +83,8 @@ def test_an_ellipse_is_as_far_from_its_equivalent_sphere_as_self_similar_jkr(rat
     asperity = one_asperity(flat - 1 / 3000, sharp - 1 / 3000)
     R = 1 / np.sqrt(sharp * flat)
     far = (R * W**2 / E**2) ** (1 / 3) / (0.02 / 1.157)
-    found = pull_off_map(reaching(asperity, far), subregions=(1, 1), law="dugdale")
-    assert found.pull_off_force.item() / (2 * np.pi * W * R) == pytest.approx(part, rel=3e-3)
+    mapped = pull_off_map(reaching(asperity, far), subregions=(1, 1), law="dugdale")
+    assert mapped.pull_off_force.item() / (2 * np.pi * W * R) == pytest.approx(part, rel=3e-3)
 
 
 def test_beyond_the_table_it_stays_at_its_ends():
@@ -137,12 +137,12 @@ def test_the_sum_is_that_of_the_equations_solved_directly(surface, z0):
     """On many elliptic asperities, in JKR-like and in DMT-like contact."""
     catalogue = reaching(asperities(surface), z0)
     deltas = np.array([0.5, 2.0, 4.0])
-    found = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="dugdale")
+    summed = superpose(catalogue, delta=deltas, subregions=([0.0], [0.0]), law="dugdale")
     r2 = (catalogue.x**2 + catalogue.y**2).values
     touch = float(catalogue.datum_height) - catalogue.height.values + r2 / (3000 + np.sqrt(3000**2 - r2))
     A, B = (0.5 * catalogue[name].values + 0.5 / 3000 for name in ("curvature_min", "curvature_max"))
     peaks = np.flatnonzero(A > 0)
-    for delta, force in zip(deltas, found.force.values[0]):
+    for delta, force in zip(deltas, summed.force.values[0]):
         loads = [load_by_hand(A[i], B[i], delta - touch[i], z0) for i in peaks if delta - touch[i] > -3]
         assert force == pytest.approx(sum(loads), abs=3e-4 * np.abs(loads).sum())
 
@@ -179,14 +179,14 @@ def test_no_fine_sweep_finds_a_larger_pull(surface, work, z0):
     options = {"law": "dugdale"}
     rng = np.random.default_rng(0)
     places = rng.uniform(float(surface.x[0]), float(surface.x[-1]), (2, 12))
-    found = pull_off_map(sticky, subregions=tuple(places), **options)
+    mapped = pull_off_map(sticky, subregions=tuple(places), **options)
     swept = pull_off(superpose(sticky, delta=np.arange(-4, 20, 0.002), subregions=tuple(places), **options))
-    assert (found.pull_off_force >= swept.pull_off_force * (1 - 1e-6)).all()
-    assert (found.pull_off_force < swept.pull_off_force * 1.02).all()
+    assert (mapped.pull_off_force >= swept.pull_off_force * (1 - 1e-6)).all()
+    assert (mapped.pull_off_force < swept.pull_off_force * 1.02).all()
     for k in range(places.shape[1]):
-        one = superpose(sticky, delta=[found.pull_off_delta.item(k)], subregions=tuple(places[:, [k]]), **options)
-        assert -one.force.item() == pytest.approx(found.pull_off_force.item(k), rel=1e-10)
-        assert one.contacts.item() == found.contacts.item(k)
+        summed = superpose(sticky, delta=[mapped.pull_off_delta.item(k)], subregions=tuple(places[:, [k]]), **options)
+        assert -summed.force.item() == pytest.approx(mapped.pull_off_force.item(k), rel=1e-10)
+        assert summed.contacts.item() == mapped.contacts.item(k)
 
 
 def test_without_adhesion_it_is_hertz(surface):

@@ -30,7 +30,7 @@ def rows(regime):
     assert table.drop(columns=["group"]).drop_duplicates().shape[0] == len(table)
     surfaces = [regime.surface_of(*(row[key] for key in regime.KEYS[1:])) for row in table[::4].to_dict("records")]
     ratio = [regime.summed(scan) for scan in surfaces]
-    return table[::4].assign(**{name: [one[name] for one in ratio] for name in ratio[0]})
+    return table[::4].assign(**{name: [ratios_of_patches[name] for ratios_of_patches in ratio] for name in ratio[0]})
 
 
 @pytest.mark.parametrize("group", ["made", "held"])
@@ -54,5 +54,5 @@ def test_a_row_can_be_measured_again(regime):
     """The cheapest: weak adhesion on a rough ground."""
     table = pd.read_csv(regime.TABLE)
     row = table[(table.work == 0.2) & (table.cutoff == 20) & (table.rms == 2.0) & (table.radius == 500.0)].iloc[0]
-    found = regime.measured(regime.surface_of(*(row[key] for key in regime.KEYS[1:])))
-    assert found["refine"] == row["refine"] and found["direct"] == pytest.approx(row["direct"], rel=0.02)
+    measures = regime.measured(regime.surface_of(*(row[key] for key in regime.KEYS[1:])))
+    assert measures["refine"] == row["refine"] and measures["direct"] == pytest.approx(row["direct"], rel=0.02)

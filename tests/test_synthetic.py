@@ -82,9 +82,9 @@ def test_nothing_is_left_below_the_cutoff():
     ],
 )
 def test_bad_input_is_named(wrong, message):
-    given = {"shape": (16, 16), "pixel": 10, **GIVEN, **wrong}
+    options = {"shape": (16, 16), "pixel": 10, **GIVEN, **wrong}
     with pytest.raises(ValueError, match=message):
-        self_affine(given.pop("shape"), given.pop("pixel"), **given)
+        self_affine(options.pop("shape"), options.pop("pixel"), **options)
 
 
 def test_glass_is_a_scan_of_the_published_size(twin):

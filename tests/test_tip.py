@@ -24,9 +24,11 @@ def bumps(pixel=0.5, cell=40.0):
 
 def summits(ds):
     """Return the asperity at each bump's middle, fitted over 10 nm: a sweep over pixels is a polygon, seen closer."""
-    found = roughxr.asperities(ds, patch=21)
+    catalogue = roughxr.asperities(ds, patch=21)
     middles = (np.arange(len(RADII)) + 0.5) * 40.0
-    return found.isel(asperity=[int(np.hypot(found.x - m, found.y - 20).argmin("asperity")) for m in middles])
+    return catalogue.isel(
+        asperity=[int(np.hypot(catalogue.x - m, catalogue.y - 20).argmin("asperity")) for m in middles]
+    )
 
 
 def test_the_image_of_a_summit_has_both_radii_together():

@@ -16,7 +16,7 @@ def test_public_functions_state_the_types_of_all_they_take_and_return():
             continue
         assert typing.get_type_hints(function), name  # every name in them is one that exists
         signature = inspect.signature(function)
-        missing = [key for key, one in signature.parameters.items() if one.annotation is one.empty]
+        missing = [key for key, parameter in signature.parameters.items() if parameter.annotation is parameter.empty]
         assert not missing and signature.return_annotation is not signature.empty, name
 
 

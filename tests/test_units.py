@@ -64,8 +64,8 @@ def changed(array, unit, *, as_pint):
     package_unit = schema.VARIABLES[array.name].units
     values = array.values / units.factor(unit, package_unit)
     if as_pint and array.name not in array.dims:
-        rest = {key: value for key, value in array.attrs.items() if key != "units"}
-        return xr.Variable(array.dims, units._registry().Quantity(values, unit), rest)
+        other_attributes = {key: value for key, value in array.attrs.items() if key != "units"}
+        return xr.Variable(array.dims, units._registry().Quantity(values, unit), other_attributes)
     return xr.Variable(array.dims, values, {**array.attrs, "units": unit})
 
 

@@ -44,11 +44,11 @@ def test_a_run_keeps_both_ways(groups):
 
 
 def test_its_report_says_what_yields(groups):
-    words = " ".join(report.cautions(groups))
+    cautions = " ".join(report.cautions(groups))
     share = 100 * float(groups["solutions/direct"].isel(delta=-1).yielded_fraction.mean())
-    assert f"with {share:.2g} % of the force lies at its hardness, 3 GPa" in words
-    assert "in the simulation with adhesion at its preload" in words
-    assert "do not include yield" in words
+    assert f"with {share:.2g} % of the force lies at its hardness, 3 GPa" in cautions
+    assert "in the simulation with adhesion at its preload" in cautions
+    assert "do not include yield" in cautions
 
 
 @pytest.mark.parametrize("options", [["--hardness", "1"], ["--hardness", "1", "--law", "dugdale"]])
@@ -56,19 +56,20 @@ def test_the_command_line_advises_what_can_be_typed_there(options, tmp_path, cap
     path = roughxr.scans.to_netcdf(surface(), tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--contact-modulus", "40", "--work-of-adhesion", "0.5", "--subregions", "1", "1"]
     assert cli.main(["run", str(path), "-o", str(tmp_path / "out"), "-q", *pair, *options]) == 1
-    told = capsys.readouterr().err
-    assert "assign no hardness" in told and "yielding=" not in told
+    printed = capsys.readouterr().err
+    assert "assign no hardness" in printed and "yielding=" not in printed
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")
 def test_elastic_runs_warn_of_what_lies_above_an_estimate():
     pair = roughxr.assign_pair(surface(), sphere_radius=500, materials="gold", work_of_adhesion=0.05)
     solved = {"solutions/direct": roughxr.direct(pair, delta=[4, 12])}
-    (words,) = [sentence for sentence in report.cautions(solved) if "Summits may yield" in sentence]
-    assert "above the estimated hardness of 1 GPa" in words and "State a hardness" in words
+    (caution,) = [sentence for sentence in report.cautions(solved) if "Summits may yield" in sentence]
+    assert "above the estimated hardness of 1 GPa" in caution and "State a hardness" in caution
     hard = roughxr.assign_pair(surface(), sphere_radius=500, materials="alumina")
     assert not any(
-        "Summits may yield" in one for one in report.cautions({"solutions/direct": roughxr.direct(hard, delta=[0.5])})
+        "Summits may yield" in sentence_of_run
+        for sentence_of_run in report.cautions({"solutions/direct": roughxr.direct(hard, delta=[0.5])})
     )
 
 
@@ -79,8 +80,8 @@ def test_superposition_is_compared_with_the_way_in():
     places = (2, 2)
     summed = roughxr.superpose(pair, delta=deltas, law="hertz", subregions=places)
     solved = roughxr.direct(pair, delta=deltas, subregions=places)
-    found = statistics.force_ratio(summed, solved)
-    np.testing.assert_array_equal(found.force_direct, solved.force.sel(branch="loading"))
+    ratio = statistics.force_ratio(summed, solved)
+    np.testing.assert_array_equal(ratio.force_direct, solved.force.sel(branch="loading"))
 
 
 def test_figures_of_what_yields():
@@ -98,14 +99,14 @@ def test_hardness_is_an_entry_of_the_budget():
     mesh = roughxr.Mesh(1, step=0.8)
     options = {"places": 1, "preload": 3000.0, "mesh": mesh}
     solved = pair.contact.adhesive(preload=3000.0, mesh=mesh)
-    softer, harder, both = (
+    softer, harder, combined = (
         budget_of(pair, solved, settings={"hardness": factors}, **options).sel(entry="hardness")
         for factors in ([0.5], [2.0], [0.5, 2.0])
     )
     up = float(softer.pull_off_change)
     down = float(harder.pull_off_change)
     assert up > 0.1 and down < -0.1  # what is softer flattens more, and sticks harder
-    assert float(both.relative_std) == pytest.approx(max(up, -down)) and float(both.slope) < 0
+    assert float(combined.relative_std) == pytest.approx(max(up, -down)) and float(combined.slope) < 0
     bare = roughxr.assign_pair(surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05)
     solved = bare.contact.adhesive(preload=3000.0, mesh=mesh)
     missing = budget_of(bare, solved, settings={"hardness": [0.5]}, **options).sel(entry="hardness")

@@ -51,8 +51,8 @@ def particles(scan: xr.Dataset, path: Path) -> dict[str, xr.Dataset]:
     """Compute the detachment of particles, and a whole run."""
     holds: xr.Dataset = roughxr.rolling(scan, directions=8, subregions=roughxr.particles.resting(scan))
     lines: str = roughxr.particles.to_dem(holds, code="lammps", classes=3)
-    left: xr.Dataset = roughxr.particles.resuspension(holds, friction_velocity=[0.1, 1.0])
-    roughxr.figures.plot(left, "remaining", ax=None).set_title(lines)
+    resuspended: xr.Dataset = roughxr.particles.resuspension(holds, friction_velocity=[0.1, 1.0])
+    roughxr.figures.plot(resuspended, "remaining", ax=None).set_title(lines)
     with roughxr.progress():
         groups: dict[str, xr.Dataset] = roughxr.run(scan, path, subregions=(4, 4), budget=2)
     written: Path = roughxr.report.write_report(path)

@@ -95,8 +95,8 @@ def peers(separation, dx):
     u = None
     for delta in [*there, *np.arange(DEPTH, -60.0, -STEP)]:
         options = {"gtol": goal, "ftol": 0, "maxcor": 10, "maxiter": 3000}
-        found = system.minimize_proxy(offset=delta, initial_displacements=u, options=options)
-        missed = missed + (not found.success)
+        minimum = system.minimize_proxy(offset=delta, initial_displacements=u, options=options)
+        missed = missed + (not minimum.success)
         u = system.disp
         forces.append(float(system.compute_normal_force()))
         if len(forces) > there.size + 1 and -forces[-1] < 1e-3 * -min(forces) and delta < 0:
@@ -125,15 +125,15 @@ def main():
     parser.add_argument("--places", type=int, nargs="+", default=PLACES, help="of the 8 × 8; default: %(default)s")
     parser.add_argument("--rounds", type=int, default=1, help="default: %(default)s")
     parser.add_argument("--peer", help=argparse.SUPPRESS)
-    given = parser.parse_args()
-    if given.peer:
-        with np.load(given.peer) as file:
+    arguments = parser.parse_args()
+    if arguments.peer:
+        with np.load(arguments.peer) as file:
             print(*peers(file["separation"], float(file["dx"])))
         return
-    ours(*window(given.places[0]))  # compiles
-    ratios = [ratio for place in given.places for ratio in beside(place, given.rounds, given.peer_python)]
-    told = f"from {min(ratios):.1f} to {max(ratios):.1f}, median {np.median(ratios):.1f}"
-    print(f"{len(given.places)} places: ratio {told}")
+    ours(*window(arguments.places[0]))  # compiles
+    ratios = [ratio for place in arguments.places for ratio in beside(place, arguments.rounds, arguments.peer_python)]
+    ratio_text = f"from {min(ratios):.1f} to {max(ratios):.1f}, median {np.median(ratios):.1f}"
+    print(f"{len(arguments.places)} places: ratio {ratio_text}")
 
 
 def beside(place, rounds, python):

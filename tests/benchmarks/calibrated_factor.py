@@ -66,10 +66,10 @@ def main():
         ]
         differences[name] = []
         for (_, measured), (lowering, log) in itertools.permutations(cases, 2):
-            one = extrapolation.one_scan_factor(lowering, pixel, end)
+            estimate = extrapolation.one_scan_factor(lowering, pixel, end)
             differences[name].append(measured - log)
             results["image"].append((-log, np.nan))
-            results["one scan"].append((one.log - log, one.error))
+            results["one scan"].append((estimate.log - log, estimate.error))
             results["measured"].append((measured - log, extrapolation._TRANSFER_ERROR))
         print(f"{name:12s} {np.mean([log for _, log in cases]):6.2f} {rms(differences[name]):6.2f}", flush=True)
     for name in options.surfaces:

@@ -64,7 +64,7 @@ def main():
             seeds = range(options.seed, options.seed + options.trials)
             rows = np.array([trial(np.random.default_rng(seed), quantile, scale, options.count) for seed in seeds])
             rows /= scale * mean
-            low, high, law_low, law_high, rest = rows.T
+            low, high, law_low, law_high, law_shift = rows.T
             is_fitted = np.isfinite(law_low)
             by_bounds = ((low <= 1) & (high >= 1)).mean()
             by_law = ((law_low <= 1) & (law_high >= 1))[is_fitted].mean()
@@ -74,7 +74,7 @@ def main():
             ]
             print(
                 f"{name:12s} {below:6.0%} {by_bounds:7.2f} {widths[0]:>14s} {by_law:10.2f} {widths[1]:>14s} "
-                f"{(~is_fitted).sum():8d} {np.nanmedian(rest):6.2f}",
+                f"{(~is_fitted).sum():8d} {np.nanmedian(law_shift):6.2f}",
                 flush=True,
             )
 

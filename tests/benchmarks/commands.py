@@ -64,8 +64,8 @@ class Took(NamedTuple):
     wall: float
     first: float
     memory: float
-    told: str  # the last estimate on the screen
-    left: str  # the last words of progress
+    estimate: str  # the last estimate on the screen
+    stage: str  # the last words of progress
     status: int  # of the process
 
     def __str__(self):
@@ -77,8 +77,8 @@ def command(arguments, cache=None, limit=None):
     environment = {**os.environ, "MPLBACKEND": "Agg", **({"NUMBA_CACHE_DIR": cache} if cache else {})}
     begun = time.monotonic()
     first = 0.0
-    told = ""
-    left = ""
+    estimate_shown = ""
+    stage_shown = ""
     line = ""
     streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
     process = subprocess.Popen([sys.executable, *arguments], env=environment, text=True, **streams)
@@ -88,9 +88,9 @@ def command(arguments, cache=None, limit=None):
     for line in process.stderr:
         if estimate := _ESTIMATE.match(line):
             first = first or sum(psutil.Process(process.pid).cpu_times()[:2])
-            told = estimate[1]
+            estimate_shown = estimate[1]
         if line.startswith("stage "):
-            left = line.split(":")[0]
+            stage_shown = line.split(":")[0]
     _, status, used = os.wait4(process.pid, 0)
     alarm.cancel()
     process.returncode = os.waitstatus_to_exitcode(status)
@@ -98,7 +98,7 @@ def command(arguments, cache=None, limit=None):
         print(f"ended with {process.returncode}: {line.strip()}")
     wall = time.monotonic() - begun
     memory = used.ru_maxrss / 1024
-    return Took(used.ru_utime + used.ru_stime, wall, first, memory, told, left, process.returncode)
+    return Took(used.ru_utime + used.ru_stime, wall, first, memory, estimate_shown, stage_shown, process.returncode)
 
 
 def whole(name, cold):
@@ -119,8 +119,8 @@ def on_scan(path, pair, limit):
         kept = Path(out) / "run.nc"
         solved = archive.load(kept).get("solutions/adhesive") if kept.exists() else None
     places, mesh = (solved.sizes["subregion"], int(solved["mesh"].max())) if solved else ("–", "–")
-    interrupted = f"interrupted in {took.left}: " if took.status else ""
-    print(f"{path.name:30} {pair:12} {places:>6} {mesh:>4} {took}  {interrupted}{took.told}", flush=True)
+    interrupted = f"interrupted in {took.stage}: " if took.status else ""
+    print(f"{path.name:30} {pair:12} {places:>6} {mesh:>4} {took}  {interrupted}{took.estimate}", flush=True)
 
 
 def main():
@@ -143,8 +143,8 @@ def main():
         print(f"{'scan':30} {'sphere':12} {'places':>6} {'mesh':>4} {unit}  pull-off")
     for pair in options.pairs if options.scans else ():
         for path in options.scans:
-            for one in sorted(path.iterdir()) if path.is_dir() else [path]:
-                on_scan(one, pair, options.limit)
+            for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+                on_scan(file, pair, options.limit)
 
 
 if __name__ == "__main__":

@@ -75,15 +75,15 @@ def of_values(trials, rng):
         mean = 1 - share + share * ratio
         for side in SIDES:
             alone = []
-            known = []
+            classified = []
             for _ in range(trials):
                 on_debris = rng.uniform(size=side**2) < share
                 values = np.where(on_debris, ratio, 1.0) * law(rng, side**2)
                 ds = on_grid(values, on_debris, share, **pair)
                 alone.append(covers(ds.drop_vars("debris_share"), mean))
-                known.append(covers(ds, mean))
-            words = f"{name}, {100 * share:.0f} % × {ratio:g}"
-            print(f"{words:>32} {side**2:>6}   {described(alone)}   {described(known)}", flush=True)
+                classified.append(covers(ds, mean))
+            label = f"{name}, {100 * share:.0f} % × {ratio:g}"
+            print(f"{label:>32} {side**2:>6}   {described(alone)}   {described(classified)}", flush=True)
 
 
 def surface_with_particles(rng):

@@ -57,5 +57,5 @@ if __name__ == "__main__":
         lines = [line for line in text.splitlines() if line.startswith(("group", "fix"))]
         handed = float(pulls["pull_off_force"].mean())
         length = (handed**2 / (float(ready["contact_modulus"]) ** 2 * radius)) ** (1 / 3)
-        found = pull_off(lines, radius * 1e-9, length * 1e-9) * 1e9
-        print(f"R = {radius:g} nm: handed over {handed:.6g} nN, LAMMPS needs {found:.6g} nN ({found / handed:.6f})")
+        needed = pull_off(lines, radius * 1e-9, length * 1e-9) * 1e9
+        print(f"R = {radius:g} nm: handed over {handed:.6g} nN, LAMMPS needs {needed:.6g} nN ({needed / handed:.6f})")

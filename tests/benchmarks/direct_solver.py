@@ -222,8 +222,8 @@ def parallel_and_labelled(repeat):
 
 def show_speed_up(name, run, repeat):
     """Print the row of a job on two threads over one."""
-    two, one, ratio = alternate(lambda: run(2), lambda: run(1), repeat)
-    show(name, two, one, ratio, f"speed-up {1 / ratio:.2f}")
+    double, single, ratio = alternate(lambda: run(2), lambda: run(1), repeat)
+    show(name, double, single, ratio, f"speed-up {1 / ratio:.2f}")
 
 
 def bare_kernels(scan):

@@ -38,10 +38,10 @@ def main():
     warnings.simplefilter("ignore")
     dask.config.set(scheduler="synchronous")
     scan = roughxr.assign_pair(roughxr.open_sample("glass"), **PAIR)
-    every = regions.centres(scan, (8, 8))
-    roughxr.adhesive(scan, subregions=every.isel(subregion=[0]), mesh=MESH, law="exponential")  # compiles
-    solved, whole = timed(lambda: roughxr.adhesive(scan, subregions=every, mesh=MESH, law="exponential"))
-    finer = roughxr.adhesive(scan, subregions=regions.sample(every, 4), mesh=FINER, law="exponential")
+    places = regions.centres(scan, (8, 8))
+    roughxr.adhesive(scan, subregions=places.isel(subregion=[0]), mesh=MESH, law="exponential")  # compiles
+    solved, whole = timed(lambda: roughxr.adhesive(scan, subregions=places, mesh=MESH, law="exponential"))
+    finer = roughxr.adhesive(scan, subregions=regions.sample(places, 4), mesh=FINER, law="exponential")
     how = {"preload": 0.0, "mesh": MESH}
     budget, took = timed(lambda: budget_of(scan, solved, places=8, finer=finer, **how))
     more, longer = timed(lambda: budget_of(scan, solved, places=options.places, **how))
@@ -51,8 +51,8 @@ def main():
         pair = [ds.sel(entry=entry) for ds in (budget, more)]
         values, errors = ([float(ds[name]) for ds in pair] for name in ("pull_off_change", "standard_error"))
         apart = (values[0] - values[1]) / max(np.hypot(*errors), 1e-12)
-        words = [f"{100 * value:+.2f} ± {100 * error:.2f}" for value, error in zip(values, errors)]
-        print(f"{entry:>20} {words[0]:>16} {words[1]:>16} {apart:>6.1f}")
+        columns = [f"{100 * change:+.2f} ± {100 * error:.2f}" for change, error in zip(values, errors)]
+        print(f"{entry:>20} {columns[0]:>16} {columns[1]:>16} {apart:>6.1f}")
 
 
 if __name__ == "__main__":

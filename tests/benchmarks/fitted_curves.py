@@ -52,12 +52,14 @@ def main(count):
     print("sample     calibration  branches  fitted  covered: E*      w   without limit of E*  median ± of w")
     for soft in (False, True):
         for errors in ((0.0, 0.0), (0.1, 0.03)):
-            for both in (True, False):
-                inside, width = covered(count, soft, errors, both=both, drift=1.0)
+            for with_approach in (True, False):
+                inside, width = covered(count, soft, errors, with_approach=with_approach, drift=1.0)
                 share = inside.mean(axis=0)
                 free = np.isinf(width[:, 0]).mean()
+                body = "soft" if soft else "stiff"
+                calibration = "wrong" if any(errors) else "exact"
                 print(
-                    f"{'soft' if soft else 'stiff':10s} {'wrong' if any(errors) else 'exact':12s} {1 + both:8d} "
+                    f"{body:10s} {calibration:12s} {1 + with_approach:8d} "
                     f"{len(inside):7d}  {share[0]:12.3f}  {share[1]:.3f}  {free:19.0%}  {np.median(width[:, 1]):13.0%}",
                     flush=True,
                 )

@@ -28,10 +28,10 @@ def main():
     parser.add_argument("--places", type=int, default=8, help="places along a side")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--only", choices=("direct", "adhesive"))
-    given = parser.parse_args()
+    arguments = parser.parse_args()
     warnings.simplefilter("ignore")
     scan = roughxr.open_sample("glass")
-    at = {"subregions": (given.places, given.places)}
+    at = {"subregions": (arguments.places, arguments.places)}
     bodies = {
         "glass": scan.contact.assign_pair(sphere_radius=3000, materials="glass"),
         "50 nm of oxide on silicon": scan.contact.assign_pair(**SPHERE, layer=Layer("50 nm", "silica")),
@@ -41,14 +41,14 @@ def main():
         "adhesive": lambda ds: ds.contact.adhesive(law="jkr", mesh=1, **at).load(),
     }
     for name, solve in solves.items():
-        if given.only not in (None, name):
+        if arguments.only not in (None, name):
             continue
         first = [seconds(solve, ds) for ds in bodies.values()]  # compiles; tables are computed
-        times = np.array([[seconds(solve, ds) for ds in bodies.values()] for _ in range(given.rounds)])
+        times = np.array([[seconds(solve, ds) for ds in bodies.values()] for _ in range(arguments.rounds)])
         best = times.min(axis=0)
-        print(f"{name} at {given.places**2} places, least of {given.rounds} alternating rounds:")
-        for k, words in enumerate(bodies):
-            print(f"  {words:28s} {best[k]:7.2f} s   (median {np.median(times[:, k]):.2f} s, first {first[k]:.2f} s)")
+        print(f"{name} at {arguments.places**2} places, least of {arguments.rounds} alternating rounds:")
+        for k, label in enumerate(bodies):
+            print(f"  {label:28s} {best[k]:7.2f} s   (median {np.median(times[:, k]):.2f} s, first {first[k]:.2f} s)")
         ratios = times[:, 1] / times[:, 0]
         print(f"  ratio {best[1] / best[0]:.3f} of the least, {np.median(ratios):.3f} median of rounds", flush=True)
 

@@ -104,12 +104,12 @@ def main():
 def print_row(name, parts):
     """Print the coverage of the errors of some places."""
     stated, true, lever = (np.concatenate(part) for part in zip(*parts))
-    known = np.isfinite(stated) & np.isfinite(true).all(axis=1)
-    stated = stated[known]
-    true = true[known]
+    is_finite = np.isfinite(stated) & np.isfinite(true).all(axis=1)
+    stated = stated[is_finite]
+    true = true[is_finite]
     print(
-        f"{name}: {stated.size} places ({(~known).sum()} left out), lever {np.median(lever[known]):.3g} nm; the stated "
-        f"error covers the largest difference at {np.mean(true.max(axis=1) <= stated):.0%} of places and "
+        f"{name}: {stated.size} places ({(~is_finite).sum()} left out), lever {np.median(lever[is_finite]):.3g} nm; "
+        f"the stated error covers the largest difference at {np.mean(true.max(axis=1) <= stated):.0%} of places and "
         f"{np.mean(true <= stated[:, None]):.0%} of directions; stated median {np.median(stated):.2f}, true median "
         f"{np.median(true.max(axis=1)):.2f}, in the mean of directions {np.median(true.mean(axis=1)):.2f}",
         flush=True,

@@ -46,7 +46,7 @@ def solved_surface(how):
     surface, _ = true_surface(how)
     truth = surface.contact.assign_pair(**pair)
     image = picture(surface, PIXELS[how["kind"]]).contact.assign_pair(**pair)
-    at_rest = [value for scan in (truth, image) for value in extrapolation.mean_at_rest(scan, LAW)]
+    at_rest = [force for scan in (truth, image) for force in extrapolation.mean_at_rest(scan, LAW)]
     ratio = extrapolation.resting_ratio(image, corner(surface), LAW)[:2]
     probe = float(roughxr.adhesive(truth, subregions=GRID, law=LAW).pull_off_force.mean())
     return [*at_rest, *ratio, probe]
@@ -58,11 +58,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--surfaces", nargs="+", choices=table, default=list(CHOSEN))
     parser.add_argument("--cache", type=Path, help="a file of solved surfaces")
-    given = parser.parse_args()
-    solved = Solved(given.cache)
+    arguments = parser.parse_args()
+    solved = Solved(arguments.cache)
     rows = []
     print("surface       truth nN  ln(image / truth)  ln(estimate / truth)  stated error  rest / probe")
-    for name in given.surfaces:
+    for name in arguments.surfaces:
         try:
             truth, truth_error, image, image_error, log, scatter, probe = solved.get(name, solved_surface, table[name])
         except ValueError as reason:

@@ -33,23 +33,23 @@ SPEEDS = (0.05, 0.1, 0.2, 0.5)
 
 def median(values, share):
     """Return the weighted median of those that are known."""
-    known = np.isfinite(values)
-    order = np.argsort(values[known])
-    part = np.cumsum(share[known][order])
-    return float(values[known][order][np.searchsorted(part, 0.5 * part[-1])]) if known.any() else np.nan
+    is_finite = np.isfinite(values)
+    order = np.argsort(values[is_finite])
+    part = np.cumsum(share[is_finite][order])
+    return float(values[is_finite][order][np.searchsorted(part, 0.5 * part[-1])]) if is_finite.any() else np.nan
 
 
-def told(words, ds, critical, held):
+def told(label, ds, critical, held):
     """Print one line: contacts, pull-off, critical velocity and what is left, of some places."""
     share = ds["landing_share"].values if "landing_share" in ds.coords else np.full(held.sizes["subregion"], 1.0)
     share = share / share.sum()
     contacts = held["contacts"].values
     of = [float(share[contacts == n].sum()) for n in (1, 2)] + [float(share[contacts >= 3].sum())]
-    left = [share[critical > speed].sum() for speed in SPEEDS]  # of NaN none remain
+    remaining = [share[critical > speed].sum() for speed in SPEEDS]  # of NaN none remain
     print(
-        f"  {words:8s} {held.sizes['subregion']:4d} places; on 1, 2, ≥ 3 contacts {of[0]:.2f} {of[1]:.2f} {of[2]:.2f}; "
+        f"  {label:8s} {held.sizes['subregion']:4d} places; on 1, 2, ≥ 3 contacts {of[0]:.2f} {of[1]:.2f} {of[2]:.2f}; "
         f"pull-off {median(held['pull_off_force'].values, share):6.1f} nN; critical "
-        f"{median(critical, share):.3f} m/s; left at {SPEEDS} m/s: " + " ".join(f"{x:.2f}" for x in left)
+        f"{median(critical, share):.3f} m/s; left at {SPEEDS} m/s: " + " ".join(f"{x:.2f}" for x in remaining)
     )
 
 
@@ -66,10 +66,10 @@ def compare(name, scan):
     )
     catalogue = roughxr.asperities(scan)
     at_rest = roughxr.particles.resting(scan, landings=GRID, on=catalogue)
-    for words, where in (("landed", roughxr.scans.regions.centres(scan, GRID)), ("at rest", at_rest)):
+    for label, where in (("landed", roughxr.scans.regions.centres(scan, GRID)), ("at rest", at_rest)):
         held = roughxr.rolling(catalogue, directions=24, subregions=where)
         critical = roughxr.particles.critical_load(held)["critical_friction_velocity"].values
-        told(words, held, critical, held)
+        told(label, held, critical, held)
 
 
 def large(pixels, form, path):
@@ -83,11 +83,11 @@ def large(pixels, form, path):
     places = roughxr.particles.resting(scan)
     took = time.perf_counter() - start
     busy = time.process_time() - busy
-    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     print(
         f"{pixels}², {form}: {places.sizes['subregion']} rests in {took:.1f} s ({busy:.1f} s of processor time, "
-        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}); the process held at most {most:.0f} MiB, the scan's "
-        f"{scan.height.nbytes / 2**20:.0f} MiB among them"
+        f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}); the process held at most {memory:.0f} MiB, "
+        f"the scan's {scan.height.nbytes / 2**20:.0f} MiB among them"
     )
 
 

@@ -101,8 +101,8 @@ def reference(row):
         if row.refine < FINEST:
             return reference(row._replace(refine=2 * row.refine))
         return ranges, pulls, pulls[0], 0.02 * pulls[0]
-    value = pulls[0] + (pulls[1] - pulls[0]) * (RANGE - ranges[0]) / (ranges[1] - ranges[0])
-    return ranges, pulls, value, abs(value - pulls[0]) + 0.02 * pulls[0]
+    extrapolated = pulls[0] + (pulls[1] - pulls[0]) * (RANGE - ranges[0]) / (ranges[1] - ranges[0])
+    return ranges, pulls, extrapolated, abs(extrapolated - pulls[0]) + 0.02 * pulls[0]
 
 
 def main():
@@ -130,15 +130,15 @@ def main():
         ends = [pull, pressed] if has_range[-1] else [pull]
         low = min(ends) * (1 - stated)
         high = max(ends) * (1 + stated)
-        ranges, pulls, value, uncertain = reference(row)
-        covered.append(low - uncertain <= value <= high + uncertain)
+        ranges, pulls, extrapolated, uncertain = reference(row)
+        covered.append(low - uncertain <= extrapolated <= high + uncertain)
         errors.append(stated)
-        words = " … ".join(f"{end:.1f}" for end in sorted(ends))
+        interval = " … ".join(f"{end:.1f}" for end in sorted(ends))
         print(
             f"seed {row.seed}, {row.place[0]:.0f}, {row.place[1]:.0f} nm: E* {row.modulus:g} GPa, R {row.radius:g} nm, "
-            f"{pull_off.attrs['law']}, {spent:.0f} s: {words} nN ± {stated:.1%}; "
+            f"{pull_off.attrs['law']}, {spent:.0f} s: {interval} nN ± {stated:.1%}; "
             f"exponential {np.round(pulls, 1)} nN at {np.round(ranges, 2)} nm, "
-            f"extrapolated {value:.1f} ± {uncertain:.1f} nN; ratio {pull / value:.2f}, "
+            f"extrapolated {extrapolated:.1f} ± {uncertain:.1f} nN; ratio {pull / extrapolated:.2f}, "
             f"{'covered' if covered[-1] else 'NOT covered'} ({time.process_time() - began:.0f} s)",
             flush=True,
         )

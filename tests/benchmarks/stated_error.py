@@ -91,14 +91,14 @@ def covered(scan, places, accuracy, law):
     stated = []
     true = []
     refinement = []
-    some = regions.sample(regions.centres(scan, (8, 8)), places)
-    for k in range(some.sizes["subregion"]):
-        options = {"subregions": some.isel(subregion=[k]), "law": law}
-        found = scan.contact.adhesive(mesh=roughxr.Mesh(accuracy=accuracy), **options)
-        refinement.append(int(found.mesh[0]))
-        error = abs(true_pull_off(scan, refinement[-1], options) / float(found.pull_off_force[0]) - 1)
-        if np.isfinite(error + float(found.pull_off_error[0])):
-            stated.append(float(found.pull_off_error[0]))
+    centres = regions.sample(regions.centres(scan, (8, 8)), places)
+    for k in range(centres.sizes["subregion"]):
+        options = {"subregions": centres.isel(subregion=[k]), "law": law}
+        solution = scan.contact.adhesive(mesh=roughxr.Mesh(accuracy=accuracy), **options)
+        refinement.append(int(solution.mesh[0]))
+        error = abs(true_pull_off(scan, refinement[-1], options) / float(solution.pull_off_force[0]) - 1)
+        if np.isfinite(error + float(solution.pull_off_error[0])):
+            stated.append(float(solution.pull_off_error[0]))
             true.append(error)
     return np.array(stated), np.array(true), np.array(refinement)
 

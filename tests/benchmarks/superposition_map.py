@@ -45,9 +45,9 @@ def every_pixel(scan, picture):
     for workers in (1, 2):
         with dask.config.set(scheduler="threads", num_workers=workers):
             cpu = -time.process_time()
-            found, seconds = timed(lambda: pull_off_map(scan), repeats=1)
+            mapped, seconds = timed(lambda: pull_off_map(scan), repeats=1)
             cpu += time.process_time()
-        centres = found.pull_off_force.size
+        centres = mapped.pull_off_force.size
         print(
             f"every pixel, {workers} thread(s): {seconds:.1f} s for {centres} centres, "
             f"{cpu / centres * 1e6:.0f} us of processor time each"
@@ -57,24 +57,26 @@ def every_pixel(scan, picture):
     catalogue = scan.contact.asperities()
     for i, j in rng.integers(0, scan.sizes["x"], (200, 2)):
         place = scan.x.values[[i]], scan.y.values[[j]]
-        one = roughxr.superpose(catalogue, delta=[float(found.pull_off_delta[i, j])], subregions=place)
-        worst = max(worst, abs(-one.force.item() / float(found.pull_off_force[i, j]) - 1))
+        single = roughxr.superpose(catalogue, delta=[float(mapped.pull_off_delta[i, j])], subregions=place)
+        worst = max(worst, abs(-single.force.item() / float(mapped.pull_off_force[i, j]) - 1))
     print(f"200 random centres against superpose: relative difference at most {worst:.1e}")
     if picture:
-        draw(scan, found, picture)
+        draw(scan, mapped, picture)
 
 
-def draw(scan, found, picture):
+def draw(scan, mapped, picture):
     """Draw the scan and, beside it, its pull-off force."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
-    scan.height.plot(x="x", y="y", ax=left, cmap="gray")
-    (found.pull_off_force / 1000).assign_attrs(long_name="pull-off force", units="µN").plot(x="x", y="y", ax=right)
-    for axes in (left, right):
+    figure, (height_axes, force_axes) = plt.subplots(1, 2, figsize=(12, 5), layout="constrained")
+    scan.height.plot(x="x", y="y", ax=height_axes, cmap="gray")
+    (mapped.pull_off_force / 1000).assign_attrs(long_name="pull-off force", units="µN").plot(
+        x="x", y="y", ax=force_axes
+    )
+    for axes in (height_axes, force_axes):
         axes.set_aspect("equal")
     figure.savefig(picture, dpi=120)
     print(f"drawn as {picture}")
@@ -98,9 +100,9 @@ def large_scans():
     """Time the catalogue of a 4096 x 4096 scan, and the reconstruction of a 2048 x 2048 one."""
     options = {"rms": 3.0, "hurst": 0.8, "rolloff": 1000, "cutoff": 120, "seed": 1}
     large, small = (self_affine((n, n), 10.0, **options) for n in (4096, 2048))
-    found = roughxr.asperities(small)
+    catalogue_found = roughxr.asperities(small)
     print(f"asperities of a 4096 x 4096 scan: {spent(lambda: roughxr.asperities(large)):.2f} s")
-    print(f"reconstruction of a 2048 x 2048 scan: {spent(lambda: roughxr.reconstruct(small, found)):.2f} s")
+    print(f"reconstruction of a 2048 x 2048 scan: {spent(lambda: roughxr.reconstruct(small, catalogue_found)):.2f} s")
 
 
 if __name__ == "__main__":

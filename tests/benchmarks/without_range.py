@@ -69,15 +69,15 @@ def four_bumps():
 def row(name, ds, places, exact=None, finer=None, **options):
     """Print one case."""
     begin = time.process_time()
-    found = ds.contact.adhesive(subregions=places, law="jkr", **options)
+    solution = ds.contact.adhesive(subregions=places, law="jkr", **options)
     spent = time.process_time() - begin
     if exact is None:
         exact = ds.contact.adhesive(subregions=places, law="jkr", mesh=finer).pull_off_force.values
-    ratio = found.pull_off_force.values / exact
-    stated = found.pull_off_error.values
+    ratio = solution.pull_off_force.values / exact
+    stated = solution.pull_off_error.values
     held = np.mean(np.abs(1 / ratio - 1) <= stated)
     figures = f"{np.round(ratio, 4)}, stated {np.round(stated, 3)}, covered {held:.0%}"
-    print(f"{name}: {figures}, cells per pixel {found.mesh.values}, {spent:.0f} s", flush=True)
+    print(f"{name}: {figures}, cells per pixel {solution.mesh.values}, {spent:.0f} s", flush=True)
 
 
 def spheres(cells):
@@ -86,9 +86,9 @@ def spheres(cells):
     held = []
     for place in MORE:
         ds, exact = bump(cells, place)
-        found = ds.contact.adhesive(subregions=([0.0], [0.0]), law="jkr", mesh=1)
-        off.append(float(found.pull_off_force[0]) / exact - 1)
-        held.append(abs(1 / (1 + off[-1]) - 1) <= float(found.pull_off_error[0]))
+        solution = ds.contact.adhesive(subregions=([0.0], [0.0]), law="jkr", mesh=1)
+        off.append(float(solution.pull_off_force[0]) / exact - 1)
+        held.append(abs(1 / (1 + off[-1]) - 1) <= float(solution.pull_off_error[0]))
     mean = np.mean(off)
     square = np.sqrt(np.mean(np.square(off)))
     largest = np.abs(off).max()
