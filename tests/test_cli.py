@@ -35,12 +35,12 @@ WITHOUT_EXTRAPOLATION = [part for part in analysis.PARTS if part.name != "extrap
 
 
 @pytest.mark.parametrize(
-    ("words", "nearest"),
+    ("arguments", "nearest"),
     [(["run", "a.nc", "--sphere-raduis", "3 um"], "--sphere-radius"), (["detach", "run", "--fliud"], "--fluid")],
 )
-def test_a_misspelt_option_is_answered_with_the_nearest(words, nearest, capsys):
+def test_a_misspelt_option_is_answered_with_the_nearest(arguments, nearest, capsys):
     with pytest.raises(SystemExit):
-        main(words)
+        main(arguments)
     assert f"did you mean {nearest}" in capsys.readouterr().err
 
 
@@ -193,16 +193,16 @@ def finished(tmp_path_factory):
     """Return the words of a small run, its archive, which is all that it leaves, and what it printed."""
     folder = tmp_path_factory.mktemp("finished")
     scan(rough(64, seed=3), pixel=10.0).to_netcdf(folder / "scan.nc")
-    words = ["run", str(folder / "scan.nc"), "--sphere-radius", "0.3 um", "--subregions", "2", "1", "-q"]
-    words += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
+    command = ["run", str(folder / "scan.nc"), "--sphere-radius", "0.3 um", "--subregions", "2", "1", "-q"]
+    command += ["--young-modulus", "75", "130", "--poisson-ratio", "0.22", "0.28", "--work-of-adhesion", "0.13"]
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        assert main([*words, *QUICK, "--budget", "0", "-o", str(folder / "run.nc")]) == 0
-    return words, folder / "run.nc", printed.getvalue()
+        assert main([*command, *QUICK, "--budget", "0", "-o", str(folder / "run.nc")]) == 0
+    return command, folder / "run.nc", printed.getvalue()
 
 
 def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
     monkeypatch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])  # they are of `test_report`
-    words, archived, printed = finished
+    command, archived, printed = finished
     assert "pull-off, mean" in printed
     with xr.open_datatree(archived) as tree:
         assert float(tree["scan/sphere_radius"]) == 300
@@ -213,13 +213,13 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
         assert float(means["solutions/direct/contact_area"]) > 0
         assert not [text for node in tree.subtree for text in node.attrs.values() if str(text)[:1] in ("{", "[")]
         assert tree["solutions/direct/delta"].attrs["datum"] == "highest_peak"
-    assert main([*words, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
+    assert main([*command, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"run.nc", "overview.png", "table.txt", "report.html"} <= names
     assert not any(name.startswith("figure-") for name in names)
-    told = (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
-    assert "Error budget of the mean pull-off" in told
-    assert "Mean pull-off " in " ".join(told.split())
+    table = (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
+    assert "Error budget of the mean pull-off" in table
+    assert "Mean pull-off " in " ".join(table.split())
     assert "Force without adhesion" in (tmp_path / "out" / "table.txt").read_text(encoding="utf-8")
 
 
@@ -285,17 +285,17 @@ def test_an_interrupt_elsewhere_promises_nothing(tmp_path, monkeypatch, capsys):
 def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     assert main(["info", str(tmp_path / "scan.nc"), "--picture", str(tmp_path / "scan.png")]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for word in ("scan.nc", "320", "s_q", "nm"):
-        assert word in told
+        assert word in printed
     assert (tmp_path / "scan.png").stat().st_size > 1000
     assert main(["info", str(tmp_path / "scan.nc"), "--picture", "scan.doc"]) == 1
     assert "scan.doc's ending: expected one of" in capsys.readouterr().err
 
 
 def test_images_are_chosen_by_number_or_direction_and_lengths_stated(tmp_path, capsys):
-    both = xr.Dataset({"forward": scan(rough(32)).height, "backward": scan(rough(32) * 3).height})
-    both.to_netcdf(tmp_path / "both.nc")
+    images = xr.Dataset({"forward": scan(rough(32)).height, "backward": scan(rough(32) * 3).height})
+    images.to_netcdf(tmp_path / "both.nc")
     np.savetxt(tmp_path / "bare.txt", rough(32))
     stated = ["--height-units", "um", "--size", "1 um", "2 um"]
     rms = {}
@@ -330,8 +330,8 @@ def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch,
 
 
 def test_a_finished_run_is_recognised_and_another_refused(finished, capsys):
-    words, archived, _ = finished
-    again = [*words, *QUICK, "--budget", "0", "-o", str(archived)]
+    command, archived, _ = finished
+    again = [*command, *QUICK, "--budget", "0", "-o", str(archived)]
     first = archived.read_bytes()
     assert main(again) == 0
     assert archived.read_bytes() == first
@@ -394,8 +394,8 @@ def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
     scan(np.zeros((64, 64)), pixel=10.0).to_netcdf(tmp_path / "scan.nc")
     pair = ["--sphere-radius", "500", "--materials", "glass"]
     assert main(["run", str(tmp_path / "scan.nc"), *pair, "-o", str(tmp_path / "o.nc")]) == 1
-    told = capsys.readouterr().err
-    assert "is it flat?" in told and "direct simulation" not in told
+    printed = capsys.readouterr().err
+    assert "is it flat?" in printed and "direct simulation" not in printed
 
 
 def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, capsys, monkeypatch):
@@ -467,21 +467,21 @@ def test_a_file_is_no_place_for_a_run(tmp_path, capsys):
     path.write_text("kept", encoding="utf-8")
     file = str(tmp_path / "scan.nc")
     scan(rough(32), pixel=10.0).to_netcdf(file)
-    words = ["--radius", "300", "--materials", "glass", "-o", str(path)]
+    arguments = ["--radius", "300", "--materials", "glass", "-o", str(path)]
     wanted = {1: "a folder or a file ending in .nc", 2: "a folder for several scans"}
     for count, expected in wanted.items():
-        assert main(["run", *[file] * count, *words]) == 1
+        assert main(["run", *[file] * count, *arguments]) == 1
         assert f"--output: expected {expected}, found " in capsys.readouterr().err
     assert path.read_text(encoding="utf-8") == "kept"
 
 
 def test_a_reader_that_has_had_enough_is_no_error(tmp_path):
-    words = f"import sys; from roughxr.cli import main; sys.exit(main({['--help']!r}))"
+    program = f"import sys; from roughxr.cli import main; sys.exit(main({['--help']!r}))"
     buffered = os.environ | {"PYTHONUNBUFFERED": ""}  # the output is written at the end
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen([sys.executable, "-c", words], **pipes, env=buffered) as told:
-        told.stdout.close()
-        assert told.stderr.read() == b"" and told.wait() == 0
+    with subprocess.Popen([sys.executable, "-c", program], **pipes, env=buffered) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b"" and process.wait() == 0
 
 
 def _bug():
@@ -502,8 +502,8 @@ def test_an_error_that_is_no_refusal_shows_where_it_is(fault, tmp_path, monkeypa
 
 def test_output_never_fails_on_a_sign(tmp_path):
     scan(rough(32), title="− Δ 表面").to_netcdf(tmp_path / "scan.nc")
-    words = ["info", str(tmp_path / "scan.nc")]
-    command = [sys.executable, "-m", "roughxr.cli", *words]
+    arguments = ["info", str(tmp_path / "scan.nc")]
+    command = [sys.executable, "-m", "roughxr.cli", *arguments]
     done = subprocess.run(command, capture_output=True, env=os.environ | {"PYTHONIOENCODING": "ascii"}, check=False)
     assert done.returncode == 0 and b"s_q" in done.stdout, done.stderr
 
@@ -516,7 +516,7 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("arguments", "says"),
     [
         (["run", "a.nc", "--radius", "3", "um"], "unexpected um after --radius 3: quote values that contain spaces"),
         (["detach", "run", "--load", "tilt"], "what detaches the sphere is --cause: wall_shear, tilt"),
@@ -528,14 +528,14 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
         (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
     ],
 )
-def test_a_wrong_word_is_answered_with_the_right_one(words, says, capsys):
+def test_a_wrong_word_is_answered_with_the_right_one(arguments, says, capsys):
     with pytest.raises(SystemExit, match="2"):
-        main(words)
+        main(arguments)
     assert re.search(says, capsys.readouterr().err)
 
 
 @pytest.mark.parametrize(
-    ("words", "name", "value"),
+    ("arguments", "name", "expected"),
     [
         (["--subregions", "4x2"], "subregions", (4, 2)),
         (["--subregions", "4,2"], "subregions", (4, 2)),
@@ -545,10 +545,10 @@ def test_a_wrong_word_is_answered_with_the_right_one(words, says, capsys):
         (["--preload", "-3nN"], "preload", "-3nN"),
     ],
 )
-def test_numbers_are_read_as_people_write_them(words, name, value):
-    options = command_line().parse_args(["run", "a.nc", "--radius", "3um", *words])
+def test_numbers_are_read_as_people_write_them(arguments, name, expected):
+    options = command_line().parse_args(["run", "a.nc", "--radius", "3um", *arguments])
     read = getattr(options, name)
-    assert (_both(read) if name == "subregions" else read) == value
+    assert (_both(read) if name == "subregions" else read) == expected
 
 
 def test_another_file_is_no_damaged_archive(tmp_path, capsys):
@@ -559,8 +559,8 @@ def test_another_file_is_no_damaged_archive(tmp_path, capsys):
 
 def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "a.nc")
-    words = ["run", str(tmp_path / "a.nc"), "--radius", "300", "--materials", "glass"]
-    assert main([*words, "--film", "5nm", "-o", str(tmp_path / "o")]) == 1
+    arguments = ["run", str(tmp_path / "a.nc"), "--radius", "300", "--materials", "glass"]
+    assert main([*arguments, "--film", "5nm", "-o", str(tmp_path / "o")]) == 1
     assert "--humidity: expected one with --film, found none" in capsys.readouterr().err
-    assert main([*words, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
+    assert main([*arguments, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
     assert capsys.readouterr().err.rstrip().endswith("found '160%'")

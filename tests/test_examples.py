@@ -21,11 +21,11 @@ def public_objects(module: types.ModuleType = roughxr, prefix: str = "roughxr") 
     """Return the public functions and classes of the package by their names for a reader."""
     objects = {}
     for name in getattr(module, "__all__", []):
-        value = getattr(module, name)
-        if inspect.ismodule(value):
-            objects |= public_objects(value, f"{prefix}.{name}")
-        elif callable(value) and getattr(value, "__module__", "").startswith("roughxr"):
-            objects[f"{prefix}.{name}"] = value
+        attribute = getattr(module, name)
+        if inspect.ismodule(attribute):
+            objects |= public_objects(attribute, f"{prefix}.{name}")
+        elif callable(attribute) and getattr(attribute, "__module__", "").startswith("roughxr"):
+            objects[f"{prefix}.{name}"] = attribute
     return objects
 
 
@@ -50,15 +50,15 @@ def assert_runs(examples: doctest.DocTest) -> None:
     assert failed == 0, "".join(printed)
 
 
-@pytest.mark.parametrize("value", OBJECTS, ids=OBJECTS.values())
-def test_the_example_of_a_public_name_runs_when_pasted(value):
-    examples = doctest.DocTestParser().get_doctest(inspect.getdoc(value) or "", {}, OBJECTS[value], None, 0)
+@pytest.mark.parametrize("public", OBJECTS, ids=OBJECTS.values())
+def test_the_example_of_a_public_name_runs_when_pasted(public):
+    examples = doctest.DocTestParser().get_doctest(inspect.getdoc(public) or "", {}, OBJECTS[public], None, 0)
     assert examples.examples, "without an example"
     assert_runs(examples)
 
 
 def test_examples_of_other_functions_run_in_their_modules():
-    public = [inspect.unwrap(value) for value in OBJECTS]
+    public = [inspect.unwrap(documented) for documented in OBJECTS]
     count = 0
     for entry in pkgutil.walk_packages(roughxr.__path__, "roughxr."):
         module = importlib.import_module(entry.name)

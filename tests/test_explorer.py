@@ -81,7 +81,8 @@ def test_curves_and_pull_offs_are_the_archives(data, run):
         for k, (line,) in enumerate(lines):
             np.testing.assert_allclose(line["delta"], solved.delta, rtol=1e-4, atol=1e-9)
             np.testing.assert_allclose(line["force"], solved.force.isel(subregion=k), rtol=1e-4)
-    pulls, events = named(data["pulls"], "adhesive"), named(data["curves"], "adhesive")
+    pulls = named(data["pulls"], "adhesive")
+    events = named(data["curves"], "adhesive")
     touch = run["solutions/rigid"].touch_delta.values
     solved = run["solutions/adhesive"]
     np.testing.assert_allclose(np.array(pulls["values"], float), solved.pull_off_force, rtol=1e-4)
@@ -167,9 +168,9 @@ def test_an_address_names_a_place_and_axes_name_their_units(browser, written, ru
     shown = browser.value(SHOWN)
     stored = run["solutions/adhesive"].pull_off_force
     assert shown["chosen"] == 2 and shown["mark"] == pytest.approx(float(stored[2]), rel=1e-4)
-    words = browser.value("[...document.querySelectorAll('svg text')].map(text => text.textContent)")
+    labels = browser.value("[...document.querySelectorAll('svg text')].map(text => text.textContent)")
     for axis in ("x", "y", "displacement δ", "force", "pull-off force"):
-        assert any(re.fullmatch(rf"{axis} \[.*\]", word) for word in words), axis
+        assert any(re.fullmatch(rf"{axis} \[.*\]", label) for label in labels), axis
 
 
 def test_a_bare_archive_is_shown_without_complaint(browser, run, tmp_path):

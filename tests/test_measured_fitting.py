@@ -30,17 +30,17 @@ def measured_on(ds, seed, n=12, noise=0.05, work=TRUE):
     """Return simulated pull-offs at random places of a surface, with the instrument's noise."""
     rng = np.random.default_rng(seed)
     places = tuple(rng.uniform(-180, 180, (2, n)) + [[float(ds[axis].mean())] for axis in "xy"])
-    found = ds.assign_coords(work_of_adhesion=work).contact.adhesive(subregions=places, **QUICK)
-    return found.assign(pull_off_force=found.pull_off_force * np.exp(noise * rng.standard_normal(n)))
+    solution = ds.assign_coords(work_of_adhesion=work).contact.adhesive(subregions=places, **QUICK)
+    return solution.assign(pull_off_force=solution.pull_off_force * np.exp(noise * rng.standard_normal(n)))
 
 
 @pytest.fixture(scope="module")
 def fits():
-    found = []
+    fitted = []
     for seed in range(8):
         ds = surface(seed)
-        found.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), subregions=(3, 3), **QUICK)))
-    return found
+        fitted.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), subregions=(3, 3), **QUICK)))
+    return fitted
 
 
 def test_the_interval_holds_the_true_work_of_adhesion_and_the_fit_is_not_biased(fits):
@@ -99,9 +99,11 @@ def test_what_the_modulus_takes_from_it_is_told():
     ds = surface(3)
     exact = ds.assign_coords(work_of_adhesion=TRUE).contact.pull_off_map(subregions=(8, 8))
     moduli = (20.0, 28.0)
-    fits = [roughxr.fit_pair(ds.assign_coords(contact_modulus=one), exact, method="superposed") for one in moduli]
-    found = float(np.log(fits[1].fitted_work_of_adhesion / fits[0].fitted_work_of_adhesion) / np.log(1.4))
-    assert found == pytest.approx(float(fits[0].modulus_trade), abs=0.1)
+    fits = [
+        roughxr.fit_pair(ds.assign_coords(contact_modulus=modulus), exact, method="superposed") for modulus in moduli
+    ]
+    trade = float(np.log(fits[1].fitted_work_of_adhesion / fits[0].fitted_work_of_adhesion) / np.log(1.4))
+    assert trade == pytest.approx(float(fits[0].modulus_trade), abs=0.1)
     assert "contact modulus 20 GPa to the power" in fits[0].not_identifiable
     apart = "so that the fit cannot separate the two" in fits[0].not_identifiable
     assert apart == (abs(float(fits[0].modulus_trade)) >= 0.1)
@@ -136,13 +138,13 @@ def test_the_interval_is_students_and_covers_as_often_as_it_says():
 
 def test_errors_that_all_forces_share_widen_the_interval():
     measured = power_law(2.0, 0.01)
-    none, own, theirs = (
+    none, probe_error, theirs = (
         fitted(measured, lambda x, e=e: Predicted(Samples(power_law(x, 0.01), None, None, 0), e), error=of)
         for e, of in ((np.nan, 0.0), (np.nan, 0.1), (0.1, 0.0))
     )
-    assert np.log(own.high / own.low) == pytest.approx(2 * 1.96 * 0.1 / 1.2, rel=0.05)
-    assert (own.low, own.high) == pytest.approx((theirs.low, theirs.high), rel=0.01)
-    assert np.log(none.high / none.low) < 0.3 * np.log(own.high / own.low)
+    assert np.log(probe_error.high / probe_error.low) == pytest.approx(2 * 1.96 * 0.1 / 1.2, rel=0.05)
+    assert (probe_error.low, probe_error.high) == pytest.approx((theirs.low, theirs.high), rel=0.01)
+    assert np.log(none.high / none.low) < 0.3 * np.log(probe_error.high / probe_error.low)
 
 
 def test_a_value_that_cannot_be_solved_is_left_out_and_told():

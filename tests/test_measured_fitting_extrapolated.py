@@ -11,7 +11,8 @@ from roughxr.vocabulary.error_sources import UNSEEN
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 
-TRUE, QUICK = 0.3, {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
+TRUE = 0.3
+QUICK = {"mesh": roughxr.Mesh(1, step=0.5), "law": "exponential", "subregions": (2, 2)}
 SUMMED = {"subregions": (6, 6)}
 
 
@@ -22,8 +23,8 @@ def surface(seed, work=TRUE, n=12, scale=1.0):
     ds = ds.contact.assign_pair(**pair)
     rng = np.random.default_rng(seed)
     places = tuple(rng.uniform(-180, 180, (2, n)) + [[float(ds[axis].mean())] for axis in "xy"])
-    found = ds.assign_coords(work_of_adhesion=work).contact.adhesive(**QUICK | {"subregions": places})
-    return ds, found.assign(pull_off_force=found.pull_off_force * np.exp(0.05 * rng.standard_normal(n)))
+    solution = ds.assign_coords(work_of_adhesion=work).contact.adhesive(**QUICK | {"subregions": places})
+    return ds, solution.assign(pull_off_force=solution.pull_off_force * np.exp(0.05 * rng.standard_normal(n)))
 
 
 def extrapolation(factor, spread):
@@ -48,18 +49,18 @@ def test_a_fit_with_what_the_scan_does_not_show():
     Sums over asperities are smooth in the work of adhesion, to better than the fit's tolerance.
     """
     how = {"method": "superposed", **SUMMED}
-    own, pulls = surface(0)
-    told = extrapolation(0.5, 3.0)
-    bare, more = (own.contact.fit_pair(pulls, extrapolation=below, **how) for below in (None, told))
-    halved = own.contact.fit_pair(pulls.assign(pull_off_force=2 * pulls.pull_off_force), **how)
+    scan, pulls = surface(0)
+    unseen = extrapolation(0.5, 3.0)
+    bare, more = (scan.contact.fit_pair(pulls, extrapolation=below, **how) for below in (None, unseen))
+    halved = scan.contact.fit_pair(pulls.assign(pull_off_force=2 * pulls.pull_off_force), **how)
     np.testing.assert_allclose(more.fitted_work_of_adhesion, halved.fitted_work_of_adhesion, rtol=0.01)
     for end in ("low", "high"):  # as forces, which the exponent gives near the fitted work only
-        unsure, sure = (change_of_force(own, fitted, end) for fitted in (more, halved))
+        unsure, sure = (change_of_force(scan, fitted, end) for fitted in (more, halved))
         assert unsure == pytest.approx(np.hypot(sure, np.log(3.0)), rel=0.15)
     assert "is not included" in bare.not_identifiable and "is included" in more.not_identifiable
-    for wrong in (told.assign(roughness_factor=np.nan), xr.Dataset()):
+    for wrong in (unseen.assign(roughness_factor=np.nan), xr.Dataset()):
         with pytest.raises(ValueError, match="extrapolation: expected a result of `extrapolated`"):
-            own.contact.fit_pair(pulls, extrapolation=wrong, **how)
+            scan.contact.fit_pair(pulls, extrapolation=wrong, **how)
 
 
 def test_what_extrapolated_finds_is_taken_as_it_is():
@@ -67,6 +68,6 @@ def test_what_extrapolated_finds_is_taken_as_it_is():
     options = {"subregions": (2, 2), "law": "exponential", "mesh": 1}
     pulls = scan.contact.adhesive(**options)
     below = scan.contact.extrapolated(subregions=(3, 3), mesh=1, places=1)
-    found, bare = (scan.contact.fit_pair(pulls, extrapolation=one, **options) for one in (below, None))
-    assert float(found.fitted_work_of_adhesion) > float(bare.fitted_work_of_adhesion)
-    assert float(found.fitted_work_low) < float(found.fitted_work_of_adhesion)
+    with_unseen, bare = (scan.contact.fit_pair(pulls, extrapolation=estimate, **options) for estimate in (below, None))
+    assert float(with_unseen.fitted_work_of_adhesion) > float(bare.fitted_work_of_adhesion)
+    assert float(with_unseen.fitted_work_low) < float(with_unseen.fitted_work_of_adhesion)

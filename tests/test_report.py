@@ -50,12 +50,13 @@ class Page(html.parser.HTMLParser):
 
     def __init__(self, text):
         super().__init__()
-        self.tags, self.links = [], []
+        self.tags = []
+        self.links = []
         self.feed(text)
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
-        self.links += [value for name, value in attrs if name in ("src", "href", "data", "srcset")]
+        self.links += [address for name, address in attrs if name in ("src", "href", "data", "srcset")]
 
 
 def test_page_holds_everything_itself(written):
@@ -69,8 +70,8 @@ def test_page_holds_everything_itself(written):
 
 def test_page_states_what_was_analysed_and_computed(written, run):
     text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
-    for words in ("96 × 96 pixels", "500 nm", "40 GPa", "0.5 J/m²", "9 contact centres", "How to cite", "Cheng"):
-        assert words in text
+    for statement in ("96 × 96 pixels", "500 nm", "40 GPa", "0.5 J/m²", "9 contact centres", "How to cite", "Cheng"):
+        assert statement in text
     assert html.escape(report.headline(run)) in " ".join(text.split())
     assert (
         "synthetic: generated from a random seed" in text
@@ -80,14 +81,16 @@ def test_page_states_what_was_analysed_and_computed(written, run):
 
 def area_of_places(pull):
     """Return the share of the area that each place stands for: that of debris or of the remaining surface."""
-    on_debris, debris = pull.on_debris.values, float(pull.debris_share)
+    on_debris = pull.on_debris.values
+    debris = float(pull.debris_share)
     assert on_debris.sum() == 1 and 0.01 < debris < 0.1
     return np.where(on_debris, debris, (1 - debris) / (~on_debris).sum())
 
 
 def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
-    table, pull = report.main_numbers(run), run["statistics/adhesive"].pull_off_force
-    estimate = {row: float(words.partition(" nN")[0]) for row, words in table["estimate"].items()}
+    table = report.main_numbers(run)
+    pull = run["statistics/adhesive"].pull_off_force
+    estimate = {row: float(cell.partition(" nN")[0]) for row, cell in table["estimate"].items()}
     assert estimate["mean, all places"] == pytest.approx(np.average(pull, weights=area_of_places(pull)), rel=0.01)
     clean = pull[~roughxr.statistics.debris(run["asperities"], run["solutions/direct"]).values]
     assert estimate["mean, without debris"] == pytest.approx(float(clean.mean()), rel=0.01)
@@ -96,9 +99,9 @@ def test_main_numbers_are_those_of_the_simulation_with_and_without_debris(run):
 
 def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(written, run):
     table = report.detachment_table(run)
-    own = run["solutions/rolling"]
-    ratio = run["statistics/adhesive"].pull_off_force / own.pull_off_force  # rolled off, u* goes as the root of it
-    expected = own.contact.critical_load().critical_friction_velocity * np.sqrt(ratio)
+    rolled = run["solutions/rolling"]
+    ratio = run["statistics/adhesive"].pull_off_force / rolled.pull_off_force  # rolled off, u* goes as the root of it
+    expected = rolled.contact.critical_load().critical_friction_velocity * np.sqrt(ratio)
     assert (run["statistics/detachment"]["mode"] == "roll").all()
     np.testing.assert_allclose(run["statistics/detachment"].critical_friction_velocity, expected, rtol=0.05)
     speed = by_share(run["statistics/detachment"].critical_friction_velocity)
@@ -108,8 +111,8 @@ def test_the_flow_that_moves_the_sphere_takes_the_pull_off_of_the_simulation(wri
     assert table.loc["places where the sphere rolls first [%]", "adhesive"] == 100
     assert "solutions/extrapolated" in run
     text = re.sub(r"data:image[^\"]*", "", written.read_text(encoding="utf-8"))
-    few = int((run["solutions/rolling"].contacts < 3).sum())
-    assert "Detachment in a flow of air" in text and f"At {few} of 9 places the sphere rests on fewer" in text
+    below_three = int((run["solutions/rolling"].contacts < 3).sum())
+    assert "Detachment in a flow of air" in text and f"At {below_three} of 9 places the sphere rests on fewer" in text
     assert "Critical flow by place" in text and "Fraction remaining" in text and "Resisting moment by direction" in text
 
 
@@ -118,16 +121,19 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     files = ["--output", names["output"], "--parameters", names["parameters"], "--dem", "rock_n_roll", names["dem"]]
     slides = ["--shear-strength", "5 MPa", "--picture", str(tmp_path / "map.png")]
     assert cli.main(["detach", str(written.parent), "--method", "adhesive", *slides, *files]) == 0
-    told = capsys.readouterr().out
+    printed = capsys.readouterr().out
     held = report.run_moments(run, "adhesive")
     critical = held.contact.critical_load(shear_strength="5 MPa")
-    middle, low, high = re.search(r"median (\S+) m/s \(95 % interval (\S+) … (\S+) m/s\)", told).groups()
+    middle, low, high = re.search(r"median (\S+) m/s \(95 % interval (\S+) … (\S+) m/s\)", printed).groups()
     median = by_share(critical.critical_friction_velocity).quantile(0.5)
     assert float(middle) == pytest.approx(float(median), rel=0.05)
-    assert float(low) < float(middle) < float(high) and f"slide at {int((critical['mode'] == 'slide').sum())}" in told
+    assert (
+        float(low) < float(middle) < float(high) and f"slide at {int((critical['mode'] == 'slide').sum())}" in printed
+    )
     table = pd.read_csv(names["output"])
     assert table.columns[:2].tolist() == ["scan", "place"] and "sphere_radius [nm]" not in table
-    speed, moment = critical.critical_friction_velocity, held.resisting_moment.mean("direction")
+    speed = critical.critical_friction_velocity
+    moment = held.resisting_moment.mean("direction")
     np.testing.assert_allclose(table["critical_friction_velocity [m/s]"], speed, rtol=1e-3)
     np.testing.assert_allclose(table["moment_over_directions [nN nm]"], moment, rtol=1e-3)
     assert table["mode"].tolist() == critical["mode"].values.tolist()
@@ -142,7 +148,8 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
 
 def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     assert cli.main(["detach", str(written.parent)]) == 0
-    name, summary = "critical_friction_velocity", report.run_summary(run)
+    name = "critical_friction_velocity"
+    summary = report.run_summary(run)
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
     assert ends[1] < ends[0] < ends[2] and f"median {numbers.with_interval(*ends, 'm/s')};" in capsys.readouterr().out
     column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
@@ -216,18 +223,20 @@ def test_a_run_without_moments_states_nothing_of_a_flow(run):
 def test_cautions_say_what_is_wrong(run):
     spoiled = dict(run)
     bad = run["solutions/direct"].copy(deep=True)
-    bad["converged"][0, 0], bad["truncated"][3:5, -1] = False, True
+    bad["converged"][0, 0] = False
+    bad["truncated"][3:5, -1] = True
     spoiled["solutions/direct"] = bad
     pull = run["statistics/energy"].copy(deep=True)
     pull["bracketed"][:] = True
-    pull["bracketed"][2], pull["pull_off_force"][5] = False, np.nan
+    pull["bracketed"][2] = False
+    pull["pull_off_force"][5] = np.nan
     pull["pull_off_delta"][5] = np.nan
     spoiled["statistics/energy"] = pull
-    found = "\n".join(report.cautions(spoiled))
-    assert "Simulation without adhesion: conditions of the contact are violated: unconverged: 0.0" in found
-    assert re.search(r"Simulation without adhesion: at \d of 9 places the contact reaches the scan's edge", found)
-    assert "Superposed asperities: at 1 of 9 places the sweep ends before" in found
-    assert "Superposed asperities: at 1 of 9 places the sphere does not adhere" in found
+    cautions = "\n".join(report.cautions(spoiled))
+    assert "Simulation without adhesion: conditions of the contact are violated: unconverged: 0.0" in cautions
+    assert re.search(r"Simulation without adhesion: at \d of 9 places the contact reaches the scan's edge", cautions)
+    assert "Superposed asperities: at 1 of 9 places the sweep ends before" in cautions
+    assert "Superposed asperities: at 1 of 9 places the sphere does not adhere" in cautions
 
 
 @pytest.mark.filterwarnings("ignore:.*expected units")
@@ -278,8 +287,8 @@ def test_the_report_states_the_command_that_was_typed(tmp_path, monkeypatch):
 
 def test_intervals_that_explode_are_not_printed_as_numbers():
     forces = xr.DataArray([1.0, 3.0, 2000.0], dims="subregion")
-    words = report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": forces})})
-    assert "too few values" in words and "Next: solve more places" in words
+    headline = report.headline({"statistics/adhesive": xr.Dataset({"pull_off_force": forces})})
+    assert "too few values" in headline and "Next: solve more places" in headline
     wide = [numbers.value_and_interval(20.0, *ends)[1] for ends in ((0.00516, 71311.0), (0.387, 22.4), (1, 51))]
     assert len(set(wide)) == 1 and numbers.value_and_interval(20.0, 1, 29) == ("20 nN", "1 … 29 nN")
     assert "too few" in numbers.with_interval(12.1e3, 0.00516, 71311.0)
@@ -310,22 +319,26 @@ def test_the_page_states_the_calls_of_a_run_made_in_python_and_the_instrument_of
 
 
 def test_the_answer_stands_before_what_is_missing(run):
-    words = report.headline(run)
-    assert words.startswith("Pull-off force of the real surface: ") and "95 % interval" in words
-    assert words.index("all known errors") < words.index("As scanned ") < words.index("The interval narrows most with")
-    found = run["statistics/summary"]
+    headline = report.headline(run)
+    assert headline.startswith("Pull-off force of the real surface: ") and "95 % interval" in headline
+    assert (
+        headline.index("all known errors")
+        < headline.index("As scanned ")
+        < headline.index("The interval narrows most with")
+    )
+    summary = run["statistics/summary"]
     pull = run["statistics/adhesive"].pull_off_force
-    assert float(found.pull_off_force) == pytest.approx(np.average(pull, weights=area_of_places(pull)))
+    assert float(summary.pull_off_force) == pytest.approx(np.average(pull, weights=area_of_places(pull)))
     budget = run["statistics/error_budget"]
-    assert float(found.total_error) == pytest.approx(1.96 * float(budget.total_std))
-    assert float(found.largest_error) == pytest.approx(1.96 * float(budget.relative_std.max()))
+    assert float(summary.total_error) == pytest.approx(1.96 * float(budget.total_std))
+    assert float(summary.largest_error) == pytest.approx(1.96 * float(budget.relative_std.max()))
     estimate = run["statistics/extrapolated"]
-    assert float(found.best_estimate) == pytest.approx(float(found.pull_off_force * found.roughness_factor))
+    assert float(summary.best_estimate) == pytest.approx(float(summary.pull_off_force * summary.roughness_factor))
     reduction = estimate.relative_std.fillna(0.0) ** 2 - estimate.remaining_std**2
-    assert found.attrs["narrowing_source"] == str(reduction.entry[int(reduction.values.argmax())].item())
-    assert found.best_low <= found.narrowed_low < found.best_estimate < found.narrowed_high <= found.best_high
-    assert all("units" in found[name].attrs for name in found.data_vars)
-    assert report.headline({"statistics/summary": found}) == words
+    assert summary.attrs["narrowing_source"] == str(reduction.entry[int(reduction.values.argmax())].item())
+    assert summary.best_low <= summary.narrowed_low < summary.best_estimate < summary.narrowed_high <= summary.best_high
+    assert all("units" in summary[name].attrs for name in summary.data_vars)
+    assert report.headline({"statistics/summary": summary}) == headline
     assert run["statistics/places"].sizes["subregion"] == pull.size
 
 
@@ -338,14 +351,14 @@ def test_unseen_roughness_is_an_entry_of_the_reports_budget(run):
     table = report.budget_table(run)
     assert "finer than" in table.loc["unseen roughness", "how it was computed"]
     assert float(table.loc["all of these", "error [%]"].partition(" ")[0]) > 100 * unseen
-    words = [label.get_text() for label in figures.error_budget(whole).get_yticklabels()]
-    assert words[-2:] == ["unseen roughness", "all of these"]
+    labels = [label.get_text() for label in figures.error_budget(whole).get_yticklabels()]
+    assert labels[-2:] == ["unseen roughness", "all of these"]
 
 
 def test_doubts_about_the_scan_are_cautions(run):
     tilted = run["scan"].assign(height=run["scan"].height + 1.5 * run["scan"].x)
     tilted["height"].attrs["units"] = "nm"
-    assert any("About the scan: the slope exceeds 1" in words for words in report.cautions({"scan": tilted}))
+    assert any("About the scan: the slope exceeds 1" in caution for caution in report.cautions({"scan": tilted}))
 
 
 def test_a_file_that_is_no_run_is_refused(tmp_path):
@@ -375,18 +388,18 @@ def test_the_legend_of_the_overview_has_the_unit_of_its_axis(run):
     forces = run["statistics/adhesive"].assign(pull_off_force=force * (3000 / force.max()))  # nN
     best = xr.Dataset({"pull_off_mean": 800.0, "pull_off_low": 200.0, "pull_off_high": 2700.0})
     drawn = figures.overview(run | {"statistics/adhesive": forces, "statistics/extrapolated": best}).axes[2]
-    words = " ".join(text.get_text() for text in drawn.get_legend().get_texts())
-    assert drawn.get_xlabel().endswith("[µN]") and "0.8 µN (0.2 … 2.7 µN)" in words and "nN" not in words
+    legend = " ".join(text.get_text() for text in drawn.get_legend().get_texts())
+    assert drawn.get_xlabel().endswith("[µN]") and "0.8 µN (0.2 … 2.7 µN)" in legend and "nN" not in legend
 
 
 def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
     places = {"subregion_x": ("subregion", [1.0, 1.0, 2.0]), "subregion_y": ("subregion", [1.0, 2.0, 1.0])}
     whole = xr.Dataset({"pull_off_force": ("subregion", [40.0, 50.0, 60.0])}, places)
-    some = whole.isel(subregion=[2, 0])
+    two_places = whole.isel(subregion=[2, 0])
     run = {
         "solutions/adhesive": whole.assign(pull_off_error=("subregion", np.full(3, np.nan))),
         "statistics/adhesive": whole,
-        "solutions/finer": some.assign(pull_off_force=("subregion", [50.0, 32.0])),
+        "solutions/finer": two_places.assign(pull_off_force=("subregion", [50.0, 32.0])),
         "solutions/extrapolated": whole.assign(pull_off_force=("subregion", [2.0, 6.0, 10.0])),
         "statistics/extrapolated": xr.Dataset(
             {
@@ -404,10 +417,12 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
     table = report.by_place(run)
     np.testing.assert_allclose(table["pull_off_error"], [0.25, np.nan, 0.2])
     np.testing.assert_allclose(table["pull_off_force_extrapolated"], [2.0, 6.0, 10.0])
-    words = report.headline(run)
-    assert words.startswith("Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors)")
-    assert "× 0.12 (0.089 … 0.16) by roughness finer than 40 nm; × 0.85 … 1.2 by the pair of bodies." in words
-    assert "The interval narrows most with a second scan on pixels of 2 to 5 nm" in words
+    headline = report.headline(run)
+    assert headline.startswith(
+        "Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors)"
+    )
+    assert "× 0.12 (0.089 … 0.16) by roughness finer than 40 nm; × 0.85 … 1.2 by the pair of bodies." in headline
+    assert "The interval narrows most with a second scan on pixels of 2 to 5 nm" in headline
     shown = report.place_table(table, "a.spm")
     assert shown.scan.values.tolist() == ["a.spm"] * 3
     np.testing.assert_allclose(shown.pull_off_force_error, [10.0, np.nan, 12.0])

@@ -95,14 +95,15 @@ def minutes_left(line):
     """Return the least and the most minutes that a line of progress may mean."""
     if "less than a minute left" in line:
         return 0.0, 1.0
-    value = float(re.search(r"about (\d+) min left", line)[1])
-    return value - 0.5, value + 0.5
+    minutes = float(re.search(r"about (\d+) min left", line)[1])
+    return minutes - 0.5, minutes + 0.5
 
 
 @pytest.mark.parametrize("surface", MEASURED)
 def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface, monkeypatch):
     """Once all places are solved; before, and on other machines, it is that of most scans."""
-    (durations, solved), now = MEASURED[surface], [0.0]
+    (durations, solved) = MEASURED[surface]
+    now = [0.0]
     monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
     expected = {part.name: part.fixed + 64 * part.each for part in PARTS} | {"pages": 10.0}
     with progress(stream := io.StringIO()), Stages(expected, {}) as stage:
@@ -115,15 +116,16 @@ def test_the_time_left_of_measured_runs_is_right_within_a_factor_of_two(surface,
     lines = [line for line in stream.getvalue().splitlines() if line.startswith("stage")]
     shown = [minutes_left(line) for line in lines]
     for k in range(2, len(lines)):
-        left = sum(durations[k:]) / 60
-        assert shown[k][0] <= 2 * left and shown[k][1] >= left / 2
+        true_minutes = sum(durations[k:]) / 60
+        assert shown[k][0] <= 2 * true_minutes and shown[k][1] >= true_minutes / 2
     for before, after, line in zip(shown, shown[1:], lines[1:]):
         assert after <= before or "(more than before: each place took" in line
 
 
 def test_a_batch_states_a_time_left_that_shrinks_or_why_it_grew(tmp_path, monkeypatch):
     """Scans that an earlier call has finished are no measure of the others."""
-    now, durations = [0.0], {"a": 3.0, "b": 120.0, "c": 60.0, "d": 600.0, "e": 90.0}
+    now = [0.0]
+    durations = {"a": 3.0, "b": 120.0, "c": 60.0, "d": 600.0, "e": 90.0}
     monkeypatch.setattr("roughxr.runs.several.time.monotonic", lambda: now[0])
     (tmp_path / "a").mkdir()
 
