@@ -123,13 +123,14 @@ def at_first_preload(ds: Any) -> Any:
 def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
     """Return the weights of places, or None if there are none or all are equal.
 
-    They are the shares of particles that rest at the places, else the shares of the area off and on debris.
+    They are the shares of particles that rest at the places, else the shares of the area off and on debris. They have
+    no other coordinates, which each operation would compare.
     """
     if SHARE in array.coords:
-        weights = array[SHARE].astype(float)
+        weights = array[SHARE].reset_coords(drop=True).astype(float)
     elif has_debris_flags(array):
-        on_debris = array["on_debris"].astype(bool)
-        debris = array["debris_share"]
+        on_debris = array["on_debris"].reset_coords(drop=True).astype(bool)
+        debris = array["debris_share"].reset_coords(drop=True)
         clean_places, debris_places = (flags.sum("subregion").clip(min=1) for flags in (~on_debris, on_debris))
         weights = xr.where(on_debris, debris / debris_places, (1 - debris) / clean_places)
     else:
