@@ -117,7 +117,7 @@ def test_a_member_that_is_named_a_thousand_times_is_refused(tmp_path):
     line = {"name": "a", "size": [2.0], "unit": "um", "datafile": {"original": "long.asc"}}
     meta = json.dumps({"surfaces": [{"topographies": [line] * 1000}]})
     path = container(tmp_path / "a.zip", meta, **{"long.asc": "0 0\n" * 5000 + "1 1\n"})
-    with pytest.raises(UnreadableScan, match="expected each file once"):
+    with pytest.raises(UnreadableScan, match=r"expected each file once, found 'long\.asc' 1,000 times"):
         roughxr.scans.open_container(path)
 
 
