@@ -13,8 +13,18 @@ import pytest
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
 
-#: Files that run first, in this order: they take longest, and compile most kernels for the others.
-_FIRST = ("test_adhesive", "test_runs", "test_direct", "test_cli", "test_figures")
+#: Files that run first, in this order: the longest, those that compile most kernels beside those that need few.
+_FIRST = (
+    "test_adhesive",
+    "test_statistics_uncertainty",
+    "test_direct",
+    "test_curve_fit",
+    "test_extrapolated",
+    "test_runs",
+    "test_cli",
+    "test_report",
+    "test_examples",
+)
 
 
 def pytest_collection_modifyitems(items):

@@ -1,4 +1,4 @@
-"""The archive of a run holds its stages as they end, whatever stops it, and says what is missing."""
+"""The archive of a run holds the stages that ended before an interrupt, and says what is missing."""
 
 import io
 import re
