@@ -190,8 +190,9 @@ def placements(
             "rotation": ("placement", turns * (np.pi / 2)),
         },
     )
-    arguments = {"sphere_radius": radius, "count": count, "width": width, "seed": seed}
-    return schema.record(schema.label(out), "placements", roughness, **arguments)
+    return schema.record(
+        schema.label(out), "placements", roughness, sphere_radius=radius, count=count, width=width, seed=seed
+    )
 
 
 def _part(shape: tuple[int, int], pixel: float, width: Any) -> int:

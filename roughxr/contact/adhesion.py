@@ -146,9 +146,14 @@ def adhesive(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
-    arguments: dict[str, Any] = {"preload": preload, "delta": None if by_preload else problem.steps}
-    arguments["subregions"] = subregions
-    arguments |= {"datum": datum, "fields": fields, "mesh": read_mesh(mesh, Mesh())}
+    arguments: dict[str, Any] = {
+        "preload": preload,
+        "delta": None if by_preload else problem.steps,
+        "subregions": subregions,
+        "datum": datum,
+        "fields": fields,
+        "mesh": read_mesh(mesh, Mesh()),
+    }
     arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
     out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
     out = spread.finish(out)

@@ -318,16 +318,28 @@ def _fit_both(curve: _Curve, law: str, level: float) -> np.ndarray:
     modulus = np.exp(best.x[0]) if is_limited else np.nan
     work = np.exp(best.x[1])
     rms = retraction.rms(best.fun[4 + 2 * len(curve.parts) :][: retraction.z.size])
-    out = np.zeros((), _RESULT)
-    tabor = float(maugis.tabor(0.5 / radius, 0.5 / radius, modulus, work, reach))
     note = "" if is_limited else "the bending of the cantilever hides the indentation: the modulus has no upper limit"
     misfit = rms / retraction.baseline_rms
     if misfit > _MISFIT:
         missed = f"{used} misses the force by {rms:.2g} nN rms, {misfit:.2g} times the baseline's"
         note = "; ".join(filter(None, [missed, note]))
-    values = modulus, *np.exp(ends[0]), work, *np.exp(ends[1]), best.x[2]
-    out[()] = (*values, tabor, rms, retraction.noise, misfit, used, "", note)
-    return out
+    return np.array(
+        (
+            modulus,
+            *np.exp(ends[0]),
+            work,
+            *np.exp(ends[1]),
+            best.x[2],
+            maugis.tabor(0.5 / radius, 0.5 / radius, modulus, work, reach),
+            rms,
+            retraction.noise,
+            misfit,
+            used,
+            "",
+            note,
+        ),
+        _RESULT,
+    )
 
 
 def _best_fit(curve: _Curve, law: str) -> optimize.OptimizeResult:

@@ -10,7 +10,7 @@ import re
 import struct
 import warnings
 from functools import partial
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
 
@@ -151,18 +151,14 @@ def asd_channels(path: Path) -> list[Channel]:
         raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")
     low, high = _VOLTS[code]
     images = []
-    for number, name in enumerate(name for name in names for _ in range(count)):
+    shape = (rows, columns)
+    for name, number in product(names, range(1, count + 1)):
         units, scale = ("nm", -extension * amplification) if name == "Topography" else ("V", 1.0)
-        places = path, start + number * frame + before, (rows, columns)
-        read = partial(_asd_rows, *places, (high - low) / 2**bits * scale, low * scale)
-        title = f"{name} {number % count + 1}" if count > 1 else name
-        header = {
-            "frame": number % count + 1,
-            "nm per V": extension * amplification,
-            "volts": [low, high],
-            "bits": bits,
-        }
-        images.append(Channel(title, units, (rows, columns), (width, height), "nm", read, "", header))
+        offset = start + len(images) * frame + before
+        read = partial(_asd_rows, path, offset, shape, (high - low) / 2**bits * scale, low * scale)
+        title = f"{name} {number}" if count > 1 else name
+        header = {"frame": number, "nm per V": extension * amplification, "volts": [low, high], "bits": bits}
+        images.append(Channel(title, units, shape, (width, height), "nm", read, "", header))
     return images
 
 

@@ -30,6 +30,9 @@ HALF_WIDTH = 1.96
 #: Relative errors of places, of the simulation with adhesion and of rigid bodies.
 _PLACE_ERRORS = ("pull_off_error", "cell_error")
 
+#: Variables of an interval that the answer takes over.
+_INTERVAL = ("low", "high", "likelihood_low", "likelihood_high", "independent_places")
+
 
 def answer(ds: xr.Dataset) -> xr.Dataset:
     """Return the mean pull-off force with its 95 % interval, and the sentences that state it.
@@ -101,28 +104,22 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     force = pull["pull_off_force"].load()
     bounds = _adhering_bounds(pull)
     adhering = int(np.isfinite(bounds[0]).sum())
-    ends = (
-        bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"]) if adhering > 1 else None
-    )
-    names = ("low", "high", "independent_places", "likelihood_low", "likelihood_high")
-    low, high, independent, *by_likelihood = _scalars_of(ends, names)
-    mean = float(by_share(force).mean())
-    limits: dict[str, str] = {}
-    if ends is not None and "limits" in ends.attrs:
-        mean = float(ends["estimate"].item())
-        limits = {name: ends.attrs[name] for name in ("limits", "law")}
-    if ends is None and np.isnan(mean):
-        low, high = (float(np.nanmax(end)) for end in bounds)
+    sampled = xr.Dataset()
+    if adhering > 1:
+        sampled = bootstrap(with_limits(pull, "pull_off_force"), "pull_off_force", statistics=["mean"])
+    interval = {name: sampled[name].item() if name in sampled else np.nan for name in _INTERVAL}
+    mean = by_share(force).mean().item()
+    limits = {name: sampled.attrs[name] for name in ("limits", "law") if "limits" in sampled.attrs}
+    if limits:
+        mean = sampled["estimate"].item()
+    if adhering <= 1 and np.isnan(mean):
+        interval |= {"low": np.nanmax(bounds[0]), "high": np.nanmax(bounds[1])}
     smooth = smooth_pull_off(pull) if {"sphere_radius", "work_of_adhesion"} <= set(pull.coords) else 0.0
     scalars = {
         "pull_off_force": mean,
-        "low": low,
-        "high": high,
-        "likelihood_low": by_likelihood[0],
-        "likelihood_high": by_likelihood[1],
+        **interval,
         "places": adhering,
         "solved_places": force.size,
-        "independent_places": independent,
         "debris_share": pull.coords.get("debris_share", np.nan),
         "debris_places": (pull["on_debris"] & force.notnull()).sum() if "on_debris" in pull.coords else np.nan,
         "mesh_error": mesh_error(pull),
@@ -130,13 +127,9 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
     }
     out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
     out.attrs |= limits
-    out.attrs |= {"measured": pull.attrs["measured"]} if "measured" in pull.attrs else {}
+    if "measured" in pull.attrs:
+        out.attrs["measured"] = pull.attrs["measured"]
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
-
-
-def _scalars_of(ends: xr.Dataset | None, names: tuple[str, ...]) -> list[float]:
-    """Return the values of an interval by their names, NaN where it lacks one."""
-    return [np.nan if ends is None or name not in ends else float(ends[name].item()) for name in names]
 
 
 def _adhering_bounds(pull: xr.Dataset) -> np.ndarray:

@@ -388,25 +388,32 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     """
     from scipy.stats import beta
 
-    values, estimate = sample.values, _estimate(label, sample.values, sample.weights)
-    n, low, high = values.size, values.min(), values.max()
-    if label.startswith("q"):  # by Clopper and Pearson's interval of a share among independent draws
-        below, above, tail = count * float(label[1:]) / 100, count * (1 - float(label[1:]) / 100), 0.5 - confidence / 2
-        smallest_share = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
-        largest_share = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
-        ends = _quantile(values, [float(smallest_share), float(largest_share)], sample.weights)
-        if min(below, above) < -np.log(tail):  # the quantile may lie beyond all samples
-            law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
-            ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
-        return ends
+    values = sample.values
+    estimate = _estimate(label, values, sample.weights)
+    n = values.size
+    low = values.min()
+    high = values.max()
     if label == "std":
         scaled = estimate * (ends / estimate) ** times if estimate > 0 else ends
         return np.clip(scaled, 0.0, 0.5 * (high - low) * np.sqrt(n / (n - 1)))
-    ends = estimate + (ends - estimate) * times
-    if low > 0 and _std(np.log(values), -1, sample.weights) > _PRIOR_SPREAD:  # a tail that resamples do not show
+    if label == "mean":
+        ends = estimate + (ends - estimate) * times
+        # a tail that resamples do not show
+        is_hidden = low > 0 and _std(np.log(values), -1, sample.weights) > _PRIOR_SPREAD
+    else:  # by Clopper and Pearson's interval of a share among independent draws
+        share = float(label[1:]) / 100
+        below = count * share
+        above = count * (1 - share)
+        tail = 0.5 - confidence / 2
+        smallest_share = beta.ppf(tail, below, above + 1) if below > 0 else 0.0
+        largest_share = beta.ppf(1 - tail, below + 1, above) if above > 0 else 1.0
+        ends = _quantile(values, [float(smallest_share), float(largest_share)], sample.weights)
+        # the quantile may lie beyond all samples
+        is_hidden = min(below, above) < -np.log(tail)
+    if is_hidden:
         law = _small_sample_ends(label, sample, max(count, 1.5), confidence)
         ends = np.array([min(ends[0], law[0]), max(ends[1], law[1])])
-    return np.clip(ends, low, high)
+    return np.clip(ends, low, high) if label == "mean" else ends
 
 
 def _small_sample_ends(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:

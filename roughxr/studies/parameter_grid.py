@@ -74,8 +74,12 @@ def vary(
     """
     ds = schema.entered(ds)
     indenter = schema.entered(indenter)
-    varied = {"sphere_radius": sphere_radius, "contact_modulus": contact_modulus, "work_of_adhesion": work_of_adhesion}
-    varied |= {"humidity": humidity}
+    varied = {
+        "sphere_radius": sphere_radius,
+        "contact_modulus": contact_modulus,
+        "work_of_adhesion": work_of_adhesion,
+        "humidity": humidity,
+    }
     axes = {name: _values(values, name, ds) for name, values in varied.items() if values is not None}
     if not axes and indenter is None:
         raise Refusal("", f"values of {', '.join(varied)} or several of them", "none")

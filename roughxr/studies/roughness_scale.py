@@ -100,8 +100,8 @@ def _simulated(
     problem, adhesion = preload_problem(specimen, preload=preload, law="auto", mesh=Mesh(MOST_REFINED, None))
     # least number of cells along the shortest wavelength
     cells_per_wavelength = 8
-    if cells_per_wavelength * problem.pixel > MOST_REFINED * wavelengths[0]:
-        least = cells_per_wavelength / MOST_REFINED * problem.pixel
+    least = cells_per_wavelength * problem.pixel / MOST_REFINED
+    if wavelengths[0] < least:
         raise Refusal("shortest", f"wavelengths of {least:g} nm or more", f"{wavelengths[0]:g} nm")
     half_width = window_half_width(specimen, problem, adhesion)
     windows, _ = regions.windows(ds, centres, half_width)

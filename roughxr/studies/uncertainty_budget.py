@@ -155,14 +155,14 @@ def budget_of(
     by_default = settings is None
     settings = {name: usual[name] for name in usual if name in only} if settings is None else dict(settings)
     pulls = solved["pull_off_force"]
+    law = solved.attrs["law"]
     entries: dict[str, _Entry] = {}
     mean = float(by_share(pulls).mean())
     if finer is not None and MESH in settings:
         del settings[MESH]
-        entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], solved.attrs["law"])
+        entries[MESH] = _entry(MESH, [_on_finer_mesh(solved, finer)], finer.sizes["subregion"], law)
     sampled = regions.sample(solved, places)
     bare = ds.assign_coords(adhesion_range=read_pair(ds).range)
-    law = solved.attrs["law"]
     cells = int(np.quantile(solved["mesh"], 0.5, method="higher"))
     if not ADHESION_LAWS[law].has_edge:
         cells = min(needed_cells(bare, preload, law), int(solved["mesh"].max()))

@@ -60,18 +60,26 @@ def _is_summit(z, i, j, pixel, bend, rise):
 def put_patch(out, z, i, j, pixel, radius):
     """Write the paraboloid through a pixel and its neighbours; at the border a level plane."""
     nx, ny = z.shape
-    out[H] = z[i, j]
+    here = z[i, j]
+    out[H] = here
     out[GX:] = 0.0
-    if i == 0 or j == 0 or i == nx - 1 or j == ny - 1:
+    if not (0 < i < nx - 1 and 0 < j < ny - 1):
         return
     dx, dy = pixel
-    out[GX] = (z[i + 1, j] - z[i - 1, j]) / (2 * dx)
-    out[GY] = (z[i, j + 1] - z[i, j - 1]) / (2 * dy)
-    out[HXX] = (z[i + 1, j] + z[i - 1, j] - 2 * z[i, j]) / dx**2
-    out[HYY] = (z[i, j + 1] + z[i, j - 1] - 2 * z[i, j]) / dy**2
+    before_x = z[i - 1, j]
+    beyond_x = z[i + 1, j]
+    before_y = z[i, j - 1]
+    beyond_y = z[i, j + 1]
+    out[GX] = (beyond_x - before_x) / (2 * dx)
+    out[GY] = (beyond_y - before_y) / (2 * dy)
+    out[HXX] = (beyond_x + before_x - 2 * here) / dx**2
+    out[HYY] = (beyond_y + before_y - 2 * here) / dy**2
     out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - (z[i + 1, j - 1] + z[i - 1, j + 1])) / (4 * dx * dy)
-    out[RISE] = 0.125 * (abs(out[HXX]) * dx**2 + abs(out[HYY]) * dy**2) + 0.25 * abs(out[HXY]) * dx * dy
-    out[RISE] += 0.25 * (dx**2 + dy**2) / radius
+    out[RISE] = (
+        0.125 * (abs(out[HXX]) * dx**2 + abs(out[HYY]) * dy**2)
+        + 0.25 * abs(out[HXY]) * dx * dy
+        + 0.25 * (dx**2 + dy**2) / radius
+    )
 
 
 @kernel

@@ -77,15 +77,14 @@ def _fit_block(heights, level, dx, dy, fixed):
     if not fixed:
         free = _coefficients(terms, heights, is_known, 0)
         x, y, _ = _vertex(free, dx, dy)
-        low, _, _ = principal(*_second_order(free, dx, dy))
         A, B, C = _second_order(free, dx, dy)
+        low, _, _ = principal(A, B, C)
         rejected = ~((low > 0) & (4 * A * B > C**2) & (np.abs(x) <= dx) & (np.abs(y) <= dy))
         c = np.where(rejected[:, None], c, free)
     x, y, height = _vertex(c, dx, dy)
     low, high, orientation = principal(*_second_order(c, dx, dy))
     residual = np.where(is_known, heights - c @ terms.T, 0.0)
-    rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(is_known.sum(axis=1), 1))
-    rms[~is_known.any(axis=1)] = np.nan
+    rms = np.sqrt((residual**2).sum(axis=1) / is_known.sum(axis=1))
     x = np.where(rejected, 0.0, x)
     y = np.where(rejected, 0.0, y)
     height = level + np.where(rejected, c[:, 0], height)
