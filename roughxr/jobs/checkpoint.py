@@ -77,8 +77,8 @@ def checkpointed(
     ----------
     compute : callable
         Returns the groups: names such as "solutions/direct", and Datasets. Or yields them in parts, which are written
-        to the archive every ten seconds and at an interrupt; until the last it is marked as unfinished. It must make the
-        same calls when it resumes.
+        to the archive every ten seconds and at an interrupt; until the last it is marked as unfinished. It must make
+        the same calls when it resumes.
     output : path
         The archive, NetCDF-4. Each state of the file appears under this name once it is complete.
     scan : Dataset

@@ -153,7 +153,8 @@ def fit_curve(
     (True, 'jkr')
     """
     ds = schema.entered(ds)
-    radius, reach = positive(sphere_radius, "nm", "sphere_radius"), positive(adhesion_range, "nm", "adhesion_range")
+    radius = positive(sphere_radius, "nm", "sphere_radius")
+    reach = positive(adhesion_range, "nm", "adhesion_range")
     law = read_law(law, "fit_curve")
     fraction(confidence, "confidence")
     errors = {"spring_constant_std": spring_constant_std, "sensitivity_std": sensitivity_std}
@@ -165,14 +166,29 @@ def fit_curve(
     branches = [name for name in ("retraction", "loading") if "branch" in recorded.dims and name in recorded["branch"]]
     parts = [recorded.sel(branch=name) for name in branches] or [recorded]
     samples = np.stack([[part["piezo"].values, part["force"].values] for part in parts], axis=2)  # (z or F, …, branch)
-    shared = (radius, law, reach, stiffness, tuple(errors.values()), float(stats.chi2.ppf(confidence, 1)))
-    fits = task_results(_fit, list(zip(*samples)), _RESULT, *shared, name="fit_curve")
-    names = [name for name in _RESULT.names or () if name != "misfit"]
-    out = xr.Dataset({name: ("subregion", fits[name]) for name in names})
+    fits = task_results(
+        _fit,
+        list(zip(*samples)),
+        _RESULT,
+        radius,
+        law,
+        reach,
+        stiffness,
+        tuple(errors.values()),
+        stats.chi2.ppf(confidence, 1),
+        name="fit_curve",
+    )
+    out = xr.Dataset({name: ("subregion", fits[name]) for name in _RESULT.names or () if name != "misfit"})
     places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
     out = out.assign_coords({"subregion": np.arange(len(fits)), **places} if "subregion" in ds.dims else {})
-    out.attrs = {"sphere_radius": radius, "adhesion_range": reach, "spring_constant": stiffness, **errors}
-    out.attrs |= {"confidence": confidence, "missing": "NaN where reason says why"}
+    out.attrs = {
+        "sphere_radius": radius,
+        "adhesion_range": reach,
+        "spring_constant": stiffness,
+        **errors,
+        "confidence": confidence,
+        "missing": "NaN where reason says why",
+    }
     _warn_of_misfit(fits["misfit"])
     return finish(schema.record(schema.label(out), "fit_curve", ds, law=law, **errors, confidence=confidence))
 

@@ -150,7 +150,7 @@ def asd_channels(path: Path) -> list[Channel]:
     if code not in _VOLTS or not 0 < bits <= 32:
         raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")
     low, high = _VOLTS[code]
-    images = []
+    images: list[Channel] = []
     shape = (rows, columns)
     for name, number in product(names, range(1, count + 1)):
         units, scale = ("nm", -extension * amplification) if name == "Topography" else ("V", 1.0)

@@ -84,7 +84,8 @@ def _fit_block(heights, level, dx, dy, fixed):
     x, y, height = _vertex(c, dx, dy)
     low, high, orientation = principal(*_second_order(c, dx, dy))
     residual = np.where(is_known, heights - c @ terms.T, 0.0)
-    rms = np.sqrt((residual**2).sum(axis=1) / is_known.sum(axis=1))
+    rms = np.sqrt((residual**2).sum(axis=1) / np.maximum(is_known.sum(axis=1), 1))
+    rms[~is_known.any(axis=1)] = np.nan
     x = np.where(rejected, 0.0, x)
     y = np.where(rejected, 0.0, y)
     height = level + np.where(rejected, c[:, 0], height)
