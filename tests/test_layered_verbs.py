@@ -215,7 +215,7 @@ def test_text_is_a_layer_of_a_thickness_and_a_material(scan):
     as_text = scan.contact.assign_pair(**pair, layer="20 nm silica")
     assert film_of(as_text) == film_of(scan.contact.assign_pair(**pair, layer=Layer("20 nm", "silica")))
     for wrong in ("20 nm", "silica", 20, "20 nm sillica"):
-        with pytest.raises(ValueError, match=r"layer: expected thickness and one of .*, such as '5 nm silica'"):
+        with pytest.raises(ValueError, match=r"layer: expected thickness and one of .*, such as '5 nm silica', found"):
             scan.contact.assign_pair(**pair, layer=wrong)
 
 

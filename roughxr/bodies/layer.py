@@ -55,9 +55,9 @@ def read_layer(layer: Layer | str) -> Layer:
     if not isinstance(layer, str) or not thickness or material not in MATERIALS:
         raise Refusal(
             "layer",
-            f"thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica', or roughxr.Layer('200 nm', "
-            "young_modulus='2 MPa', poisson_ratio=0.5)",
+            f"thickness and one of {', '.join(MATERIALS)}, such as '5 nm silica'",
             f"{layer!r}",
+            "in Python, make a layer of another material with roughxr.Layer",
         )
     return Layer(thickness, material)
 

@@ -65,7 +65,9 @@ def read(
     except errors.AFMFileFormatError as error:  # not a subclass of Exception
         raise ValueError(str(error)) from None
     except (zipfile.BadZipFile, zlib.error) as error:
-        raise ValueError(f"expected an intact archive, found: {error}; copy the whole file again") from None
+        raise ValueError(
+            f"expected an intact archive, found: {error}; copy the whole file again from where it was recorded"
+        ) from None
 
 
 @lru_cache(maxsize=1)

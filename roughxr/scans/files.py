@@ -101,7 +101,10 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
     except Exception as error:
         error_text = " ".join(str(error).split())[:300] or "no reason given"
         reason = f"it lacks {error_text}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error_text}"
-        raise UnreadableScan(path, f"damaged, or a variant not supported ({reason})") from error
+        raise UnreadableScan(
+            path,
+            f"damaged, or a variant not supported ({reason}); copy it again, or save it anew in its program",
+        ) from error
 
 
 @contextmanager
