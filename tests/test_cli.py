@@ -519,6 +519,7 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
     ("arguments", "says"),
     [
         (["run", "a.nc", "--radius", "3", "um"], "unexpected um after --radius 3: quote values that contain spaces"),
+        (["detach", "run", "--dem", "lammps"], "--dem: expected 2 arguments, CODE FILE; see"),
         (["detach", "run", "--load", "tilt"], "what detaches the sphere is --cause: wall_shear, tilt"),
         (["compare", "run", "forces.csv", "-o", "table.csv"], "roughxr compare: unknown option -o"),
         (["rnu", "a.nc"], r"unknown command rnu \(did you mean run\?\)"),

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from roughxr.figures import plot
 from roughxr.statistics import bootstrap, cdf, pdf, pull_off, summary
 from roughxr.statistics.sampling import standard_deviation
+from roughxr.vocabulary.refusal import Refusal
 
 
 @pytest.fixture(scope="module")
@@ -219,3 +221,10 @@ def test_a_map_is_a_sample_at_every_pixel():
         of_map, expected = (getattr(ds.contact, verb)("pull_off_force", **options) for ds in (whole, listed))
         xr.testing.assert_equal(of_map, expected)
     xr.testing.assert_equal(whole.contact.summary(), listed.contact.summary())
+
+
+@pytest.mark.parametrize("use", [pdf, plot])
+def test_a_misspelt_variable_is_answered_with_the_nearest(use):
+    forces = xr.Dataset({"pull_off_force": ("subregion", np.arange(1.0, 9.0), {"units": "nN"})})
+    with pytest.raises(Refusal, match=r"found 'pulloff_force' \(did you mean pull_off_force\?\)"):
+        use(forces, "pulloff_force")

@@ -114,7 +114,11 @@ class Parser(argparse.ArgumentParser):
         return parsed, surplus
 
     def error(self, message: str) -> Any:
-        """Print one line, and end."""
+        """Print one line, and end; of an option that lacks a value, the names of its values, as in the usage."""
+        lacking = re.match(r"argument (--[a-z-]+): expected \d+ arguments", message)
+        if lacking:
+            values = re.search(rf"{lacking[1]} ([A-Z ]+)", " ".join(self.format_usage().split()))
+            message = f"{message}, {values[1].strip()}" if values else message
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 

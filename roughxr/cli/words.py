@@ -46,8 +46,9 @@ _NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
 def in_shell(text: str, options: Namespace) -> str:
     """Return an error's or a warning's text with arguments of functions written as the options of a command."""
     flags = {name: "--" + name.replace("_", "-") for name in set(vars(options)) - _NO_OPTIONS}
-    if "fill" in flags:
-        flags.setdefault("method", "--fill")
+    for option, argument in (("fill", "method"), ("dem", "code")):
+        if option in flags:
+            flags.setdefault(argument, f"--{option}")
     any_name = "|".join(sorted(flags, key=len, reverse=True))
 
     def written(match: re.Match[str]) -> str:

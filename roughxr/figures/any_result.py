@@ -11,6 +11,7 @@ from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import did_you_mean
 from .contact_fields import field_map
 from .distributions import asperity_statistics, distribution, label_density
 from .images import COLOURS, image
@@ -80,7 +81,8 @@ def plot(
             return draw(ds, ax=ax, **options)
         name = _main_variable(ds)
     if name not in ds:
-        raise Refusal("", f"one of the variables {', '.join(map(str, ds.data_vars))}", f"{name!r}")
+        names = ", ".join(map(str, ds.data_vars))
+        raise Refusal("", f"one of the variables {names}", f"{name!r}{did_you_mean(name, ds.data_vars)}")
     return _variable(ds, name, ax, options)
 
 

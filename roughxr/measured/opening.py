@@ -151,7 +151,9 @@ def _read_file(path: Path, image: _Selection, place_units: str | None, calibrati
     family, read = files.reader_of(path)
     kind = None if image.size is not None else files.guarded(path, curve_kind, path, family, calibration)
     if family == "netcdf" and kind is None:
-        raise UnreadableScan(path, "expected a table or an AFM file, found NetCDF; open it with xarray.open_dataset")
+        raise UnreadableScan(
+            path, "expected a table or an AFM file, found NetCDF; write its pull-off forces as a table, .csv"
+        )
     if kind is not None:
         schema.refuse_unused("force-distance curves", **{**image._asdict(), "place_units": place_units})
         ds = _read_curve_file(path, kind, calibration)

@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.text import IncompleteResult, warn
+from ..vocabulary.text import IncompleteResult, did_you_mean, warn
 
 #: Dimensions along which samples lie, and the coordinates of their places.
 PLACES = {"subregion": ("subregion_x", "subregion_y"), "asperity": ("x", "y")}
@@ -240,7 +240,7 @@ def map_samples(ds: xr.Dataset, *names: str) -> xr.Dataset:
 def sample_dimension(ds: xr.Dataset, name: str) -> str:
     """Return the only dimension of a variable's samples; raise if there is none or more than one."""
     if name not in ds:
-        raise Refusal("", f"one of {', '.join(map(str, ds.data_vars))}", f"{name!r}")
+        raise Refusal("", f"one of {', '.join(map(str, ds.data_vars))}", f"{name!r}{did_you_mean(name, ds.data_vars)}")
     if len(ds[name].dims) != 1 or ds[name].dims[0] not in SAMPLES:
         raise Refusal(
             name,
