@@ -61,7 +61,6 @@ def save(
     path: str | os.PathLike,
     *,
     title: str = "",
-    attrs: Mapping[str, Any] | None = None,
 ) -> Path:
     """Write Datasets as groups of one NetCDF-4 file.
 
@@ -74,8 +73,6 @@ def save(
         The file. It appears under this name only once it is complete.
     title : str, optional
         Stored as an attribute of the root.
-    attrs : mapping, optional
-        Further attributes of the root.
 
     Returns
     -------
@@ -97,7 +94,7 @@ def save(
     >>> xr.open_datatree(path)["scan/height"].values.tolist()
     [1.0, 2.0]
     """
-    return add(groups, Path(path), {"title": title, **(attrs or {})}, onto=False)
+    return add(groups, Path(path), {"title": title}, onto=False)
 
 
 def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], *, onto: bool = True) -> Path:

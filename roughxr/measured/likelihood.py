@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..statistics.censoring import limited_quantile
+from ..statistics.censoring import limited_median
 from ..statistics.places import independent_places
 from ..statistics.sampling import Samples, without_weights
 from ..vocabulary.refusal import Refusal
@@ -95,7 +95,7 @@ def _log_forces(forces: Samples) -> Measured:
     unknown = np.full(_LEVELS.size, np.nan)
     if np.isinf(forces.bounds).any():
         raise Refusal("measured", "forces or upper limits", "lower limits", "increase the detector's range")
-    median, error = limited_quantile("log_normal", forces.censored, 0.5, independent)
+    median, error = limited_median(forces.censored, independent)
     if np.isnan(median):
         ln_limit = np.log(forces.bounds[1])
         return Measured(ln_limit.mean(), ln_limit.var(ddof=1) / independent, independent, unknown, True)

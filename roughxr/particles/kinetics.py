@@ -24,21 +24,19 @@ from .loads import FLOWS, Flow, lift, read_flow
 FLUCTUATION, FREQUENCY = 0.366, 0.0413
 
 
-def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, np.ndarray]:
+def biasi_adhesion(radius: Quantity) -> tuple[np.ndarray, np.ndarray]:
     """Return the adhesion over that of a smooth contact, 3/2 π w r, by the fit of Biasi et al. to experiments.
 
     Parameters
     ----------
     radius : number or quantity
         nm.
-    count : int
-        Number of values, out to 8 standard deviations.
 
     Returns
     -------
     tuple of two arrays
-        Values and weights of a log-normal law of mean 0.016 − 0.0023 r^0.545 and spread 1.8 + 0.136 r^1.4 (both
-        geometric, r in µm).
+        Values, out to 8 standard deviations, and weights of a log-normal law of mean 0.016 − 0.0023 r^0.545
+        and spread 1.8 + 0.136 r^1.4 (both geometric, r in µm).
 
     References
     ----------
@@ -56,7 +54,8 @@ def biasi_adhesion(radius: Quantity, *, count: int = 2001) -> tuple[np.ndarray, 
     largest_radius = (0.016 / 0.0023) ** (1 / 0.545)
     if r >= largest_radius:
         raise Refusal("radius", f"less than {largest_radius:.0f} µm for Biasi's fit", f"{r:g} µm")
-    z = np.linspace(-8.0, 8.0, count)
+    # logarithms of values, in standard deviations
+    z = np.linspace(-8.0, 8.0, 2001)
     weights = np.exp(-0.5 * z * z)
     return (0.016 - 0.0023 * r**0.545) * (1.8 + 0.136 * r**1.4) ** z, weights / weights.sum()
 

@@ -81,16 +81,15 @@ def likelihood_estimates(
     return CensoredEstimates(law_names, np.array([estimates, ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)]))
 
 
-def limited_quantile(name: str, bounds: np.ndarray, level: float, independent: float) -> tuple[float, float]:
-    """Return a quantile of a positive law by its likelihood, and its logarithm's standard error; NaN if unknown."""
+def limited_median(bounds: np.ndarray, independent: float) -> tuple[float, float]:
+    """Return the median of a log-normal law by its likelihood, and its logarithm's standard error; NaN if unknown."""
     if not _determine_a_law(bounds):
         return np.nan, np.nan
-    law = LAWS[name]
+    law = LAWS["log_normal"]
     fit = fitted_parameters(law, bounds)
-    label = f"q{100 * level:g}"
     drop = 0.5 * bounds.shape[1] / independent  # one standard error
-    low, high = _profile_ends(law, fit, bounds, [label], independent, drop)[:, 0]
-    return float(fit[2] * _unit_statistic(law, fit[0], label)), float(np.log(high / low)) / 2
+    low, high = _profile_ends(law, fit, bounds, ["q50"], independent, drop)[:, 0]
+    return float(fit[2]), float(np.log(high / low)) / 2
 
 
 def _known_values(bounds: np.ndarray) -> np.ndarray:

@@ -232,7 +232,7 @@ def _bootstrap_along(ds: xr.Dataset, name: str, *, along: str, **options: Any) -
 def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any:
     """Return a statistic of samples; raise for an unknown name."""
     if label in ("mean", "std"):
-        return (_mean if label == "mean" else _std)(values, weights=weights)
+        return (_mean if label == "mean" else _std)(values, weights)
     try:
         share = float(label.removeprefix("q")) / 100
     except ValueError:
@@ -242,22 +242,22 @@ def _estimate(label: str, values: np.ndarray, weights: np.ndarray | None) -> Any
     return _quantile(values, share, weights)
 
 
-def _mean(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
-    """Return the mean, weighted if weights are given."""
-    return np.mean(values, axis=axis) if weights is None else np.average(values, axis=axis, weights=weights)
+def _mean(values: np.ndarray, weights: np.ndarray | None) -> Any:
+    """Return the mean along the last axis, weighted if weights are given."""
+    return np.mean(values, axis=-1) if weights is None else np.average(values, axis=-1, weights=weights)
 
 
-def _std(values: np.ndarray, axis: int = -1, weights: np.ndarray | None = None) -> Any:
-    """Return the standard deviation with n − 1; with weights, n is Kish's effective number."""
+def _std(values: np.ndarray, weights: np.ndarray | None) -> Any:
+    """Return the standard deviation along the last axis with n − 1; with weights, n is Kish's effective number."""
     if weights is None:
-        return np.std(values, axis=axis, ddof=1)
+        return np.std(values, axis=-1, ddof=1)
     array = xr.DataArray(values)
-    return standard_deviation(array, array.dims[axis], xr.DataArray(weights)).values
+    return standard_deviation(array, array.dims[-1], xr.DataArray(weights)).values
 
 
-def _effective_count(weights: np.ndarray | None, axis: int = -1, size: int = 0) -> Any:
+def _effective_count(weights: np.ndarray | None, size: int) -> float:
     """Return Kish's effective number of weighted samples."""
-    return float(size) if weights is None else weights.sum(axis=axis) ** 2 / (weights**2).sum(axis=axis)
+    return float(size) if weights is None else float(weights.sum() ** 2 / (weights**2).sum())
 
 
 def _quantile(values: np.ndarray, share: Any, weights: np.ndarray | None = None) -> Any:
@@ -284,7 +284,7 @@ def _independent(sample: Samples, within: Samples | None = None) -> float:
     """Return the effective sample size, at most that of all places of the surface."""
     counts = [independent_places(part.values, part.places) for part in (sample, within) if part is not None]
     weights = sample.weights if sample.on_debris is None else None
-    return min(counts) * float(_effective_count(weights, size=sample.values.size)) / sample.values.size
+    return min(counts) * _effective_count(weights, sample.values.size) / sample.values.size
 
 
 def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> Iterator[tuple]:
@@ -305,14 +305,14 @@ def _intervals(sample: Samples, count: float, labels: list[str], confidence, res
     if sample.values.size < FEWEST_SAMPLES:
         return np.array([_small_sample_ends(label, sample, max(count, 1.5), confidence) for label in labels]).T
     drawn = [
-        [_mean(values, 1, weights), _std(values, 1, weights)]
+        [_mean(values, weights), _std(values, weights)]
         for values, weights in _resampled(sample, count, resamples, seed=seed)
     ]
     means, stds = np.concatenate(drawn, axis=1)
     degrees = max(count, 2.0) - 1
     low = norm.cdf(t.ppf(0.5 - confidence / 2, degrees))
     ends = dict(zip(("mean", "std"), np.quantile([means, stds], [low, 1 - low], axis=1).T))
-    spread = float(_mean((sample.values - _mean(sample.values, -1, sample.weights)) ** 2, -1, sample.weights) ** 0.5)
+    spread = float(_mean((sample.values - _mean(sample.values, sample.weights)) ** 2, sample.weights) ** 0.5)
     # factor on deviations: samples that are alike scatter less about their own mean than about the true one
     times = spread / float(np.sqrt(degrees) * means.std()) if means.std() > 0 else 1.0
     return np.array([_interval_ends(label, sample, ends.get(label), times, count, confidence) for label in labels]).T
@@ -399,7 +399,7 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
     if label == "mean":
         ends = estimate + (ends - estimate) * times
         # a tail that resamples do not show
-        is_hidden = low > 0 and _std(np.log(values), -1, sample.weights) > _PRIOR_SPREAD
+        is_hidden = low > 0 and _std(np.log(values), sample.weights) > _PRIOR_SPREAD
     else:  # by Clopper and Pearson's interval of a share among independent draws
         share = float(label[1:]) / 100
         below = count * share
@@ -423,13 +423,14 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
     values, weights = sample.values, sample.weights
     estimate = _estimate(label, values, weights)
     tails = np.array([0.5 - confidence / 2, 0.5 + confidence / 2])
-    lost = (1 - 1 / _effective_count(weights, size=values.size)) / (1 - 1 / count)  # to the mean of like places
+    lost = (1 - 1 / _effective_count(weights, values.size)) / (1 - 1 / count)  # to the mean of like places
     if label == "std":
         return estimate * np.sqrt(lost * (count - 1) / chi2.ppf(tails[::-1], count - 1))
     positive = values.min() >= 0 and values.max() > 0
     # lower bound of samples, as a fraction of the mean, before the logarithm
     law = np.log(np.maximum(values, 0.01 * values.mean())) if positive else values
-    middle, variance = _mean(law, -1, weights), _std(law, -1, weights) ** 2 * lost
+    middle = _mean(law, weights)
+    variance = _std(law, weights) ** 2 * lost
     if label == "mean":
         spreads = [(variance, count - 1)]  # of the samples alone, and together with the prior
         if positive:

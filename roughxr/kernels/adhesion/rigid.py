@@ -160,13 +160,16 @@ def force_outside(gaps, law, radius, parabola, rectangle):
 _gauss = functools.cache(np.polynomial.legendre.leggauss)
 
 
-def _nodes(edges, gap, pieces=8, each=12):
+def _nodes(edges, gap):
     """Return Gauss's nodes and weights along S, uniform in the logarithm of gap + S between the edges.
 
     The nodes are denser at the ends of each interval, as x²(3 − 2x): there the fraction of a circle inside a rectangle
     has square-root singularities.
     """
-    x, w = _gauss(each)
+    # pieces of an interval
+    pieces = 8
+    # nodes of a piece
+    x, w = _gauss(12)
     ends = np.log(gap + edges)
     u = (np.arange(pieces)[:, None] + 0.5 * (1 + x)).ravel() / pieces
     weight = np.tile(0.5 * w, pieces) / pieces * 6 * u * (1 - u)

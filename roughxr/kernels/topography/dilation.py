@@ -60,8 +60,8 @@ def _is_summit(z, i, j, pixel, bend, rise):
 def put_patch(out, z, i, j, pixel, radius):
     """Write the paraboloid through a pixel and its neighbours; at the border a level plane."""
     nx, ny = z.shape
-    here = z[i, j]
-    out[H] = here
+    centre = z[i, j]
+    out[H] = centre
     out[GX:] = 0.0
     if not (0 < i < nx - 1 and 0 < j < ny - 1):
         return
@@ -72,8 +72,8 @@ def put_patch(out, z, i, j, pixel, radius):
     beyond_y = z[i, j + 1]
     out[GX] = (beyond_x - before_x) / (2 * dx)
     out[GY] = (beyond_y - before_y) / (2 * dy)
-    out[HXX] = (beyond_x + before_x - 2 * here) / dx**2
-    out[HYY] = (beyond_y + before_y - 2 * here) / dy**2
+    out[HXX] = (beyond_x + before_x - 2 * centre) / dx**2
+    out[HYY] = (beyond_y + before_y - 2 * centre) / dy**2
     out[HXY] = (z[i + 1, j + 1] + z[i - 1, j - 1] - (z[i + 1, j - 1] + z[i - 1, j + 1])) / (4 * dx * dy)
     out[RISE] = (
         0.125 * (abs(out[HXX]) * dx**2 + abs(out[HYY]) * dy**2)
