@@ -47,6 +47,15 @@ def test_no_name_is_vague():
         assert not {name for name in names if name.strip("_").startswith("of_")}, module
 
 
+def test_no_local_of_a_test_is_vague():
+    vague = {"found", "one", "told", "known", "words", "given", "own", "most", "left", "some", "every", "few", "both"}
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+        names = {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+        names |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+        assert not {name for name in names if name.strip("_") in vague}, path.name
+
+
 @pytest.mark.parametrize(
     "path", sorted((Path(__file__).parent / "benchmarks").glob("[!_]*.py")), ids=lambda path: path.stem
 )
