@@ -36,8 +36,10 @@ _HEADER_VALUES = ("spring constant", "sensitivity", "position x", "position y")
 
 #: JPK's conversions of the deflection, V → m → N: the value of each, its name, the one before, and its unit.
 _JPK_SLOTS = {"spring constant": ("force", "distance", "N"), "sensitivity": ("distance", "volts", "m")}
-#: Beginnings of the properties that are used: of a curve (the second in quantitative imaging), and of a segment.
-_JPK_POSITION = ("force-scan-series.header.position.", "quantitative-imaging-series.header.position.")
+#: Beginnings of the properties that are used: of a curve (also in quantitative imaging), and of a segment.
+_JPK_POSITION = tuple(
+    f"{kind}-{of}.header.position." for kind in ("force-scan", "quantitative-imaging") for of in ("series", "map")
+)
 _JPK_SEGMENT = ("channel.", "force-segment-header.settings.", "force-segment-header.force-segment-header-info.")
 _JPK_DEFLECTION = "channel.vDeflection.conversion-set.conversion."
 
