@@ -274,6 +274,9 @@ def test_an_error_names_the_format(name, tmp_path):
 def test_what_is_not_read_is_named(start, tmp_path):
     path = tmp_path / "any.dat"
     path.write_bytes(start.ljust(64, b"\1") + bytes(5000))
+    if start == b"PK\3\4":  # without the list of its members an archive is cut short
+        with zipfile.ZipFile(path, "w") as archive:
+            archive.writestr("any.bin", bytes(5000))
     with pytest.raises(
         UnreadableScan, match=r"any.dat: expected an AFM image, found a file that is not read"
     ) as refusal:
