@@ -16,6 +16,7 @@ from roughxr.bodies.pair import (
 )
 from roughxr.bodies.substances import MATERIALS
 from roughxr.reproduction.printed import PAIR
+from roughxr.vocabulary.refusal import Refusal
 
 from .surfaces import scan
 
@@ -248,3 +249,10 @@ def test_named_bodies_adhere_across_a_medium_by_hamakers_rule():
 def test_a_medium_of_unknown_or_repulsive_attraction_is_refused(options, says):
     with pytest.raises(ValueError, match=says):
         assign_pair(scan(np.zeros((9, 9))), sphere_radius=3000, **options)
+
+
+def test_mica_is_no_misspelt_silica():
+    with pytest.raises(Refusal, match=r"found 'mica/glass'; for other materials"):
+        substances.named_pair("mica/glass")
+    with pytest.raises(Refusal, match=r"found 'silica/silcon' \(did you mean silicon\?\)"):
+        substances.named_pair("silica/silcon")

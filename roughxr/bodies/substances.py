@@ -77,10 +77,12 @@ def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
     both = [str(name).strip().lower() for name in both]
     unknown = [name for name in both if name not in MATERIALS]
     if len(both) not in (1, 2) or unknown:
+        # other names of the same first letter: mica is no misspelt silica
+        similar = [name for name in MATERIALS if name not in both and unknown and name[0] == unknown[0][:1]]
         raise Refusal(
             "materials",
             f"one or two of {', '.join(MATERIALS)}, as in 'glass/silicon'",
-            f"{names!r}{(did_you_mean(unknown[0], set(MATERIALS) - set(both)) if unknown else '')}",
+            f"{names!r}{(did_you_mean(unknown[0], similar) if unknown else '')}",
             "for other materials give young_modulus and poisson_ratio",
         )
     return MATERIALS[both[0]], MATERIALS[both[-1]]
