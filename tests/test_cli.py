@@ -399,7 +399,7 @@ def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
 
 
 def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, capsys, monkeypatch):
-    """Three surfaces, one of them no scan: a run of each, one table, one page, the pooled mean on the last line."""
+    """Three surfaces, one of them no scan: a run of each, one table, one page, each scan's answer on the last lines."""
     monkeypatch.chdir(tmp_path)
     for seed in (3, 4):
         scan(rough(48, seed=seed), pixel=10.0).to_netcdf(f"wafer-{seed}.nc")
@@ -418,8 +418,9 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
     assert printed.err.startswith("roughxr: torn.nc: cannot be read and is left out: ")
     assert printed.err.count("left out") == 1
     lines = printed.out.splitlines()
-    assert lines[-1].startswith("Mean pull-off over 2 scans, as scanned: ")
-    assert lines[-1].endswith(" 1 of 3 files were left out.")
+    assert lines[-3].startswith("Mean pull-off over 2 scans, as scanned: ")
+    assert lines[-3].endswith(" 1 of 3 files were left out.")
+    assert [line.partition(":")[0] for line in lines[-2:]] == ["wafer-3.nc", "wafer-4.nc"]
     table = pd.read_csv("wafer/places.csv")
     assert table.columns[0] == "scan" and sorted(table["scan"]) == ["wafer-3.nc"] * 2 + ["wafer-4.nc"] * 2
     assert table.notna().any().all()

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr import adhesive, assign_pair, direct, pull_off, pull_off_map, superpose
 from roughxr.statistics import pdf, summary
 from roughxr.vocabulary import schema
@@ -52,14 +53,27 @@ def test_refinements_are_whole_numbers(wrong):
         adhesive(flat_scan, delta=[2.0], mesh=wrong)
 
 
-def test_default_displacements_suit_the_scan():
+def test_default_displacements_from_the_highest_peak_suit_the_scan():
     """Whatever the heights' scale, half of the displacements touch half of the places, and the last touches all."""
     for rms in (0.5, 20.0):
         surface = glass_pair(scan(rough(96, rms=rms)))
-        solved = direct(surface, subregions=(4, 4))
+        solved = direct(surface, subregions=(4, 4), datum="highest_peak")
         touched = (solved.force > 0).mean("subregion")
         assert solved.sizes["delta"] == 16 and float(touched[-1]) == 1.0 and float(touched[8]) >= 0.5
-    np.testing.assert_array_equal(direct(surface.chunk(48), subregions=(4, 4)).force, solved.force)
+
+
+def test_default_displacements_of_adhering_bodies_press_every_place_by_some_times_the_pull_off():
+    """On a smooth flat ten times JKR's pull-off; on roughness a load of this order, which no border row exceeds."""
+    bodies = {"sphere_radius": 500, "materials": "glass"}
+    smooth_scan = assign_pair(flat(), **bodies)
+    smooth = 1.5 * np.pi * float(smooth_scan.work_of_adhesion * smooth_scan.sphere_radius)
+    assert float(direct(smooth_scan).force[0, -1]) == pytest.approx(10 * smooth, rel=0.03)  # whole cells
+    surface = assign_pair(roughxr.open_sample("rough"), **bodies)
+    solved = direct(surface, subregions=(8, 8))
+    last = solved.force.isel(delta=-1)
+    assert solved.attrs["datum"] == "first_contact" and not solved.truncated.any()
+    assert smooth < float(last.min()) and float(last.max()) < 20 * smooth
+    np.testing.assert_array_equal(direct(surface.chunk(128), subregions=(8, 8)).force, solved.force)
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")

@@ -54,14 +54,14 @@ def _run_each(options: Namespace, output: Path) -> None:
             print_error(f"{file}: cannot be read and is left out: {unread[file]}")
     folders = several.scan_folders([file for file in options.scan if file not in unread], output)
     finished, refused = several.run_each(folders, lambda scan, folder: _run_one(options, str(scan), folder))
-    answer = several.write_summary(finished, unread | refused, output)
-    for name, run in finished.items():
-        print(f"{name}: {headline(run.summary)}")
+    pooled_mean = several.write_summary(finished, unread | refused, output)
     for name, reason in refused.items():
         print_error(f"{name}: left out: {reason}")
     print(f"written to {output}: {output.name}.csv (a row a scan), places.csv, index.html, a folder for each scan")
     left_out = len(unread) + len(refused)
-    print(f"{answer} {left_out} of {len(options.scan)} files were left out.".lstrip() if left_out else answer)
+    print(f"{pooled_mean} {left_out} of {len(options.scan)} files were left out.".lstrip() if left_out else pooled_mean)
+    for name, run in finished.items():
+        print(f"{name}: {headline(run.summary)}")
 
 
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:

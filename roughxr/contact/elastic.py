@@ -53,7 +53,7 @@ def direct(
     delta: Quantities | None = None,
     load: Quantities | None = None,
     subregions: Places = None,
-    datum: str = "highest_peak",
+    datum: str | None = None,
     fields: bool = False,
 ) -> xr.Dataset:
     """Solve the adhesionless contact of the assigned indenter with the scan, at each contact centre.
@@ -63,16 +63,16 @@ def direct(
     ds : Dataset
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 16. At the largest every place is in contact, and a place of median
-        height is indented by its depth below the highest peak.
+        Displacements, nm, ascending. By default 16 from first contact, up to Hertz's displacement under ten times the
+        pull-off of a smooth sphere; without adhesion from the highest peak, until every place is in contact.
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then a result.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres: a grid, x and y (nm), or a Dataset with them, see `regions.centres`. By default those on
         ``ds``, else one in its middle.
-    datum : {"highest_peak", "first_contact"}
+    datum : {"highest_peak", "first_contact"}, optional
         Where delta = 0: the indenter's lowest point level with the highest point of the whole scan (the
-        paper's), or this subregion's first touch.
+        paper's, by default for stated displacements), or this subregion's first touch.
     fields : bool
         Keep pressure, displacement and gap on the window around each centre, and the residual height if the body
         yields; NaN beyond the scan's edge.
@@ -136,6 +136,7 @@ def direct(
         reach=problem.indenter.half_width(deepest(specimen, problem)),
         fields=fields,
     )
+    datum = "first_contact" if problem.first_contact else "highest_peak"
     out.attrs = {"datum": datum, "method": "direct", "tolerance": LIMITS.tolerance}
     arguments = {"subregions": subregions, "datum": datum, "fields": fields}
     steps = {"delta": None, "load": None, **axes}

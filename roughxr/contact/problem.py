@@ -64,20 +64,23 @@ def read_problem(
     *,
     delta: Quantities | None = None,
     load: Quantities | None = None,
-    datum: str,
+    datum: str | None,
     refine: int = 1,
 ) -> Problem:
     """Return the problem of a scan, its pair and the options; raise if they do not define one."""
     if delta is not None and load is not None:
         raise Refusal("", "either delta or load", "both")
-    if delta is None and load is None:
+    schema.need_assigned(specimen.bodies, "contact_modulus")
+    is_default = delta is None and load is None
+    if datum is None:
+        datum = default_datum(specimen) if is_default else "highest_peak"
+    if is_default:
         delta = default_deltas(specimen, positions, datum)
     by_load = delta is None
     steps = schema.ascending(load, "nN", "load") if by_load else schema.ascending(delta, "nm", "delta")
     if by_load and steps[0] <= 0:
         raise Refusal("load", "positive loads", f"{steps[0]:g} nN")
     schema.one_of(datum, schema.DATUMS, "datum")
-    schema.need_assigned(specimen.bodies, "contact_modulus")
     pair = specimen.pair
     if pair.layer is not None:
         need_computable(pair.layer, specimen.pixel * max(specimen.heights.shape), yields=pair.yields)
@@ -107,18 +110,49 @@ def ask_about_depth(specimen: Specimen, problem: Problem) -> None:
         )
 
 
+def default_datum(specimen: Specimen) -> str:
+    """Return the datum of the default displacements: where anything attracts, each place's first contact."""
+    return "first_contact" if specimen.pair.work > 0 else "highest_peak"
+
+
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
-    """Return evenly spaced displacements (nm), half of them beyond the median first contact, the last beyond all."""
-    touches = first_touches(specimen, positions)
+    """Return evenly spaced displacements (nm).
+
+    From first contact: up to Hertz's displacement under ten times the pull-off of a smooth sphere, or one standard
+    deviation of the heights if nothing attracts. From the highest peak: half beyond the median first contact, the last
+    beyond all.
+    """
     spread = float(specimen.heights.std())
-    middle = float(np.median(touches))
-    last = max(middle, spread)
-    first = last / _COUNT
-    if datum == "highest_peak":
+    if datum == "first_contact":
+        last = _adhesive_depth(specimen) or spread
+        first = last / _COUNT
+    else:
+        touches = first_touches(specimen, positions)
         # largest default displacement over the depth of the lowest first contact
         last = max(1.2 * float(touches.max()), spread)
-        first = max(last / _COUNT, 2 * middle - last)
-    return np.round(np.linspace(first, last, _COUNT), 3) if last > 0 else np.linspace(1 / _COUNT, 1, _COUNT)
+        first = max(last / _COUNT, 2 * float(np.median(touches)) - last)
+    if last <= 0:
+        return np.linspace(1 / _COUNT, 1, _COUNT)
+    decimals = 3 - int(np.floor(np.log10(last)))
+    return np.round(np.linspace(first, last, _COUNT), decimals)
+
+
+def _adhesive_depth(specimen: Specimen) -> float:
+    """Return Hertz's displacement (nm) under ten times the pull-off of a smooth sphere, at most a tenth of its radius.
+
+    Zero if nothing attracts, or for an indenter that is a map.
+    """
+    pair = specimen.pair
+    if specimen.indenter.map or not pair.work > 0:
+        return 0.0
+    radius = specimen.indenter.radius
+    _, modulus = pair.contact_at_pull_off(radius, pair.work)
+    return min(_hertz_displacement(10 * pair.smooth_pull_off(stiff=False), radius, modulus), radius / 10)
+
+
+def _hertz_displacement(load: float, radius: float, modulus: float) -> float:
+    """Return the displacement (nm) of a smooth sphere under a load (nN)."""
+    return (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
 
 
 def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
@@ -142,7 +176,7 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
     if problem.by_load:
         radius = problem.indenter.radius
         load = last
-        last = (0.75 * load / (problem.softest * np.sqrt(radius))) ** (2 / 3)
+        last = _hertz_displacement(load, radius, problem.softest)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
     return problem.depth_factor * (float(np.ptp(specimen.heights)) + last)
 

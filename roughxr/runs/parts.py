@@ -244,12 +244,13 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     specimen = task.specimen
     plan = task.plan
     catalogue = task.groups["asperities"]
-    solved = direct(specimen, delta=plan.direct_deltas, **task.options)
+    options = {"delta": plan.direct_deltas, "datum": plan.datum}
+    solved = direct(specimen, **options, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
     groups = {
         "solutions/direct": loading(solved),
         "solutions/contact": _one_contact(specimen, plan, loading(solved)),
-        "solutions/smooth": loading(without_warnings(direct, flat, delta=plan.direct_deltas)),
+        "solutions/smooth": loading(without_warnings(direct, flat, **options)),
     }
     if not task.is_coated:  # without yield, to show its effect by comparison
         dry = {"law": HERTZ, "formulation": plan.superposed[0]}
@@ -265,7 +266,7 @@ def _one_contact(specimen: Specimen, plan: Plan, solved: xr.Dataset) -> xr.Datas
     inner = last.where(~last["truncated"] & (last["force"] > 0), drop=True)
     inner = inner if inner.sizes["subregion"] else last
     middle = inner.sortby("force").isel(subregion=[inner.sizes["subregion"] // 2])
-    return loading(direct(specimen, delta=[plan.contact_delta], subregions=middle, fields=True))
+    return loading(direct(specimen, delta=[plan.contact_delta], datum=plan.datum, subregions=middle, fields=True))
 
 
 def _superposed_asperities(task: Task) -> dict[str, xr.Dataset]:

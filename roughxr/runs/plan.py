@@ -9,7 +9,7 @@ import xarray as xr
 
 from ..contact.adhesive_options import LONG_STEP, usual_step
 from ..contact.mesh import Mesh
-from ..contact.problem import default_deltas
+from ..contact.problem import default_datum, default_deltas
 from ..particles.loads import Flow
 from ..specimen import Specimen
 from ..vocabulary import schema
@@ -19,9 +19,10 @@ class Plan(NamedTuple):
     """The options of a run."""
 
     subregions: Any
-    direct_deltas: np.ndarray  # nm
+    direct_deltas: np.ndarray  # nm, of the simulation without adhesion
     sweep: np.ndarray  # nm, for superpositions
-    contact_delta: float  # nm, for the one contact with fields
+    contact_delta: float  # nm, for the one contact with fields, on the datum of the simulation without adhesion
+    datum: str = "highest_peak"  # of the simulation without adhesion
     superposed: tuple[str, ...] = ("energy",)  # formulations; the first one chooses the catalogue of the run
     preload: float = 0.0  # nN, of the adhesive simulation; 0: the sphere settles under its own adhesion
     law: str = "auto"
@@ -34,11 +35,18 @@ class Plan(NamedTuple):
 
 def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the heights of a scan."""
-    usual = default_deltas(specimen, specimen.centres(subregions), "highest_peak")
-    deltas = usual if delta is None else schema.ascending(delta, "nm", "delta")
-    deepest = max(usual[-1], deltas[-1])
+    centres = specimen.centres(subregions)
+    datum = "highest_peak"
+    from_peak = default_deltas(specimen, centres, datum)
+    if delta is None:
+        datum = default_datum(specimen)
+        deltas = default_deltas(specimen, centres, datum)
+    else:
+        deltas = schema.ascending(delta, "nm", "delta")
+    deepest = max(from_peak[-1], deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
-    return Plan(subregions, deltas, sweep, float(deltas[-1]), **({"mesh": usual_mesh(specimen)} | adhesion))
+    options = {"mesh": usual_mesh(specimen), "datum": datum} | adhesion
+    return Plan(subregions, deltas, sweep, float(deltas[-1]), **options)
 
 
 def usual_mesh(specimen: Specimen) -> Mesh:

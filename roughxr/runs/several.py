@@ -101,19 +101,19 @@ def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
 
 
 def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str], output: Path) -> str:
-    """Write the tables of scans and of all places, and the summary page; return the pooled answer in words."""
+    """Write the tables of scans and of all places, and the summary page; return the pooled mean as scanned in words."""
     tables = [place_table(run.places, name) for name, run in finished.items()]
     all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
     for ending in endings:
         to_table(scan_table(finished), output / f"{output.name}{ending}")
         to_table(all_places, output / f"places{ending}")
-    answer = _pooled_words(finished)
+    pooled_mean = _pooled_words(finished)
     page = render_template(
         _PAGE,
         title=f"{len(finished)} scans",
         table=f"{output.name}{endings[-1]}",
-        answer=answer,
+        pooled=pooled_mean,
         pair=next(iter(finished.values())).pair,
         fluid=next(iter(finished.values())).summary.attrs.get("fluid", ""),
         rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
@@ -121,7 +121,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     )
     with atomic_write(output / _PAGE) as temporary:
         temporary.write_text(page, encoding="utf-8")
-    return answer
+    return pooled_mean
 
 
 def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
@@ -170,7 +170,8 @@ def _pooled_words(finished: Mapping[str, ScanResult]) -> str:
     value, low, high = (float(pooled_mean[name]) for name in ("pooled", "pooled_low", "pooled_high"))
     return (
         f"Mean pull-off over {len(enough)} scans, as scanned: {with_interval(value, low, high)}; "
-        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places."
+        f"standard deviation between scans {quantity(float(pooled_mean['between_std']))} beyond the scatter of places. "
+        "Best estimates of the real surface are not pooled: the scans share most of their errors."
     )
 
 
