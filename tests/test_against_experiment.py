@@ -1,5 +1,9 @@
 """Predictions beside published measurements: limits that are known, and facts that stand in files beside."""
 
+import json
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -47,3 +51,16 @@ def test_the_runs_are_those_that_were_digitised(shared_scans):
     for fact, (size, column) in zip(against.RUNS, [(10, 1), (10, 2), (20, 1), (20, 2)]):
         values = sorted(run[column] for run in runs if run[0] == size)
         assert values == pytest.approx([fact.low, fact.middle, fact.high], abs=0.006)
+
+
+def test_the_page_states_the_rank_correlations_of_the_notebook():
+    """Every "(+0.8)" of the page is printed by the notebook, which computes them."""
+    folder = Path(__file__).parents[1] / "notebooks"
+    cells = json.loads((folder / "against-experiment.ipynb").read_text(encoding="utf-8"))["cells"]
+    printed = "".join(line for cell in cells for output in cell.get("outputs", ()) for line in output.get("text", ()))
+    table = printed.partition("depends_on")[2]
+    page = (folder / "site" / "against-experiment.md").read_text(encoding="utf-8").partition("What limits")[2]
+    stated = re.findall(r"\(([+−]0\.\d)\)", page)
+    assert len(stated) >= 6 and all(correlation.replace("−", "-") in table for correlation in stated)
+    humid = next(line for line in table.splitlines() if line.startswith("Çolak"))
+    assert re.search(r"humidity (\S+),", humid)[1] == re.search(r"humid draws[^()]*\((\S+)\)", page)[1]

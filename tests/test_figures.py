@@ -243,6 +243,12 @@ def histogram(ax):
     return edges, np.array(upper)
 
 
+def test_stated_bins_are_drawn_whatever_the_number_of_samples():
+    six = schema.label(xr.Dataset({"pull_off_force": ("subregion", [1.0, 2.0, 2.5, 3.0, 4.0, 6.0])}))
+    assert figures.distribution(six, ax=Figure().subplots()).get_ylabel() == "share of samples below"
+    assert figures.distribution(six, bins=3, ax=Figure().subplots()).get_ylabel().startswith("probability density")
+
+
 def test_a_drawn_distribution_is_the_density_weighted_by_shares():
     rng = np.random.default_rng(4)
     shares = {"landing_share": ("subregion", rng.uniform(0, 1, 60))}

@@ -305,10 +305,10 @@ def test_the_engine_is_xarrays(tmp_path):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_only_files_of_microscopes_are_claimed_without_an_engine(name, tmp_path):
+def test_only_files_of_microscopes_and_gwyddions_text_are_claimed_without_an_engine(name, tmp_path):
     rows = picture()
     path = WRITERS[name](tmp_path, rows, image_size(rows))
-    shared = {"text", "xyz", "npy", "native", "surfacetopography", "cf", "hdf5", "topostats", "h5-jpk", "nhf"}
+    shared = {"xyz", "npy", "native", "surfacetopography", "cf", "hdf5", "topostats", "h5-jpk", "nhf"}
     assert RoughxrBackend().guess_can_open(path) == (name not in shared)
 
 

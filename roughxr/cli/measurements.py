@@ -16,6 +16,7 @@ from .. import archive, figures, statistics
 from .. import tables as exports
 from ..contact.mesh import Mesh
 from ..measured import compare, curves_pull_off, fit_curve, fit_pair, open_curves, open_pull_off
+from ..measured.comparison import distributions_in_words
 from ..report.summary import PLACES, with_few_digits
 from ..scans import UnreadableScan, regions
 from ..statistics.headline import best_estimate
@@ -137,7 +138,7 @@ def compare_with_run(options: Namespace) -> None:
     if options.method == "adhesive" and best_estimate(groups):
         print("\n" + _beyond_scan(groups, means))
     else:
-        print("\n" + _by_distributions(compared))
+        print(f"\n{_AS_SCANNED}\n{distributions_in_words(compared)}")
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size
@@ -206,23 +207,8 @@ def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
     )
 
 
-def _by_distributions(compared: xr.Dataset) -> str:
-    """Return whether the distributions agree, where the errors common to all places are unknown."""
-    distance = number(compared.distribution_distance, digits=2)
-    p_value = float(compared.distribution_p_value)
-    decided = "disagree" if p_value < _UNLIKELY else "agree"
-    return (
-        f"{_AS_SCANNED}\nThe distributions {decided}: they differ by {distance} at most, and samples of one "
-        f"distribution differ at least as much with probability p = {number(p_value, digits=2)}. Errors common to all "
-        "places are not included."
-    )
-
-
 #: Scope of a prediction without best estimate.
 _AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
-
-#: Probability below which samples of one distribution differ as much.
-_UNLIKELY = 0.05
 
 #: Number of a run's places at which a fit predicts.
 _FITTED_PLACES = 16

@@ -59,13 +59,13 @@ def distribution(
         Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
         of their AIC, with the interval of each bar.
     bins : int, str or array
-        As for `statistics.pdf`; at most 48 by a rule. Fewer samples than ``fewest`` are drawn without bins.
+        As for `statistics.pdf`; at most 48 by a rule. By default fewer samples than ``fewest`` are drawn without bins.
     interval : float, optional
         Confidence level of the intervals of mean and bars, by bootstrap; None for no interval.
     label, order
         Label in the legend, and index of the line style where several distributions share the Axes.
     fewest : int
-        Smallest number of samples that are drawn as a density.
+        Smallest number of samples that are drawn as a density if no ``bins`` are stated.
 
     Examples
     --------
@@ -87,7 +87,7 @@ def distribution(
     look = {"label": legend_text, **stroke(order)}
     if interval is not None and values.size > 1:
         _mean_interval(ax, ds, name, look["color"], order, interval)
-    if bounds.shape[1] < fewest:
+    if bounds.shape[1] < fewest and isinstance(bins, str) and bins == "auto":
         seaborn.ecdfplot(x=bounds[1], ax=ax, marker="o", **look)
         if limits:  # the share lies between both
             seaborn.ecdfplot(x=bounds[0], ax=ax, **{**stroke(order), "linewidth": 0.8})

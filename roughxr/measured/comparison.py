@@ -23,13 +23,16 @@ from ..statistics.sampling import (
     without_weights,
 )
 from ..vocabulary import schema
-from ..vocabulary.numbers import quantity
+from ..vocabulary.numbers import number, quantity, with_interval
 from ..vocabulary.refusal import Refusal
 
 _NAME = "pull_off_force"
 
 #: Probabilities of the quantiles that are compared.
 _LEVELS = np.linspace(0.01, 0.99, 99)
+
+#: Probability below which samples of one distribution differ as much.
+_UNLIKELY = 0.05
 
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
@@ -62,7 +65,8 @@ def compare(
         ``measured_quantile``; if some forces are limits NaN where the quantile depends on them, which then lies between
         ``measured_quantile_low`` and ``measured_quantile_high``. ``distribution_distance``, Kolmogorov's, and its
         ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
-        ``measured_places``.
+        ``measured_places``. The attribute ``sentence`` states the ratio of the means, and whether the distributions
+        agree.
 
     Raises
     ------
@@ -88,6 +92,8 @@ def compare(
     >>> compared = roughxr.compare(*made).sel(statistic="mean")
     >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
     (True, True)
+    >>> print(compared.sentence.splitlines()[0])
+    Measured over predicted mean: 1.5 (95 % interval 1.44 … 1.57).
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
@@ -105,8 +111,29 @@ def compare(
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
-    out.attrs["missing"] = "NaN where a value is not positive"
+    out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out)}
     return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
+
+
+def _sentence(compared: xr.Dataset) -> str:
+    """Return the ratio of the means, and whether the distributions agree, a line each."""
+    lines = []
+    if "mean" in compared["statistic"]:
+        means = compared.sel(statistic="mean")
+        ratio, low, high = (float(means[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+        lines.append(f"Measured over predicted mean: {with_interval(ratio, low, high, '')}.")
+    return "\n".join([*lines, distributions_in_words(compared)])
+
+
+def distributions_in_words(compared: xr.Dataset) -> str:
+    """Return whether the distributions agree; errors common to all places are unknown."""
+    distance = number(compared["distribution_distance"], digits=2)
+    p_value = float(compared["distribution_p_value"])
+    decided = "disagree" if p_value < _UNLIKELY else "agree"
+    return (
+        f"The distributions {decided}: they differ by {distance} at most, and samples of one distribution differ at "
+        f"least as much with probability p = {number(p_value, digits=2)}. Errors common to all places are not included."
+    )
 
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:

@@ -244,7 +244,7 @@ def _elastic_simulation(task: Task) -> dict[str, xr.Dataset]:
     specimen = task.specimen
     plan = task.plan
     catalogue = task.groups["asperities"]
-    options = {"delta": plan.direct_deltas, "datum": plan.datum}
+    options: dict[str, Any] = {"delta": plan.direct_deltas, "datum": plan.datum}
     solved = direct(specimen, **options, **task.options)
     flat = specimen.scan.assign(height=xr.zeros_like(specimen.scan["height"]))
     groups = {

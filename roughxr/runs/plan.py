@@ -45,7 +45,7 @@ def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **a
         deltas = schema.ascending(delta, "nm", "delta")
     deepest = max(from_peak[-1], deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
-    options = {"mesh": usual_mesh(specimen), "datum": datum} | adhesion
+    options: dict[str, Any] = {"mesh": usual_mesh(specimen), "datum": datum} | adhesion
     return Plan(subregions, deltas, sweep, float(deltas[-1]), **options)
 
 

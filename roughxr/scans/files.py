@@ -79,14 +79,17 @@ def reader_of(path: Path) -> tuple[str, Callable[[Path], list[Channel]]]:
 
 
 def is_microscope_file(path: Any) -> bool:
-    """Return whether a file begins as that of a microscope: no text, NumPy, NetCDF or HDF5, which others read, too."""
+    """Return whether a file begins as that of a microscope or Gwyddion's text.
+
+    Other texts, NumPy, NetCDF and HDF5 are read by other backends, too.
+    """
     if not isinstance(path, (str, PathLike)) or not Path(path).is_file():
         return False
     path = Path(path)
     family, _ = reader_of(path)
-    if family != "vendor":
-        return family in _MICROSCOPE_FAMILIES
     head = first_bytes(path, 512)
+    if family != "vendor":
+        return family in _MICROSCOPE_FAMILIES or plain.is_gwyddion_text(head)
     if head.startswith(microscopes.TIFF):
         return microscopes.is_park(path)
     return bool(vendors.code_of(head)) or path.suffix.lower() == ".x3p"  # a zip file, whose first bytes say nothing

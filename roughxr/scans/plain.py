@@ -123,6 +123,11 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, str], str]:
     return header, heading
 
 
+def is_gwyddion_text(head: bytes) -> bool:
+    """Return whether the first bytes of a file are Gwyddion's lines above the numbers of an exported text."""
+    return head.startswith(b"#") and bool(gwyddion_header(decoded(head).splitlines()))
+
+
 def gwyddion_header(lines: list[str]) -> dict[str, str]:
     """Return what Gwyddion's lines above the numbers state, under their English names; empty if they are not there."""
     matches = [_TRANSLATED.match(line[:_LONGEST_LINE]) for line in lines[: len(_GWYDDION)]]
