@@ -21,8 +21,8 @@ from nbformat.v4 import new_code_cell
 
 FOLDER = Path(__file__).parents[1] / "notebooks"
 
-#: Size (bytes) from which a picture, the map of a rough scan, is stored with two thirds of the dots.
-_LARGE = 200_000
+#: Size (bytes) from which a picture, the map of a rough scan, is stored with half the dots.
+_LARGE = 300_000
 
 #: Executed first where outputs are stored.
 _TWICE_THE_DOTS = "%config InlineBackend.figure_format = 'retina'"
@@ -52,7 +52,7 @@ def _small_picture(encoded: str) -> str:
     picture.save(buffer, "PNG", optimize=True)
     if buffer.tell() > _LARGE:
         buffer = io.BytesIO()
-        smaller = picture.resize((picture.width * 2 // 3, picture.height * 2 // 3), Image.Resampling.LANCZOS)
+        smaller = picture.resize((picture.width // 2, picture.height // 2), Image.Resampling.LANCZOS)
         smaller.save(buffer, "PNG", optimize=True)
     return base64.b64encode(buffer.getvalue()).decode("ascii")
 

@@ -535,6 +535,9 @@ def number_of(text):
     power = re.fullmatch(r"\$\\mathdefault\{(-?)10\^\{(-?\d+)\}\}\$", text)
     if power:
         return float(f"{power[1]}1e{power[2]}")
+    if "× 10" in text:
+        mantissa, _, exponent = text.partition(" × 10")
+        return float(f"{mantissa}e{exponent.translate(str.maketrans('⁻⁰¹²³⁴⁵⁶⁷⁸⁹', '-0123456789'))}")
     if "π" in text:
         return eval(text.replace("π", "3.141592653589793"))
     return float(re.sub(r"\$\\mathdefault\{(.*)\}\$", r"\1", text)) if re.match(r"[-$.\d]", text) else None

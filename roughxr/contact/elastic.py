@@ -64,7 +64,8 @@ def direct(
         A scan with square pixels and an assigned pair.
     delta : array_like, optional
         Displacements, nm, ascending. By default 16 from first contact, up to Hertz's displacement under ten times the
-        pull-off of a smooth sphere; without adhesion from the highest peak, until every place is in contact.
+        pull-off of a smooth sphere, or at a contact of three pixels in radius if this is larger; without adhesion from
+        the highest peak, until every place is in contact.
     load : array_like, optional
         Forces, nN, positive and ascending, in place of ``delta``; the displacement is then a result.
     subregions : (int, int), (array, array) or Dataset, optional

@@ -118,9 +118,8 @@ def default_datum(specimen: Specimen) -> str:
 def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.ndarray:
     """Return evenly spaced displacements (nm).
 
-    From first contact: up to Hertz's displacement under ten times the pull-off of a smooth sphere, or one standard
-    deviation of the heights if nothing attracts. From the highest peak: half beyond the median first contact, the last
-    beyond all.
+    From first contact: up to loads of adhesion, or one standard deviation of the heights if nothing attracts. From the
+    highest peak: half beyond the median first contact, the last beyond all.
     """
     spread = float(specimen.heights.std())
     if datum == "first_contact":
@@ -138,16 +137,19 @@ def default_deltas(specimen: Specimen, positions: xr.Dataset, datum: str) -> np.
 
 
 def _adhesive_depth(specimen: Specimen) -> float:
-    """Return Hertz's displacement (nm) under ten times the pull-off of a smooth sphere, at most a tenth of its radius.
+    """Return the largest default displacement (nm) from first contact; 0 if nothing attracts, or for a map.
 
-    Zero if nothing attracts, or for an indenter that is a map.
+    Hertz's displacement under ten times the pull-off of a smooth sphere, or at a contact of three pixels in radius if
+    this is larger; at most a tenth of the radius.
     """
     pair = specimen.pair
     if specimen.indenter.map or not pair.work > 0:
         return 0.0
     radius = specimen.indenter.radius
     _, modulus = pair.contact_at_pull_off(radius, pair.work)
-    return min(_hertz_displacement(10 * pair.smooth_pull_off(stiff=False), radius, modulus), radius / 10)
+    under_load = _hertz_displacement(10 * pair.smooth_pull_off(stiff=False), radius, modulus)
+    resolved = (3 * specimen.pixel) ** 2 / radius
+    return min(max(under_load, resolved), radius / 10)
 
 
 def _hertz_displacement(load: float, radius: float, modulus: float) -> float:

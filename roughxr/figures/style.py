@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from ..vocabulary import schema
-from ..vocabulary.numbers import SUPERSCRIPTS, prefixed
+from ..vocabulary.numbers import SUPERSCRIPTS, number, prefixed
 from ..vocabulary.refusal import Refusal
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def unit_formatter(size: float):
     """Return a formatter of ticks in a unit of this size."""
     from matplotlib.ticker import FuncFormatter
 
-    return FuncFormatter(lambda value, _: f"{value / size:.6g}".replace("-", "−"))
+    return FuncFormatter(lambda value, _: number(value / size, digits=6))
 
 
 def log_ticks(axis) -> None:

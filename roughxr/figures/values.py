@@ -261,7 +261,7 @@ def quantile_box(ds: xr.Dataset, name: str = "", *, ax: Axes | None = None):
     for marker, names in {"|": ("q50",), "o": ("mean",), "x": ("min", "max")}.items():
         shown = [value[statistic] for statistic in names]
         ax.plot(shown, [0] * len(shown), marker, color=BLACK, label=_MARKS[marker])
-    ax.set_ylim(-0.6, 1.1)
+    ax.set_ylim(-0.6, 1.4)  # the legend above the box
     ax.set_yticks([])
     label_axis(ax.xaxis, name)
     return legend(ax, loc="upper right", ncols=3, title=f"{value['count']:g} samples")

@@ -71,11 +71,14 @@ def _elastic(run: Run) -> Iterator[str]:
     if not bool((direct["force"] > 0).any()):
         yield "Nothing touches at any displacement of the direct simulation: use larger displacements."
     if "scan" in run and "contact_area" in direct:
-        area = direct["contact_area"].values
+        area = direct["contact_area"].isel(delta=-1).values
         cell = float(np.prod(schema.pixel(run["scan"])))
         share = np.mean(area[area > 0] < 10 * cell) if (area > 0).any() else 0.0
         if share >= _UNRESOLVED_SHARE:
-            yield f"In {percent(share)} of the elastic contacts fewer than ten pixels touch: too few to resolve them."
+            yield (
+                f"In {percent(share)} of the elastic contacts fewer than ten pixels touch at the largest displacement: "
+                "too few to resolve them."
+            )
 
 
 def _solved(run: Run) -> Iterator[str]:

@@ -68,7 +68,7 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
     delta = pull_off["pull_off_delta"]
     mean = float(by_share(force).mean())
     smooth = smooth_pull_off(run[f"solutions/{method}"]) / size
-    origin = "from first touch" if pull_off.attrs.get("datum") == "first_contact" else "from the highest point"
+    origin = _origin_words(pull_off)
     return {
         f"pull-off, smooth sphere [{unit}]": smooth,
         f"pull-off, mean [{unit}]": mean,
@@ -81,6 +81,11 @@ def _pull_off_rows(run: Run, method: str, unit: str, size: float) -> dict[str, f
     }
 
 
+def _origin_words(ds: xr.Dataset) -> str:
+    """Return the origin of a result's displacements in words."""
+    return "from first touch" if ds.attrs.get("datum") == "first_contact" else "from the highest point"
+
+
 def _spread(values: xr.DataArray) -> float:
     """Return the standard deviation (n − 1) of the finite values, NaN for fewer than two."""
     if int(values.notnull().sum()) < 2:
@@ -91,6 +96,7 @@ def _spread(values: xr.DataArray) -> float:
 def force_table(run: Run) -> pd.DataFrame:
     """Return the force of the direct simulation at the middle and the last displacement."""
     force = run["solutions/direct"]["force"]
+    origin = _origin_words(run["solutions/direct"])
     deltas = force["delta"].values
     unit, size = prefixed(float(force.isel(delta=-1).mean()))
     rows = {}
@@ -102,7 +108,7 @@ def force_table(run: Run) -> pd.DataFrame:
             rows[number(delta, "nm")].append(float(at.mean() / smooth.item() if smooth.item() else np.nan))
     columns = [f"mean [{unit}]", f"std [{unit}]", f"largest [{unit}]", "rough / smooth"]
     table = pd.DataFrame.from_dict(rows, orient="index")
-    return table.set_axis(columns[: table.shape[1]], axis="columns").rename_axis("displacement")
+    return table.set_axis(columns[: table.shape[1]], axis="columns").rename_axis(f"displacement {origin}")
 
 
 def scan_table(run: Run) -> pd.DataFrame:

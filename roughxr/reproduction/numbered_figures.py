@@ -12,6 +12,7 @@ import xarray as xr
 from .. import figures
 from ..bodies.pair_record import read_pair
 from ..contact import reference
+from ..figures.distributions import FEWEST_SAMPLES
 from ..figures.style import BLACK, GREY, SMALL, axes, label_axes, panels, stroke, styled
 from ..scans import regions
 from ..statistics import debris
@@ -232,7 +233,8 @@ def _pull_offs(run: Run):
     bins = np.linspace(0, largest, 41)
     for ax, (label, ds) in zip(made, samples.items()):
         ax.axvspan(_MEAN - _STD, _MEAN + _STD, color=GREY, alpha=0.25, linewidth=0, label="paper, mean ± std")
-        figures.distribution(ds, bins=bins, label=label, ax=ax)
+        few = ds.sizes["subregion"] < FEWEST_SAMPLES
+        figures.distribution(ds, bins="auto" if few else bins, label=label, ax=ax)
         if ax is not made[-1]:
             ax.set_xlabel("")
     return made

@@ -4,6 +4,8 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const at = id => document.getElementById(id);
 const state = { place: 0, method: null, hidden: new Set(["self_similar", "published", "hertz"]), whole: false };
 const COLOURS = { adhesive: "#0173b2", extrapolated: "#56b4e9", direct: "#222222", energy: "#de8f05", self_similar: "#029e73", published: "#cc78bc", hertz: "#8a8a8a", rigid: "#7a5195" };
+// dashes of the curves, and their signs in the legend, so that a grey print tells them apart
+const DASHES = { direct: ["9 4", "– – "], energy: ["2 3", "···· "], self_similar: ["9 3 2 3", "–·–· "], published: ["5 2", "- - - "], hertz: ["1 5", "· · "] };
 
 function draw(svg, name, attributes, text = "") {
   const node = document.createElementNS("http://www.w3.org/2000/svg", name);
@@ -85,7 +87,7 @@ function drawForce() {
   const named = all.filter((curve, k) => all.findIndex(other => other.name === curve.name) === k);
   at("legend").replaceChildren(...named.map(curve => {
     const shown = !state.hidden.has(curve.name), toggle = () => { shown ? state.hidden.add(curve.name) : state.hidden.delete(curve.name); drawForce(); };
-    const button = html("button", { type: "button", onclick: toggle }, html("span", { style: `color: ${COLOURS[curve.name]}` }, curve.events ? "● " : "— "), curve.label);
+    const button = html("button", { type: "button", onclick: toggle }, html("span", { style: `color: ${COLOURS[curve.name]}` }, curve.events ? "● " : (DASHES[curve.name] ?? ["", "— "])[1]), curve.label);
     button.setAttribute("aria-pressed", shown);
     return button;
   }), html("button", { type: "button", onclick: () => { state.whole = !state.whole; drawForce(); } }, state.whole ? "near the pull-off only" : "whole range of forces"));
@@ -104,7 +106,7 @@ function drawForce() {
   for (const curve of [...shown].reverse()) for (const line of curve.lines) {
     const path = line.force.map((value, k) => missing(value) || missing(line.delta[k]) ? null : [sx(line.delta[k]), sy(value)]).filter(point => point);
     if (curve.events) path.forEach(([cx, cy]) => draw(inner, "circle", { cx, cy, r: 4.5, fill: COLOURS[curve.name], class: "event", "data-method": curve.name }));
-    else if (path.length) draw(inner, "path", { d: `M${path.map(point => point.map(value => value.toFixed(1)).join(" ")).join("L")}`, class: "curve", "data-method": curve.name, stroke: COLOURS[curve.name], "stroke-width": 1.8, fill: "none" });
+    else if (path.length) draw(inner, "path", { d: `M${path.map(point => point.map(value => value.toFixed(1)).join(" ")).join("L")}`, class: "curve", "data-method": curve.name, stroke: COLOURS[curve.name], "stroke-width": 1.8, "stroke-dasharray": (DASHES[curve.name] ?? ["none"])[0], fill: "none" });
   }
   at("force-words").textContent = all.some(curve => curve.events) ? "Dot: pull-off in the simulation with adhesion; lines: approach and retraction." : "";
 }
