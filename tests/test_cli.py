@@ -212,7 +212,7 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
         means = tree.map_over_datasets(lambda ds: ds.mean())
         assert float(means["solutions/direct/contact_area"]) > 0
         assert not [text for node in tree.subtree for text in node.attrs.values() if str(text)[:1] in ("{", "[")]
-        assert tree["solutions/direct/delta"].attrs["datum"] == "highest_peak"
+        assert tree["solutions/direct/delta"].attrs["datum"] == "first_contact"
     assert main([*command, "-o", str(tmp_path / "out"), "--budget", "1", "--delta", "1", "2", "4"]) == 0
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert {"run.nc", "overview.png", "table.txt", "report.html"} <= names

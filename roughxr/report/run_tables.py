@@ -186,8 +186,9 @@ def main_numbers(run: Run) -> pd.DataFrame:
 
 def debris_flags(run: Run) -> xr.DataArray | None:
     """Return whether each solved place is on debris, or None if the run cannot show it."""
-    solved = (ds for name, ds in run.items() if name.startswith("solutions/") and has_debris_flags(ds))
-    places = next(solved, None)
+    solved = [ds for name, ds in run.items() if name.startswith("solutions/") and has_debris_flags(ds)]
+    # single contacts are groups of one place
+    places = max(solved, key=lambda ds: ds.sizes["subregion"], default=None)
     return None if places is None else places["on_debris"].astype(bool)
 
 
