@@ -417,3 +417,25 @@ def test_a_file_system_without_locks_is_named_as_the_reason(tmp_path, monkeypatc
     monkeypatch.setattr(filelock.FileLock, "acquire", refuse)
     with pytest.raises(OSError, match=r"No locks available.*on a file system that locks files"):
         a_run.run(tmp_path / "run.nc")
+
+
+@pytest.mark.filterwarnings("ignore:.*the run is not finished")
+@pytest.mark.parametrize(("interval", "stored"), [(-1.0, [["first"], ["first", "second"]]), (np.inf, [[], []])])
+def test_groups_that_are_yielded_are_written_at_intervals_and_at_an_interrupt(interval, stored, tmp_path, monkeypatch):
+    monkeypatch.setattr(checkpoint, "_BETWEEN_ADDITIONS", interval)
+    path = tmp_path / "run.nc"
+    in_archive = []
+
+    def names():
+        return list(archive.load(path)) if path.exists() else []
+
+    def compute():
+        for name in ("first", "second"):
+            yield {name: xr.Dataset({"force": 1.0})}
+            in_archive.append(names())
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        checkpointed(compute, path, scan=a_run.surface(), arguments={})
+    assert in_archive == stored
+    assert names() == ["first", "second"]
