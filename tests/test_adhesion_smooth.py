@@ -182,7 +182,7 @@ def test_step_shift_and_window_do_not_matter(law):
 
 
 def test_preloads_share_one_loading_and_are_met(law):
-    separation = rough(7)
+    separation = rough(7, 64)
     (deep,) = follow(separation, [2.0], law)
     largest_force = deep.states["force"].max()
     preloads = np.array([0.0, 0.3, 0.6]) * largest_force
