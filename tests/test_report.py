@@ -14,6 +14,7 @@ import xarray as xr
 import roughxr
 from roughxr import archive, cli, figures, report
 from roughxr.asperity.catalogue import DoubtfulAsperities
+from roughxr.report.run_tables import debris_flags
 from roughxr.report.summary import critical_median
 from roughxr.runs import analysis, several
 from roughxr.specimen import specimen_of
@@ -212,6 +213,13 @@ def test_a_run_with_other_names_ends_in_a_sentence_at_every_door(lost, run, tmp_
         with bare_runs():
             assert cli.main([door, path]) == 1
         assert f"expected {lost!r} in the archive of the run, found none: another" in capsys.readouterr().err
+
+
+def test_rings_of_debris_are_those_of_all_places(run):
+    """A smooth flat and the shown contact are single places; particles at rest have shares in place of flags."""
+    assert debris_flags(run).shape == run["solutions/direct"].subregion.shape
+    alone = {name: ds for name, ds in run.items() if name not in ("solutions/adhesive", "solutions/direct")}
+    assert debris_flags(alone) is None
 
 
 def test_a_run_without_moments_states_nothing_of_a_flow(run):

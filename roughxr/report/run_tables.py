@@ -186,9 +186,8 @@ def main_numbers(run: Run) -> pd.DataFrame:
 
 def debris_flags(run: Run) -> xr.DataArray | None:
     """Return whether each solved place is on debris, or None if the run cannot show it."""
-    solved = [ds for name, ds in run.items() if name.startswith("solutions/") and has_debris_flags(ds)]
-    # single contacts are groups of one place
-    places = max(solved, key=lambda ds: ds.sizes["subregion"], default=None)
+    solved = (run[name] for name in ("solutions/adhesive", "solutions/direct") if name in run)
+    places = next(filter(has_debris_flags, solved), None)
     return None if places is None else places["on_debris"].astype(bool)
 
 
