@@ -322,7 +322,7 @@ def test_foreign_files_are_refused(tmp_path):
     with pytest.raises(IsADirectoryError):
         roughxr.open_pull_off(tmp_path)
     xr.Dataset({"pull_off_force": ("subregion", [1.0])}).to_netcdf(tmp_path / "own.nc")
-    with pytest.raises(UnreadableScan, match="open it with"):
+    with pytest.raises(UnreadableScan, match="write its pull-off forces as a table"):
         roughxr.open_pull_off(tmp_path / "own.nc")
 
 

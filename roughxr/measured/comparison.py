@@ -93,7 +93,7 @@ def compare(
     >>> bool(compared.ratio_low < 1.5 < compared.ratio_high), bool(compared.distribution_p_value < 0.001)
     (True, True)
     >>> print(compared.sentence.splitlines()[0])
-    Measured over predicted mean: 1.5 (95 % interval 1.44 … 1.57).
+    Measured over predicted mean: 1.56 (95 % interval 1.49 … 1.63).
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
