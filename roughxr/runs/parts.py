@@ -218,7 +218,8 @@ def _extrapolated_pull_off(task: Task) -> dict[str, xr.Dataset]:
     try:
         estimate = real_pull_off(scan, task.groups["solutions/adhesive"], task.groups.get(BUDGET), finer=finer)
     except ValueError as error:
-        return {"statistics/extrapolated": without_estimate(scan, str(error))}
+        reason = error.reason if isinstance(error, Refusal) else str(error)
+        return {"statistics/extrapolated": without_estimate(scan, reason)}
     return {
         "solutions/extrapolated": estimate[["pull_off_force"]],
         "statistics/extrapolated": estimate.drop_vars("pull_off_force").drop_dims("subregion"),
