@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -197,7 +198,8 @@ def _repeated_ridges(height: np.ndarray, peaks: Peaks, fit: Fit, refine: int) ->
         return ridges[:0]
     ridges = ridges[np.lexsort((-fit.height[ridges], fit.vertex_fixed[ridges]))]
     pixels = np.stack([peaks.ix[ridges], peaks.iy[ridges]], axis=-1)
-    summits = ascend(_spline(height).ev, pixels / refine)
+    derivatives = functools.cache(_spline(height).partial_derivative)  # `ev` would compute those of all pixels anew
+    summits = ascend(lambda x, y, dx=0, dy=0: derivatives(dx, dy)(x, y, grid=False), pixels / refine)
     # summits closer than this (pixels) are one
     pairs = cKDTree(refine * summits).query_pairs(0.1, output_type="ndarray")
     return ridges[np.unique(pairs[:, 1])]
