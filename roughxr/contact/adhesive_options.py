@@ -23,7 +23,7 @@ from .adhesion_on_cells import Adhesion, interaction_range, largest_cell
 from .cycle import MOST_CELLS, overlapping_cells
 from .estimates import automatic_law, median_tabor
 from .mesh import MOST_REFINED, Mesh, TooManyCells
-from .problem import Problem, deepest, places, read_problem, surface_at
+from .problem import Problem, deepest, hertz_displacement, places, read_problem, surface_at
 
 #: The usual step, in ranges of adhesion and as a part of JKR's displacement δ_c: the longer of both. The first steps of
 #: a run are longer by the last factor; a few places are repeated with half of them.
@@ -185,7 +185,7 @@ def settling_depth(specimen: Specimen, adhesion: Adhesion) -> float:
     modulus = pair.contact_modulus / (max(1.0, pair.layer.softening(np.inf)) if pair.layer else 1.0)
     radius = _indenter_radius(specimen)
     load = float(adhesion.preloads[-1]) + 6 * np.pi * adhesion.whole_work * radius
-    hertz = (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
+    hertz = hertz_displacement(load, radius, modulus)
     if pair.yields:  # a fully plastic sphere has the area load/hardness
         hertz += load / (2 * np.pi * radius * pair.hardness)
     # depth of loading to a preload beyond the depth of a smooth sphere, in standard deviations of the heights

@@ -147,12 +147,12 @@ def _adhesive_depth(specimen: Specimen) -> float:
         return 0.0
     radius = specimen.indenter.radius
     _, modulus = pair.contact_at_pull_off(radius, pair.work)
-    under_load = _hertz_displacement(10 * pair.smooth_pull_off(stiff=False), radius, modulus)
+    under_load = hertz_displacement(10 * pair.smooth_pull_off(stiff=False), radius, modulus)
     resolved = (3 * specimen.pixel) ** 2 / radius
     return min(max(under_load, resolved), radius / 10)
 
 
-def _hertz_displacement(load: float, radius: float, modulus: float) -> float:
+def hertz_displacement(load: float, radius: float, modulus: float) -> float:
     """Return the displacement (nm) of a smooth sphere under a load (nN)."""
     return (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
 
@@ -178,7 +178,7 @@ def deepest(specimen: Specimen, problem: Problem) -> float:
     if problem.by_load:
         radius = problem.indenter.radius
         load = last
-        last = _hertz_displacement(load, radius, problem.softest)
+        last = hertz_displacement(load, radius, problem.softest)
         last += load / (2 * np.pi * radius * problem.hardness) if problem.yielding else 0.0
     return problem.depth_factor * (float(np.ptp(specimen.heights)) + last)
 

@@ -36,13 +36,13 @@ class Plan(NamedTuple):
 def plan(specimen: Specimen, *, subregions: Any = (8, 8), delta: Any = None, **adhesion: Any) -> Plan:
     """Return a plan whose displacements suit the heights of a scan."""
     centres = specimen.centres(subregions)
-    datum = "highest_peak"
-    from_peak = default_deltas(specimen, centres, datum)
-    if delta is None:
-        datum = default_datum(specimen)
-        deltas = default_deltas(specimen, centres, datum)
-    else:
+    datum = "highest_peak" if delta is not None else default_datum(specimen)
+    from_peak = default_deltas(specimen, centres, "highest_peak")
+    deltas = from_peak
+    if delta is not None:
         deltas = schema.ascending(delta, "nm", "delta")
+    elif datum == "first_contact":
+        deltas = default_deltas(specimen, centres, datum)
     deepest = max(from_peak[-1], deltas[-1])
     sweep = np.round(np.linspace(-0.25 * deepest, deepest, 401), 4)
     options: dict[str, Any] = {"mesh": usual_mesh(specimen), "datum": datum} | adhesion

@@ -73,12 +73,11 @@ def _as_standard_x3p(path: str) -> Any:
     with zipfile.ZipFile(path) as archive:
         if "main.xml" not in archive.namelist():
             return path
-        text = _x3p_index(archive)
+        text, linked = _x3p_index(archive)
         mended = re.sub(r"(ISO5436\s*)[\u2010-\u2015](\s*2000)", r"\1-\2", text)
         listed = re.search(r"<(\w+:)?DataList>.*?</(\w+:)?DataList>", mended, re.DOTALL)
         if mended == text and not listed:
             return path
-        linked = set(_X3P_LINK.findall(text)) & set(archive.namelist())
         members = {name: archive.read(name) for name in linked}
     if listed:
         data = re.findall(r"<(?:\w+:)?Datum\s*(?:/>|>([^<]*)</(?:\w+:)?Datum>)", listed[0])
@@ -96,8 +95,8 @@ def _as_standard_x3p(path: str) -> Any:
     return packed
 
 
-def _x3p_index(archive: zipfile.ZipFile) -> str:
-    """Return main.xml of an X3P file; raise if it, or what it refers to, unpacks to more than the heights need."""
+def _x3p_index(archive: zipfile.ZipFile) -> tuple[str, set[str]]:
+    """Return main.xml of an X3P file and the members it refers to; raise if any unpacks to more than heights need."""
     index = archive.getinfo("main.xml")
     if index.file_size > _LARGEST_X3P_INDEX:
         raise _OversizeMember(f"main.xml: expected at most {_LARGEST_X3P_INDEX:,} bytes, found {index.file_size:,}")
@@ -108,7 +107,8 @@ def _x3p_index(archive: zipfile.ZipFile) -> str:
     if all(counts) and kind:
         columns, rows = (int(count[1]) for count in counts if count)
         stated = columns * rows * {"I": 2, "L": 4, "F": 4, "D": 8}[kind[1]]
-    for name in set(_X3P_LINK.findall(text)) & set(archive.namelist()):
+    linked = set(_X3P_LINK.findall(text)) & set(archive.namelist())
+    for name in linked:
         member = archive.getinfo(name)
         if stated is not None and member.file_size > stated:
             raise _OversizeMember(
@@ -120,7 +120,7 @@ def _x3p_index(archive: zipfile.ZipFile) -> str:
                 f"{name}: expected heights that are packed to 1/{_LARGEST_RATIO} of their size at least, found "
                 f"{member.compress_size:,} bytes for {member.file_size:,}"
             )
-    return text
+    return text, linked
 
 
 def _image(info: Any) -> dict[str, Any]:
