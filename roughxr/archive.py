@@ -126,7 +126,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with open_locked_raw(temporary, "a") as file:
-            checksums = _checksums(file) | {name: _checksum(_without_fields(path, name, file[name])) for name in groups}
+            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {name: _checksum(_without_fields(path, name, file[name])) for name in groups}
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)
@@ -187,7 +187,7 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
-        checksums = _checksums(file)
+        checksums = _checksums(getattr(file, _CHECKSUMS, ""))
         groups = {name: _without_fields(path, name, file[name], checksums.get(name, "")) for name in group_names(file)}
         for name, ds in groups.items() if checksums else ():
             if _checksum(ds) != checksums.get(name):
@@ -195,10 +195,10 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     return groups
 
 
-def _checksums(file: netCDF4.Dataset) -> dict[str, str]:
-    """Return the checksums of an archive's groups; empty for files of other programs."""
-    lines = str(getattr(file, _CHECKSUMS, "")).splitlines()
-    return dict(line.rpartition(" ")[::2] for line in lines)
+def _checksums(stored: str | bytes) -> dict[str, str]:
+    """Return the checksums of an archive's groups by its attribute; empty for files of other programs."""
+    lines = stored.decode() if isinstance(stored, bytes) else str(stored)
+    return dict(line.rpartition(" ")[::2] for line in lines.splitlines())
 
 
 def _checksum(ds: xr.Dataset) -> str:
@@ -320,25 +320,24 @@ class _StoredField:
         self.ndim = array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
-        with _damage_explained(self.path), open_locked_raw(self.path) as file:
-            if _checksums(file).get(self.group, "") != self.checksum:
+        with _damage_explained(self.path), uninterrupted(), h5py.File(self.path) as file:
+            if _checksums(file.attrs.get(_CHECKSUMS, "")).get(self.group, "") != self.checksum:
                 raise ValueError(f"{self.group} was replaced after it was loaded; load it again")
+            field = file[f"{self.group}/{self.name}"]
             if not self.is_checked:
-                self._check_chunks()
+                self._check_chunks(field)
             self.is_checked = True
-            ds = xr.open_dataset(xr.backends.NetCDF4DataStore(file[self.group], lock=False), cache=False)
-            return ds[self.name][part].values
+            return field[part]
 
-    def _check_chunks(self) -> None:
+    def _check_chunks(self, field: h5py.Dataset) -> None:
         """Raise unless the field has all its chunks, each at its own position: HDF5 reads others as missing values."""
-        with h5py.File(self.path) as file:
-            dataset = file[f"{self.group}/{self.name}"]
-            positions = set()
-            if dataset.chunks is not None:
-                dataset.id.chunk_iter(lambda chunk: positions.add(chunk.chunk_offset))
-                starts = (range(0, size, step) for size, step in zip(dataset.shape, dataset.chunks))
-                if positions != set(itertools.product(*starts)):
-                    raise ValueError(f"{self.group}/{self.name} lacks parts")
+        if field.chunks is None:
+            return
+        positions = set()
+        field.id.chunk_iter(lambda chunk: positions.add(chunk.chunk_offset))
+        starts = (range(0, size, step) for size, step in zip(field.shape, field.chunks))
+        if positions != set(itertools.product(*starts)):
+            raise ValueError(f"{self.group}/{self.name} lacks parts")
 
     def lazy(self) -> da.Array:
         """Return the variable as a dask array in chunks of whole subregions."""

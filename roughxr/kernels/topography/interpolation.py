@@ -16,21 +16,21 @@ import numpy as np
 
 def band_limited(height: np.ndarray, n: int) -> np.ndarray:
     """Return heights (nx, ny) on n × n cells for each pixel, without wavelengths shorter than two pixels."""
-    from scipy.fft import dctn, idctn
+    from scipy.fft import dctn, idct
 
     if n == 1:
         return np.array(height, dtype=float)
     # pixels by which a window is extended on each side, at most
     margins = [min(16, size - 1) for size in height.shape]
-    height = np.pad(height, [(k, k) for k in margins], "reflect", reflect_type="odd")
-    (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in height.shape] for k in (1, n))
-    along_x = _slope(height.mean(axis=1), x)
-    along_y = _slope(height.mean(axis=0), y)
-    modes = np.zeros((fine_x.size, fine_y.size))
-    modes[: x.size, : y.size] = dctn(height - along_x * x[:, None] - along_y * y, norm="forward")
-    fine = idctn(modes, norm="forward", overwrite_x=True) + along_x * fine_x[:, None] + along_y * fine_y
-    rows, columns = (slice(n * k, size - n * k) for k, size in zip(margins, fine.shape))
-    return np.ascontiguousarray(fine[rows, columns])
+    extended = np.pad(height, [(k, k) for k in margins], "reflect", reflect_type="odd")
+    (x, y), (fine_x, fine_y) = ([_centred(size, k) for size in extended.shape] for k in (1, n))
+    along_x = _slope(extended.mean(axis=1), x)
+    along_y = _slope(extended.mean(axis=0), y)
+    modes = dctn(extended - along_x * x[:, None] - along_y * y, norm="forward")
+    rows, columns = (slice(n * k, n * (k + size)) for k, size in zip(margins, height.shape))
+    fine = idct(modes, n=fine_x.size, axis=0, norm="forward")[rows]
+    fine = idct(fine, n=fine_y.size, axis=1, norm="forward")[:, columns]
+    return fine + along_x * fine_x[rows, None] + along_y * fine_y[columns]
 
 
 def splined(height: np.ndarray, n: int) -> np.ndarray:
