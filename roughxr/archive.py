@@ -126,7 +126,9 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with open_locked_raw(temporary, "a") as file:
-            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {name: _checksum(_without_fields(path, name, file[name])) for name in groups}
+            checksums = _checksums(getattr(file, _CHECKSUMS, "")) | {
+                name: _checksum(_without_fields(path, name, file[name])) for name in groups
+            }
             file.setncattr(_CHECKSUMS, "\n".join(map(" ".join, checksums.items())))
             for name in set(attrs) - set(present) & set(file.ncattrs()):
                 file.delncattr(name)

@@ -116,6 +116,17 @@ def test_scan_and_catalogue_give_the_same(surface):
     np.testing.assert_array_equal(superpose(surface, **options).force, superpose(asperities(surface), **options).force)
 
 
+def test_the_default_displacements_of_a_place_show_its_pull_off():
+    height = rough(96, rms=1.5, seed=11)
+    height[4:7, 4:7] += 100.0  # all displacements count from a far peak
+    swept = superpose(glass_pair(scan(height)))
+    pull_off = float(swept["pull_off_force"][0])
+    force = swept["force"].isel(subregion=0)
+    assert float(force.min()) == pytest.approx(-pull_off, rel=0.01)
+    assert 0 < float(force.max()) < 100 * pull_off
+    assert float(force[0]) == 0.0
+
+
 def test_large_contacts_are_counted():
     summed = superpose(asperities(one_asperity(1 / 400, 1 / 400), patch=5), delta=[0.01, 1.0], law="hertz")
     assert summed.contacts.values.tolist() == [[1, 1]]

@@ -62,8 +62,9 @@ def superpose(
         A scan with an assigned pair (its asperities are detected with the default patch; for formulation="published"
         with the paper's, 5 × 5 pixels and vertices at pixels), or an asperity catalogue with an assigned pair.
     delta : array_like, optional
-        Displacements, nm, ascending; by default 301, from before the first touch of any place until every place is
-        indented by the depth of the median place below the highest peak.
+        Displacements, nm, ascending; by default 301, from before the first touch of any place until the last place is
+        indented by four times the median displacement at which asperities detach; without adhesion by the depth of the
+        median place below the highest peak.
     subregions : (int, int), (array, array) or Dataset, optional
         Contact centres, by default those on ``ds``, else one in its middle.
     law : {"jkr", "dugdale", "hertz"}, optional
@@ -149,18 +150,19 @@ def superpose(
 
 
 def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np.ndarray:
-    """Return displacements from before the first adhesion to well beyond the last first touch."""
+    """Return displacements from before the first adhesion of any place to well beyond the first touch of the last."""
     field = summands.prepared.field
     options = summands.options
     # number of displacements of a default sweep
     steps = 301
     if field.x.size == 0:
         return np.linspace(-1, 1, steps)
-    touches = np.array([sums.offsets(field, x, y, options.radius, options.profile).min() for x, y in centres])
-    reach = float(np.abs(field.scales.end * field.scales.delta).max())
-    first = touches.min() - 1.2 * reach
-    last = touches.max() + np.median(touches)
-    return np.round(np.linspace(first, max(last, first + 4 * reach), steps), 4)
+    offsets = np.array([sums.offsets(field, x, y, options.radius, options.profile) for x, y in centres])
+    touches = offsets.min(axis=1)
+    reaches = np.abs(field.scales.end * field.scales.delta)
+    first = (offsets - 1.2 * reaches).min()
+    last = touches.max() + (4 * np.median(reaches) or np.median(touches))
+    return np.round(np.linspace(first, last, steps), 4)
 
 
 def _superpose(x: float, y: float, prepared: Asperities, options: SumOptions, layout: Layout) -> np.ndarray:
