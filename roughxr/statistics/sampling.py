@@ -124,15 +124,15 @@ def unequal_shares(array: xr.Dataset | xr.DataArray) -> xr.DataArray | None:
     """Return the weights of places, or None if there are none or all are equal.
 
     They are the shares of particles that rest at the places, else the shares of the area off and on debris. They have
-    no other coordinates, which each operation would compare.
+    no coordinates, which each operation would compare.
     """
     if SHARE in array.coords:
-        weights = array[SHARE].reset_coords(drop=True).astype(float)
+        weights = xr.DataArray(array[SHARE].variable.astype(float))
     elif has_debris_flags(array):
-        on_debris = array["on_debris"].reset_coords(drop=True).astype(bool)
-        debris = array["debris_share"].reset_coords(drop=True)
-        clean_places, debris_places = (flags.sum("subregion").clip(min=1) for flags in (~on_debris, on_debris))
-        weights = xr.where(on_debris, debris / debris_places, (1 - debris) / clean_places)
+        on_debris = array["on_debris"].variable.astype(bool)
+        debris = array["debris_share"].variable
+        clean_places, debris_places = (places.sum("subregion").clip(min=1) for places in (~on_debris, on_debris))
+        weights = xr.DataArray(on_debris * debris / debris_places + ~on_debris * (1 - debris) / clean_places)
     else:
         return None
     # shares that differ by less, relative to the largest, are equal
