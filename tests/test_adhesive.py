@@ -221,6 +221,17 @@ def quiet(*arguments, **options):
         return by_cells(*arguments, **options)
 
 
+@pytest.mark.parametrize("step", [0.5, 0.25, 0.1])
+@pytest.mark.parametrize("modulus", [40, 300])
+def test_a_stiff_summit_loses_nothing_and_snaps_in_with_its_pull_off_at_any_step(modulus, step):
+    x = (np.arange(33) - 16) * 2.0
+    summit = surfaces.scan(-(x[:, None] ** 2 + x**2) / 200.0, 2.0)
+    pair = summit.contact.assign_pair(sphere_radius=500, contact_modulus=modulus, work_of_adhesion=0.06)
+    cycle = adhesive(pair, law="exponential", mesh=roughxr.Mesh(2, step=step))
+    assert 0 <= float(cycle.hysteresis[0]) < 0.01 * float(cycle.work_of_separation[0])
+    assert float(cycle.snap_in_force[0]) == pytest.approx(float(cycle.pull_off_force[0]), rel=0.01)
+
+
 def test_rough_contact_keeps_its_order_of_events(ground):
     solution = quiet(ground, delta=np.arange(0, 9, 0.5), subregions=(2, 2))
     assert (solution.detachment_delta <= solution.pull_off_delta).all()

@@ -39,6 +39,9 @@ LEAST_RADIUS = 2.0
 #: Largest number of cells within the range of adhesion.
 MOST_CELLS = 10**6
 
+#: Approach and retraction are on one branch where their energies differ by less, over the work of separation.
+_SAME_ENERGY = 0.005
+
 #: Tolerance of a reached preload, as a part of the preload or of the largest tension.
 _PRELOAD_TOLERANCE = 0.02
 
@@ -106,12 +109,12 @@ def cycles_on(
     """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
     paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), fields)
-    steep = [_events(followed) for followed in paths]
+    steep = [_events(followed, has_edge) for followed in paths]
     if not has_edge or steepest_only:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
         return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, _pull_offs(steep), np.zeros(0))
     wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), None)
-    wide = [_events(followed) for followed in wider]
+    wide = [_events(followed, has_edge) for followed in wider]
     edges = [_extrapolation(adhesion.law, *both) for both in zip(steep, wide)]
     events = [_extrapolated_events(*each) for each in zip(steep, wide, edges)]
     return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, _pull_offs(steep), _pull_offs(wide))
@@ -207,30 +210,61 @@ def _extrapolated_events(steep: dict, wide: dict, extrapolation: Extrapolation) 
     if not (steep and wide):
         return {}
     out = {name: extrapolation.apply(value, wide[name]) for name, value in steep.items()}
-    out |= {name: max(out[name], 0.0) for name in ("snap_in_force", "pull_off_force")}
+    out |= {name: max(out[name], 0.0) for name in ("snap_in_force", "pull_off_force", "hysteresis")}
     return out | {"pull_off_resolution": steep["pull_off_resolution"]}
 
 
-def _events(followed: path.Path) -> dict[str, float]:
-    """Return the events of one path; NaN if a state that they depend on has not converged."""
+def _events(followed: path.Path, has_edge: bool) -> dict[str, float]:
+    """Return the events of one path; NaN if a state that they depend on has not converged.
+
+    Of a law with an edge, both paths are extrapolated, so that neither takes states of its retraction for the approach.
+    """
     states, retraction = followed.states, followed.states[followed.turn :]
     touching = states["contact_area"] > 0
     if followed.status != path.CONVERGED or not touching.any():
         return {}
     lowest = followed.turn + int(np.argmin(retraction["force"]))
-    first, last = int(np.argmax(touching)), len(touching) - 1 - int(np.argmax(touching[::-1]))
+    last = len(touching) - 1 - int(np.argmax(touching[::-1]))
+    loading = states[: followed.turn]
+    approach = loading if has_edge else _approach(loading, retraction[::-1])
+    first = approach[np.argmax(approach["contact_area"] > 0)] if followed.turn else states[0]
     delta, force, fine = states["delta"], states["force"], states["converged"]
+    lost = _work(approach["force"], approach["delta"]) + _work(retraction["force"], retraction["delta"])
     values = {
-        "snap_in_force": (max(-force[first], 0.0), fine[first]),
-        "snap_in_delta": (delta[first], fine[first]),
+        "snap_in_force": (max(-first["force"], 0.0), first["converged"]),
+        "snap_in_delta": (first["delta"], first["converged"]),
         "pull_off_force": (max(-force[lowest], 0.0), fine[lowest]),
         "pull_off_delta": (delta[lowest], fine[lowest]),
         "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
         "work_of_separation": (_work(np.minimum(retraction["force"], 0.0), retraction["delta"]), fine.all()),
-        "hysteresis": (_work(force, delta), fine.all()),
+        "hysteresis": (max(lost, 0.0), fine.all()),
         "pull_off_resolution": (states["resolution"][lowest], True),
     }
     return {name: value if known else np.nan for name, (value, known) in values.items()}
+
+
+def _approach(loading: np.ndarray, retraction: np.ndarray) -> np.ndarray:
+    """Return the states of the approach, in steps where it runs along the retraction of which the latter's states too.
+
+    A stiff body pulls most within a fraction of a step, which only the retraction resolves. Both take states in order
+    of their displacements. They are on one branch where their energies agree, of which forces are the slopes.
+    """
+    from scipy.interpolate import CubicHermiteSpline
+
+    apart = np.flatnonzero(np.diff(retraction["delta"], prepend=-np.inf) > 0)
+    if apart.size < 2:
+        return loading
+    delta, energy, force, area = (retraction[name][apart] for name in ("delta", "energy", "force", "contact_area"))
+    energy_there = CubicHermiteSpline(delta, energy, force)(loading["delta"])
+    tolerance = _SAME_ENERGY * _work(np.minimum(force, 0.0)[::-1], delta[::-1])
+    after = np.clip(np.searchsorted(delta, loading["delta"]), 1, delta.size - 1)
+    areas = np.sort([area[after - 1], area[after]], axis=0) * np.array([[0.99], [1.01]])
+    together = (areas[0] <= loading["contact_area"]) & (loading["contact_area"] <= areas[1])
+    together &= (loading["delta"] >= delta[0]) & (np.abs(loading["energy"] - energy_there) <= tolerance)
+    step = np.searchsorted(loading["delta"], retraction["delta"])
+    inside = (step > 0) & (step < len(loading))
+    inside[inside] = together[step[inside] - 1] & together[step[inside]]
+    return np.sort(np.concatenate([loading, retraction[inside]]), order="delta", kind="stable")
 
 
 def _work(force: np.ndarray, delta: np.ndarray) -> float:
