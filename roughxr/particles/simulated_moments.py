@@ -44,11 +44,8 @@ _SLOW_CHANGE = 2.0
 #: Least error of the position of a contact's edge, in cells.
 _EDGE_ERROR = 0.2
 
-#: Longest step over the usual one. More states than a pull-off needs: the error by their number is then half as large.
-_STEP = 0.5
-
 #: Steps beyond the depth of the preload on the pull-off's mesh that other meshes may need.
-_FARTHER_STEPS = 16
+_FARTHER_STEPS = 8
 
 
 def simulated_moments(
@@ -60,7 +57,7 @@ def simulated_moments(
     on the cells of its pull-off and on cells twice as large. Cells are halved further while the lever changes and the
     place is small. A law without range takes the steeper edge's results.
     """
-    step = _STEP * usual_step(specimen)
+    step = usual_step(specimen)
     mesh = Mesh(int(solved["mesh"].max()), step=step)
     problem, adhesion = preload_problem(specimen, preload=preload, law=solved.attrs["law"], mesh=mesh)
     arguments = []
