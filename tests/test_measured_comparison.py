@@ -72,8 +72,10 @@ def test_quantiles_stand_beside_one_another():
     np.testing.assert_allclose(compared.measured_quantile, 3 * compared.predicted_quantile)
     np.testing.assert_allclose(compared.ratio, 3.0)
     assert roughxr.schema.history(compared)[-1]["arguments"]["resamples"] == 999
-    ratio, distributions = compared.sentence.splitlines()
-    assert ratio.startswith("Measured over predicted mean: 3") and "The distributions disagree: " in distributions
+    means, deviations, distributions = compared.sentence.splitlines()
+    assert means.startswith("Measured over predicted mean: 3")
+    assert deviations.startswith("Measured over predicted standard deviation: 3")
+    assert "The distributions disagree: " in distributions
 
 
 def test_a_map_is_compared_as_its_places():

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr.cli import main, measurements
+from roughxr.measured import comparison
 
 from .surfaces import glass_pair, rough, scan
 
@@ -60,10 +61,9 @@ def test_what_a_command_lacks_is_said(run, capsys):
 
 
 def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
-    numbers = {"pull_off_mean": 43.0, "pull_off_low": 11.0, "pull_off_high": 87.0}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    sentence = measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
-    assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in sentence
+    first, _ = comparison._means_in_words(means, 43.0, 11.0, 87.0)
+    assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in first
 
 
 def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
@@ -77,6 +77,8 @@ def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     assert main(["compare", str(run), str(run / "own.csv")]) == 0
     said = capsys.readouterr().out
     assert said.count("agree") == 1 and "they agree" in said and "p =" not in said
+    measured = roughxr.open_pull_off(run / "own.csv")
+    assert forces.contact.compare(measured, extrapolation=estimate).sentence in said
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
@@ -109,9 +111,8 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
     [(11.0, 107.0, "they agree"), (11.0, 87.0, "they disagree"), (2.0, 900.0, "it is too wide to decide")],
 )
 def test_means_agree_where_the_interval_of_the_best_estimate_overlaps_that_of_the_measured_mean(low, high, verdict):
-    numbers = {"pull_off_mean": 43.0, "pull_off_low": low, "pull_off_high": high}
     means = xr.Dataset({"predicted": 61.0, "measured_low": 95.0, "measured_high": 99.0})
-    assert verdict in measurements._beyond_scan({"statistics/extrapolated": xr.Dataset(numbers)}, means)
+    assert verdict in comparison._means_in_words(means, 43.0, low, high)[1]
 
 
 def test_a_folder_of_curves_in_tables_is_a_sample(run, capsys):

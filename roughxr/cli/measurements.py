@@ -16,13 +16,13 @@ from .. import archive, figures, statistics
 from .. import tables as exports
 from ..contact.mesh import Mesh
 from ..measured import compare, curves_pull_off, fit_curve, fit_pair, open_curves, open_pull_off
-from ..measured.comparison import distributions_in_words
+from ..measured.comparison import AS_SCANNED
 from ..report.summary import PLACES, with_few_digits
 from ..scans import UnreadableScan, regions
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import CONDITION, SHARE, sample_bounds
 from ..vocabulary import schema
-from ..vocabulary.numbers import bounds_in_words, is_too_wide, number, with_error, with_interval
+from ..vocabulary.numbers import bounds_in_words, number, with_error, with_interval
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import one_of
 from . import words
@@ -130,15 +130,12 @@ def compare_with_run(options: Namespace) -> None:
         raise Refusal(options.run, "a run with pull-off forces", "none", "make it with roughxr run")
     predicted = groups[f"statistics/{one_of(options.method, methods, '--method')}"].load()
     own = measurement(options.file, options)
-    compared = compare(predicted, own)
+    extrapolation = groups.get("statistics/extrapolated") if options.method == "adhesive" else None
+    compared = compare(predicted, own, extrapolation=extrapolation)
     print(f"pull-off forces, nN, predicted ({options.method}) and measured, with 95 % intervals:")
     columns = {"predicted": "predicted", "measured": "measured", "ratio": "measured / predicted"}
     print(_with_intervals(compared, columns))
-    means = compared.sel(statistic="mean")
-    if options.method == "adhesive" and best_estimate(groups):
-        print("\n" + _beyond_scan(groups, means))
-    else:
-        print(f"\n{_AS_SCANNED}\n{distributions_in_words(compared)}")
+    print("\n" + f"{AS_SCANNED}\n" * (AS_SCANNED not in compared.sentence) + compared.sentence)
     predicted_places = float(compared.predicted_places)
     measured_places = float(compared.measured_places)
     count = own["pull_off_force"].size
@@ -185,30 +182,6 @@ def _archive_of(options: Namespace) -> Path:
         raise Refusal(path, "a run first, then the measured forces", "another file")
     return archive.run_archive(path)
 
-
-def _beyond_scan(groups: Mapping[str, xr.Dataset], means: xr.Dataset) -> str:
-    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
-    best = best_estimate(groups)
-    assert best is not None
-    ratio = number(best[0] / float(means["predicted"]), digits=2)
-    words = (
-        f"{_AS_SCANNED} With it the best estimate is {with_interval(*best, why_wide='')}, {ratio} times the prediction."
-    )
-    _, low, high = best
-    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
-    decided = "they agree" if overlap else "they disagree"
-    if overlap and is_too_wide(low, high):
-        decided = "it is too wide to decide"
-    relation = "overlaps" if overlap else "does not overlap"
-    return (
-        f"{words}\nIts interval, by all known errors of the prediction, {relation} that of the measured mean: "
-        f"{decided}. "
-        "Errors of spring constant and sensitivity are not included."
-    )
-
-
-#: Scope of a prediction without best estimate.
-_AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
 
 #: Number of a run's places at which a fit predicts.
 _FITTED_PLACES = 16

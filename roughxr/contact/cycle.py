@@ -251,10 +251,10 @@ def _approach(loading: np.ndarray, retraction: np.ndarray) -> np.ndarray:
     """
     from scipy.interpolate import CubicHermiteSpline
 
-    apart = np.flatnonzero(np.diff(retraction["delta"], prepend=-np.inf) > 0)
-    if apart.size < 2:
+    distinct = np.flatnonzero(np.diff(retraction["delta"], prepend=-np.inf) > 0)
+    if distinct.size < 2:
         return loading
-    delta, energy, force, area = (retraction[name][apart] for name in ("delta", "energy", "force", "contact_area"))
+    delta, energy, force, area = (retraction[name][distinct] for name in ("delta", "energy", "force", "contact_area"))
     energy_there = CubicHermiteSpline(delta, energy, force)(loading["delta"])
     tolerance = _SAME_ENERGY * _work(np.minimum(force, 0.0)[::-1], delta[::-1])
     after = np.clip(np.searchsorted(delta, loading["delta"]), 1, delta.size - 1)

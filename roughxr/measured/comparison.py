@@ -11,6 +11,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.censoring import finite_ends, with_infinity
 from ..statistics.densities import shares_up_to
+from ..statistics.headline import best_estimate
 from ..statistics.places import independent_places
 from ..statistics.sampling import (
     AT_LEAST,
@@ -23,7 +24,7 @@ from ..statistics.sampling import (
     without_weights,
 )
 from ..vocabulary import schema
-from ..vocabulary.numbers import number, quantity, with_interval
+from ..vocabulary.numbers import is_too_wide, number, quantity, with_interval
 from ..vocabulary.refusal import Refusal
 
 _NAME = "pull_off_force"
@@ -34,6 +35,9 @@ _LEVELS = np.linspace(0.01, 0.99, 99)
 #: Probability below which samples of one distribution differ as much.
 _UNLIKELY = 0.05
 
+#: Scope of a prediction without best estimate.
+AS_SCANNED = "The prediction is for the surface as scanned, without the roughness finer than the scan shows."
+
 STATISTICS = ("mean", "std", "q5", "q25", "q50", "q75", "q95")
 
 
@@ -41,6 +45,7 @@ def compare(
     predicted: xr.Dataset,
     measured: xr.Dataset,
     *,
+    extrapolation: xr.Dataset | None = None,
     statistics: Sequence[str] = STATISTICS,
     resamples: int = 999,
 ) -> xr.Dataset:
@@ -52,6 +57,9 @@ def compare(
         With ``pull_off_force`` along ``subregion``, or a map of it: from `pull_off`, `pull_off_map`, `rigid`.
     measured : Dataset
         The same, from `open_pull_off`, or a second prediction.
+    extrapolation : Dataset, optional
+        From `extrapolated`, of the predicted surface. The means are then judged by its interval, of all known errors,
+        in place of the distributions as scanned.
     statistics : sequence of str
         Statistics whose ratios are reported, see `bootstrap`.
     resamples
@@ -65,8 +73,8 @@ def compare(
         ``measured_quantile``; if some forces are limits NaN where the quantile depends on them, which then lies between
         ``measured_quantile_low`` and ``measured_quantile_high``. ``distribution_distance``, Kolmogorov's, and its
         ``distribution_p_value``, for the effective numbers of independent samples ``predicted_places`` and
-        ``measured_places``. The attribute ``sentence`` states the ratio of the means, and whether the distributions
-        agree.
+        ``measured_places``. The attribute ``sentence`` states the ratios of means and standard deviations, and whether
+        the distributions agree, or the means by ``extrapolation``.
 
     Raises
     ------
@@ -111,18 +119,38 @@ def compare(
         for end in ("", "_low", "_high"):
             out[name + end].attrs["units"] = "nN"
     out.attrs |= {"confidence": 0.95, "measured_from": str(measured.attrs.get("source_file", "not stated"))}
-    out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out)}
+    out.attrs |= {"missing": "NaN where a value is not positive", "sentence": _sentence(out, extrapolation)}
     return schema.record(out, "compare", predicted, statistics=statistics, resamples=resamples)
 
 
-def _sentence(compared: xr.Dataset) -> str:
-    """Return the ratio of the means, and whether the distributions agree, a line each."""
+def _sentence(compared: xr.Dataset, extrapolation: xr.Dataset | None) -> str:
+    """Return the ratios of means and standard deviations, and whether both agree, a line each."""
     lines = []
-    if "mean" in compared["statistic"]:
-        means = compared.sel(statistic="mean")
-        ratio, low, high = (float(means[name]) for name in ("ratio", "ratio_low", "ratio_high"))
-        lines.append(f"Measured over predicted mean: {with_interval(ratio, low, high, '')}.")
-    return "\n".join([*lines, distributions_in_words(compared)])
+    for statistic, words in {"mean": "mean", "std": "standard deviation"}.items():
+        if statistic in compared["statistic"]:
+            row = compared.sel(statistic=statistic)
+            ratio, low, high = (float(row[name]) for name in ("ratio", "ratio_low", "ratio_high"))
+            lines.append(f"Measured over predicted {words}: {with_interval(ratio, low, high, '')}.")
+    best = best_estimate({"statistics/extrapolated": extrapolation}) if extrapolation is not None else None
+    if best is None or "mean" not in compared["statistic"]:
+        return "\n".join([*lines, distributions_in_words(compared)])
+    return "\n".join([*lines, *_means_in_words(compared.sel(statistic="mean"), *best)])
+
+
+def _means_in_words(means: xr.Dataset, best: float, low: float, high: float) -> list[str]:
+    """Return the effect of the roughness that the scan does not show, and whether the means (nN) agree."""
+    ratio = number(best / float(means["predicted"]), digits=2)
+    overlap = float(means["measured_low"]) <= high and float(means["measured_high"]) >= low
+    relation = "overlaps" if overlap else "does not overlap"
+    decided = "they agree" if overlap else "they disagree"
+    if overlap and is_too_wide(low, high):
+        decided = "it is too wide to decide"
+    return [
+        f"{AS_SCANNED} With it the best estimate is {with_interval(best, low, high, why_wide='')}, {ratio} times the "
+        "prediction.",
+        f"Its interval, by all known errors of the prediction, {relation} that of the measured mean: {decided}. "
+        "Errors of spring constant and sensitivity are not included.",
+    ]
 
 
 def distributions_in_words(compared: xr.Dataset) -> str:
