@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import roughxr
+from roughxr.asperity.catalogue import DoubtfulAsperities
 from roughxr.kernels.topography import dilation
 from roughxr.kernels.topography.interpolation import band_limited
 from roughxr.particles.resting_places import resettled, resting
@@ -349,3 +350,13 @@ def test_from_landings_spheres_roll_to_resting_positions_each_with_its_share():
         rolled = resettled(surface, pushed)
         assert rolled.subregion_x.values == pytest.approx(rests.subregion_x.values, abs=0.05)
         assert rolled.subregion_y.values == pytest.approx(rests.subregion_y.values, abs=0.05)
+
+
+@pytest.mark.filterwarnings("default::roughxr.asperity.catalogue.DoubtfulAsperities")
+def test_spheres_that_rest_on_heights_but_not_on_asperities_are_warned_of():
+    sample = roughxr.open_sample("rough").isel(x=slice(128), y=slice(128)).contact.level()
+    pair = sample.contact.assign_pair(sphere_radius=500, materials="glass/silicon")
+    with pytest.warns(DoubtfulAsperities, match="summits of the scan support a sphere at rest; take resting"):
+        on_heights = pair.contact.rolling(subregions=pair.contact.resting(landings=(4, 4)))
+    on_asperities = pair.contact.rolling(subregions=pair.contact.resting(landings=(4, 4), on=pair.contact.asperities()))
+    assert float(on_asperities.contacts.mean()) > 2 * float(on_heights.contacts.mean())

@@ -16,9 +16,12 @@ from ..kernels.asperity import rotation
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
+from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities, Quantity, is_whole, magnitude, whole_number
 from .asperity_sum import DEFAULT, Asperities, Summands, SumOptions, exact_pull_offs, law_attributes, read_summands
+from .catalogue import DoubtfulAsperities
 
 _MOMENTS = ("resisting_moment", "hinge_distance", "tipping_force", "tipping_hinge_distance")
 _STATES = {name: float for name in (*_MOMENTS, "lever")}
@@ -44,6 +47,9 @@ MISSING = {
 
 #: Largest gap of cells in contact: of `adhesive`, in sides of a cell, by rounding; of `rigid`, in lengths of its law.
 _CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
+
+#: Least mean number of asperities in contact, over that of the summits that support spheres at rest.
+_LEAST_SUPPORTS = 0.6
 
 #: Moments that differ by less than this share of the largest are equal but for rounding.
 _EQUAL_MOMENTS = 1e-6
@@ -144,7 +150,20 @@ def rolling(
     out = _asperity_moments(summands, angles, push, subregions)
     named = law_attributes(summands.law, summands.formulation, summands.options)
     arguments = {"directions": angles, "normal_force": push, "subregions": subregions, **named}
-    return _labelled_moments(out.assign_attrs(named), summands.ds, "superpose", arguments)
+    out = _labelled_moments(out.assign_attrs(named), summands.ds, "superpose", arguments)
+    if isinstance(subregions, xr.Dataset) and "supports" in subregions and not spread.is_lazy(out):
+        _warn_of_lost_supports(float(out["contacts"].mean()), float(subregions["supports"].mean()))
+    return out
+
+
+def _warn_of_lost_supports(contacts: float, supports: float) -> None:
+    """Warn where spheres touch much fewer asperities than summits that supported them at rest."""
+    if contacts < _LEAST_SUPPORTS * supports:
+        warn(
+            f"subregions: {number(contacts)} asperities in contact on average, where {number(supports)} summits of the "
+            "scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are too small",
+            DoubtfulAsperities,
+        )
 
 
 def _labelled_moments(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: dict[str, Any]) -> xr.Dataset:
