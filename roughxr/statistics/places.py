@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -79,22 +80,42 @@ def _averaged_independent_places(values: np.ndarray, places: np.ndarray) -> floa
     """
     n = values.size
     scores = normal_scores(values)
+    models = _correlation_models(np.ascontiguousarray(places, dtype=float).tobytes())
+    likelihood = []
+    for inverse, determinant in zip(models.inverse, models.log_determinant):
+        off = scores - inverse.sum(axis=0) @ scores / inverse.sum()
+        likelihood.append(-0.5 * (determinant + (n - 1) * np.log(max(off @ inverse @ off, 1e-300))))
+    weights = np.exp(np.array(likelihood) - max(likelihood))
+    return float(1 / np.average(models.mean, weights=weights))
+
+
+class _CorrelationModels(NamedTuple):
+    """Correlations of samples at places: their inverse matrices, log determinants with a free mean, and means."""
+
+    inverse: np.ndarray
+    log_determinant: np.ndarray
+    mean: np.ndarray
+
+
+@lru_cache(maxsize=4)  # all variables of a result, and their parts, lie at the same places
+def _correlation_models(coordinates: bytes) -> _CorrelationModels:
+    """Return exponential and Gaussian correlations of all lengths up to half the side, of places as bytes."""
+    places = np.frombuffer(coordinates).reshape(-1, 2)
+    n = len(places)
     distance = np.hypot(*(places[:, None] - places).T) / mean_spacing(places)
     lengths = 2.0 ** np.arange(-2.5, np.log2(0.5 * np.sqrt(n)) + 0.01, 0.5)
-    likelihood = []
-    share = []
+    shapes = [shape for length in lengths for shape in _correlation_shapes(distance / length)]
     # part of the variance without correlation between neighbours; it keeps matrices well conditioned
     nugget = 0.05
-    for length in lengths:
-        for shape in (np.exp(-distance / length), np.exp(-((distance / length) ** 2) / 2)):
-            correlation = (1 - nugget) * shape + nugget * np.eye(n)
-            inverse = np.linalg.inv(correlation)
-            off = scores - inverse.sum(axis=0) @ scores / inverse.sum()
-            determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum())
-            likelihood.append(-0.5 * (determinant + (n - 1) * np.log(max(off @ inverse @ off, 1e-300))))
-            share.append(correlation.mean())
-    weights = np.exp(np.array(likelihood) - max(likelihood))
-    return float(1 / np.average(share, weights=weights))
+    correlation = (1 - nugget) * np.array(shapes) + nugget * np.eye(n)
+    inverse = np.linalg.inv(correlation)
+    determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum(axis=(1, 2)))
+    return _CorrelationModels(inverse, determinant, correlation.mean(axis=(1, 2)))
+
+
+def _correlation_shapes(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the exponential and the Gaussian correlation at distances over the correlation length."""
+    return np.exp(-distance), np.exp(-(distance**2) / 2)
 
 
 def mean_spacing(places: np.ndarray) -> float:
