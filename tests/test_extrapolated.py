@@ -110,8 +110,9 @@ def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surfac
 
 
 def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with_one(
-    true_surface, scan, scanned, truth
+    true_surface, scan, scanned, truth, monkeypatch
 ):
+    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 2))
     truth = truth.pull_off_force.mean()
     fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
     alone, with_second = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
@@ -271,7 +272,7 @@ def test_wavelengths_too_short_for_sixteen_cells_a_pixel_are_refused(rough):
 
 def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian_heights():
     """Of Lennard-Jones's law, whose length is long beside the waves, as the added ones raise the standard deviation."""
-    ground = synthetic.self_affine((256, 256), 5, rms=0.9, hurst=0.2, rolloff=25, cutoff=20, seed=2)
+    ground = synthetic.self_affine((192, 192), 5, rms=0.9, hurst=0.2, rolloff=25, cutoff=20, seed=2)
     ground = roughxr.assign_pair(ground, sphere_radius=5000, contact_modulus=4e2, work_of_adhesion=0.06)
     ground = ground.assign_coords(adhesion_range=3.0)
     waves = [8, 14, 20]
@@ -281,7 +282,7 @@ def test_between_rigid_bodies_the_pull_falls_as_the_mean_potential_over_gaussian
         q = np.geomspace(2 * np.pi / model.shown, 2 * np.pi / wave, 65)
         sigma.append(np.hypot(0.9, np.sqrt(np.trapezoid(q**2 * model.density(q), np.log(q)) / (2 * np.pi))))
     work = [reference.gaussian_work(rms=rms, length=3.0) for rms in sigma]
-    how = {"law": "lennard_jones", "subregions": ([640.0], [640.0])}
+    how = {"law": "lennard_jones", "subregions": ([480.0], [480.0])}
     pull = [np.mean([rigid_pull_off(ground, wave, seed=seed, **how) for seed in range(3)]) for wave in waves]
     assert work[0] < 0.7 * work[-1]
     np.testing.assert_allclose(pull / pull[-1], np.divide(work, work[-1]), rtol=0.08)

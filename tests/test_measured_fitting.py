@@ -36,32 +36,34 @@ def measured_on(ds, seed, n=12, noise=0.05, work=TRUE):
 
 @pytest.fixture(scope="module")
 def fits():
+    """Return surfaces, the forces measured on each, and their fits."""
     fitted = []
-    for seed in range(8):
+    for seed in range(5):
         ds = surface(seed)
-        fitted.append((ds, roughxr.fit_pair(ds, measured_on(ds, seed), subregions=(3, 3), **QUICK)))
+        measured = measured_on(ds, seed)
+        fitted.append((ds, measured, roughxr.fit_pair(ds, measured, subregions=(3, 3), **QUICK)))
     return fitted
 
 
 def test_the_interval_holds_the_true_work_of_adhesion_and_the_fit_is_not_biased(fits):
-    held = [bool(fit.fitted_work_low < TRUE < fit.fitted_work_high) for _, fit in fits]
-    assert sum(held) >= 7
-    wide = [float(fit.fitted_work_high / fit.fitted_work_low) for _, fit in fits]
+    """Five of five hold by chance less often than seven of eight, whatever the share that holds."""
+    assert all(fit.fitted_work_low < TRUE < fit.fitted_work_high for *_, fit in fits)
+    wide = [float(fit.fitted_work_high / fit.fitted_work_low) for *_, fit in fits]
     assert np.median(wide) < 3
-    off = np.log([float(fit.fitted_work_of_adhesion) / TRUE for _, fit in fits])
+    off = np.log([float(fit.fitted_work_of_adhesion) / TRUE for *_, fit in fits])
     assert abs(off.mean()) < 0.05 + 2 * off.std(ddof=1) / np.sqrt(off.size)
-    assert all(fit.method == "adhesive" and fit.law == "exponential" for _, fit in fits)
+    assert all(fit.method == "adhesive" and fit.law == "exponential" for *_, fit in fits)
 
 
 def test_the_profile_is_least_at_the_fit(fits):
-    for _, fit in fits[:3]:
+    for *_, fit in fits[:3]:
         at = fit.quantile_distance.idxmin()
         steps = np.log(fit.trial_work_of_adhesion).diff("trial_work_of_adhesion").max()
         assert abs(np.log(at / fit.fitted_work_of_adhesion)) < steps
 
 
 def test_a_fit_states_its_result_in_a_sentence_and_shows_it_in_a_figure(fits):
-    fit = fits[0][1]
+    fit = fits[0][-1]
     opening = "Work of adhesion at which predicted and measured pull-offs agree: 0."
     assert fit.contact.answer().sentence.startswith(opening) and fit.not_identifiable in fit.sentence
     axes = fit.contact.plot(ax=Figure().subplots())
@@ -83,8 +85,8 @@ def test_forces_without_noise_at_the_same_places_give_it_back(work):
 
 def test_superposed_asperities_are_held_to_their_ratio_to_the_simulation(fits):
     """Forces that the simulation made: the quick fit is near, and its interval, much wider, holds the truth."""
-    quick = [roughxr.fit_pair(ds, measured_on(ds, seed), method="superposed") for seed, (ds, _) in enumerate(fits[:4])]
-    for (_, fit), other in zip(fits, quick):
+    quick = [roughxr.fit_pair(ds, measured, method="superposed") for ds, measured, _ in fits[:4]]
+    for (*_, fit), other in zip(fits, quick):
         assert float(other.fitted_work_low) < TRUE < float(other.fitted_work_high)
         assert float(other.fitted_work_high / other.fitted_work_low) > float(fit.fitted_work_high / fit.fitted_work_low)
         assert float(other.fitted_work_high / other.fitted_work_low) > 1.4 / 0.3  # the ratio's own interval
