@@ -90,9 +90,15 @@ def test_resuspension_of_a_run_counts_particles_not_places(groups):
     assert resuspended.remaining.values == pytest.approx(expected.values)
 
 
+def on_cells_of_5_nm(surface, **options):
+    """Solve surfaces with pixels of 5 and 10 nm on equal cells, without refinement."""
+    return roughxr.adhesive(surface, mesh=round(roughxr.schema.pixel(surface)[0] / 5), **options)
+
+
 def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder, groups, monkeypatch):
     """The second scan is the first one on finer pixels: it shows nothing new."""
     monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_5_nm)
     scan = groups["scan"][["height"]]
     pixels = {axis: np.arange(float(scan[axis][10]), float(scan[axis][-10]), 5.0) for axis in "xy"}
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))

@@ -13,7 +13,7 @@ approach shows no adhesion, Hertz's law on the approach gives the modulus, and t
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -233,13 +233,7 @@ class _Curve(NamedTuple):
 
     def branch(self, law: str, modulus: float, w: float) -> tuple[np.ndarray, np.ndarray]:
         """Return force and indentation along the stable branch of a law."""
-        R = self.radius
-        units = jkr.ellipse_units(0.5 / R, 0.5 / R, 1.0, modulus, w)
-        if law != DUGDALE:
-            return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
-        tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, self.reach)
-        P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
-        return units.P * P, units.delta * delta
+        return _branch(law, modulus, w, self.radius, self.reach)
 
     def residuals(self, x: np.ndarray, law: str) -> np.ndarray:
         """Return residuals in standard errors: of the samples, the detachment, and the corrections."""
@@ -281,6 +275,17 @@ _REDUCED = {
     JKR: (_A**3 - 2 * _A**1.5, _A**2 - 4 / 3 * np.sqrt(_A)),
     DMT: (np.r_[0.0, _A**3] - 4 / 3, np.r_[0.0, _A**2]),
 }
+
+
+@lru_cache(maxsize=64)  # most derivatives of the residuals are by parameters that do not change it
+def _branch(law: str, modulus: float, w: float, R: float, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return force and indentation along the stable branch of a law."""
+    units = jkr.ellipse_units(0.5 / R, 0.5 / R, 1.0, modulus, w)
+    if law != DUGDALE:
+        return units.P * _REDUCED[law][0], units.delta * _REDUCED[law][1]
+    tabor = maugis.tabor(0.5 / R, 0.5 / R, modulus, w, reach)
+    P, _, delta = maugis.contact_at(np.clip(maugis.parameter(tabor), 1e-3, maugis.LARGEST), _RATIOS)
+    return units.P * P, units.delta * delta
 
 
 def _fitted(x: np.ndarray, residuals: Callable[[np.ndarray], np.ndarray]) -> optimize.OptimizeResult:
