@@ -20,11 +20,11 @@ def paraboloids():
 
 
 @contextmanager
-def bare_runs(without="extrapolated"):
-    """Run without figures and without a part, by default the extrapolation below the pixel: they have own tests."""
+def bare_runs(*without):
+    """Run without figures and without parts, by default the extrapolation below the pixel: they have own tests."""
     from roughxr.runs import analysis
 
-    parts = [part for part in analysis.PARTS if part.name != without]
+    parts = [part for part in analysis.PARTS if part.name not in (without or ("extrapolated",))]
     with (
         patch("roughxr.report.report_page._pictures", lambda run, figures: []),
         patch.dict(analysis.execute.__kwdefaults__, draw_figures=lambda run: iter(())),

@@ -104,7 +104,7 @@ def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder
     roughxr.scans.to_netcdf(scan.interp(pixels, method="cubic"), folder.with_name("finer.nc"))
     command = ["run", str(folder.with_name("scan.nc")), "--finer", str(folder.with_name("finer.nc"))]
     output = folder.with_name("finer")
-    with bare_runs(without="rigid"):
+    with bare_runs("curves", "rigid", "superposition", "rolling"):
         assert main([*command, "--particle", "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(output)]) == 0
     estimate = archive.load(output / "run.nc")["statistics/extrapolated"]
     assert 0.7 < float(estimate.roughness_factor) < 1.4

@@ -19,7 +19,7 @@ from .surfaces import bare_runs
 
 PARTS = analysis.PARTS  # the fixture below leaves some out
 
-OPTIONS = {"subregions": (3, 2), "mesh": 1, "budget": 0}
+OPTIONS = {"subregions": (2, 1), "mesh": 1, "budget": 0}
 
 #: Stages of such a run that are interrupted, each with a group that the archive has by then.
 MOMENTS = {"asperities": None, "rigid": "solutions/adhesive", "rolling": "statistics/energy"}

@@ -14,7 +14,7 @@ from .surfaces import bare_runs, rough, scan
 
 
 def surface():
-    return scan(rough(96, smooth=1.5, seed=4), pixel=10.0, source_file="surface.nc")
+    return scan(rough(64, smooth=1.5, seed=4), pixel=10.0, source_file="surface.nc")
 
 
 @pytest.fixture(scope="module")
