@@ -57,6 +57,14 @@ def test_samples_that_are_missing_are_told_to_whom_asks():
     with pytest.warns(UserWarning, match="computed from 2 of 4"):
         table = summary(ds)
     np.testing.assert_array_equal(table.force.sel(statistic="count"), [3, 3, 3])
+    errors = {name: ("subregion", np.full(4, np.nan), {"missing": "one mesh"}) for name in ("mesh_error", "step_error")}
+    with pytest.warns(UserWarning) as warned:
+        summary(ds.isel(delta=0).assign(errors))
+    assert [str(warning.message).partition(" from ")[0] for warning in warned] == [
+        "force: computed",
+        "mesh_error, step_error: computed",
+    ]
+    assert ["(one mesh)" in str(warning.message) for warning in warned] == [False, True]
 
 
 @pytest.mark.filterwarnings("ignore::roughxr.vocabulary.text.IncompleteResult")

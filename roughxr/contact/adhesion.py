@@ -42,6 +42,13 @@ from .problem import Problem, ask_about_depth, read_problem
 from .refinement import LARGEST_SETTLING, settling_changes
 from .solving import solve
 
+#: Why a variable is missing at places that were solved.
+_MISSING = dict.fromkeys(
+    ("pull_off_error", "mesh_error", "step_error", "interpolation_error"),
+    "NaN without a second mesh that gives a pull-off: one mesh states no error",
+)
+_MISSING["pressed_pull_off_force"] = "NaN for a law with a range, and where pressing changes nothing"
+
 
 def adhesive(
     ds: xr.Dataset | Specimen,
@@ -159,6 +166,8 @@ def adhesive(
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)
+    for name, reason in _MISSING.items():
+        out[name].attrs["missing"] = reason
     return schema.label(out.assign_coords(shortest_wavelength=specimen.shortest_wavelength))
 
 

@@ -127,10 +127,7 @@ def _solver_pull_off(ds: xr.Dataset) -> xr.Dataset:
         bracketed = pulls & ds["complete"]
         if "delta" in ds.dims:
             bracketed = bracketed & (ds["pull_off_delta"] < ds["delta"].max())
-    out = ds[names].where(pulls).assign(bracketed=bracketed)
-    if "pull_off_error" in out:
-        out["pull_off_error"].attrs["missing"] = "NaN without a finer mesh, as with accuracy=None"
-    return out
+    return ds[names].where(pulls).assign(bracketed=bracketed)
 
 
 def smooth_pull_off(ds: xr.Dataset) -> float:

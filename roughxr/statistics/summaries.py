@@ -53,10 +53,14 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
         raise Refusal("", f"a dimension {' or '.join(SAMPLES)}", tuple(ds.dims))
     ds = _with_bounds(ds)
     wanted = {name: array for name, array in ds.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"}
+    names_by_reason: dict[tuple, list[str]] = {}
     for name, array in wanted.items():
         if not array.chunks:  # do not compute lazy values
             missing = int(array.isnull().any([other for other in array.dims if other != dim]).sum())
-            warn_of_missing(str(name), missing, array.sizes[dim], ds.attrs.get("missing"))
+            reason = array.attrs.get("missing", ds.attrs.get("missing"))
+            names_by_reason.setdefault((missing, array.sizes[dim], reason), []).append(str(name))
+    for counts_and_reason, names in names_by_reason.items():
+        warn_of_missing(", ".join(names), *counts_and_reason)
     rows = {name: _summarised(array, dim, list(quantiles)).assign_attrs(array.attrs) for name, array in wanted.items()}
     return schema.record(xr.Dataset(rows, attrs=ds.attrs), "summary", quantiles=list(quantiles))
 
