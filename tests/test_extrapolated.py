@@ -244,6 +244,13 @@ def test_the_answer_names_a_second_scan_where_it_narrows_the_interval(real):
     assert "The interval narrows most with more places" in scattered.contact.answer().sentence
 
 
+def test_an_advised_second_scan_has_finer_pixels_than_the_scan(true_surface, truth, real):
+    assert "a second scan, 300 nm wide on pixels of 2 to 4 nm" in real.contact.answer().sentence  # pixels of 8 nm
+    fine = real_pull_off(true_surface.contact.assign_pair(**PAIR), truth, None)  # pixels of 2 nm
+    assert float(fine.relative_std.sel(entry=UNSEEN)) > 0
+    assert "a second scan" not in fine.contact.answer().sentence
+
+
 def test_a_run_without_an_estimate_says_why(scan, scanned):
     missing = without_estimate(scan, "resting positions")
     assert best_estimate_notes({"statistics/extrapolated": missing}) == []

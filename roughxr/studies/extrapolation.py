@@ -29,7 +29,15 @@ from ..specimen import Specimen
 from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
 from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
 from ..vocabulary import schema
-from ..vocabulary.error_sources import MESH, PLACES, SAMPLING, UNSEEN
+from ..vocabulary.error_sources import (
+    MESH,
+    PLACES,
+    SAMPLING,
+    SECOND_SCAN_PART,
+    SECOND_SCAN_PIXELS,
+    SECOND_SCAN_WIDTH,
+    UNSEEN,
+)
 from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import without_warnings
@@ -70,9 +78,6 @@ _RESTING_SCATTER = 0.2
 #: Standard deviation of ln(factor) from one pair and radius to another on one surface. On any three of four surfaces
 #: it is 0.24 to 0.34 (``tests/benchmarks/calibrated_factor.py``).
 _TRANSFER_ERROR = 0.35
-
-#: Pixels of the first scan along a side of the second one, at least.
-_FEWEST_PIXELS = 10
 
 #: Largest ratio of heights or slopes of the second scan to those of all parts of the first one as large.
 _LARGEST_RATIO = 2.0
@@ -217,7 +222,7 @@ def real_pull_off(
     shared = HALF_WIDTH * float(np.hypot.reduce([error for name, error in errors.items() if name != PLACES]))
     factor = float(np.exp(unseen.log))
     remaining = {UNSEEN: unseen.error}
-    if finer is None:  # a second scan is the remedy
+    if finer is None and SECOND_SCAN_PART * max(schema.pixel(ds)) >= SECOND_SCAN_PIXELS[0]:
         second = RoughnessFactor(unseen.log, second_scan_error(lowering), "by a second scan")
         remaining[UNSEEN] = _combined_factor(unseen, second).error
     shown = _PIXELS_PER_WAVELENGTH * max(schema.pixel(ds))
@@ -448,10 +453,10 @@ def _as_shown(finer: xr.Dataset, ds: xr.Dataset, phase: float) -> xr.Dataset:
         low = float(finer[axis][0])
         high = float(finer[axis][-1])
         count = int((high - low) / step)
-        if count < _FEWEST_PIXELS:
+        if count < SECOND_SCAN_WIDTH:
             raise Refusal(
                 "finer",
-                f"a side of {_FEWEST_PIXELS * step:.3g} nm or more, ten pixels of the first scan",
+                f"a side of {SECOND_SCAN_WIDTH * step:.3g} nm or more, ten pixels of the first scan",
                 f"{high - low:.3g} nm",
             )
         axes[axis] = low + step * (phase + np.arange(count))

@@ -14,6 +14,12 @@ THIN = "thin menisci"
 MESH = "mesh"
 RANGE = "range of adhesion"
 
+#: Smallest and largest pixel (nm) of a second scan that is advised, largest part of the first scan's pixel, and least
+#: width in pixels of the first scan.
+SECOND_SCAN_PIXELS = (2.0, 5.0)
+SECOND_SCAN_PART = 0.5
+SECOND_SCAN_WIDTH = 10
+
 #: Radius (nm) of the tip whose effect is removed.
 TIP_RADIUS = 10.0
 
@@ -66,7 +72,7 @@ ERROR_SOURCES = {
     PLACES: ErrorSource("more places, or a larger scan"),
     THIN: ErrorSource(""),
     SAMPLING: ErrorSource("more places, or a larger scan", label="choice of places"),
-    UNSEEN: ErrorSource("a second scan{width} on pixels of 2 to 5 nm"),
+    UNSEEN: ErrorSource("a second scan{width} on pixels of {pixels}"),
 }
 
 #: Standard deviation of the range of adhesion, as a factor, of van der Waals attraction and of an assigned range.
