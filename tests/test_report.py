@@ -447,3 +447,9 @@ def test_more_than_a_soft_smooth_sphere_holds_is_told():
     ]
     assert "120 % of the pull-off from a smooth flat" in said[1] and "possible for stiff bodies" in said[1]
     assert "soft bodies" not in said[0]
+    for modulus, verdict in (
+        (1e3, "possible for bodies as stiff as these"),
+        (0.01, "more than bodies as soft as these"),
+    ):
+        pull = xr.Dataset({"pull_off_force": ("subregion", [180.0])}, pair | {"contact_modulus": modulus})
+        assert verdict in report.headline({"statistics/adhesive": pull})

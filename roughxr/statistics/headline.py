@@ -7,8 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ..bodies.pair_record import read_pair
 from ..vocabulary import schema
-from ..vocabulary.error_sources import ERROR_SOURCES, PLACES, UNSEEN
+from ..vocabulary.adhesion_laws import SHORT_RANGE
+from ..vocabulary.error_sources import (
+    ERROR_SOURCES,
+    PLACES,
+    SECOND_SCAN_PART,
+    SECOND_SCAN_PIXELS,
+    SECOND_SCAN_WIDTH,
+    UNSEEN,
+)
 from ..vocabulary.numbers import (
     bounds_in_words,
     number,
@@ -299,15 +308,27 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
         )
         sentences.append(sentence)
     if value["smooth_share"] > 1:
-        limit = "possible for stiff bodies, but not for soft ones"
-        if "rigid" in summary.attrs:
-            limit = "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
-        words = f"The mean as scanned is {percent(value['smooth_share'])} of the pull-off from a smooth flat, {limit}."
+        share = percent(value["smooth_share"])
+        words = f"The mean as scanned is {share} of the pull-off from a smooth flat, {_excess_words(summary)}."
         sentences.append(words)
     is_solved = np.isnan(value["debris_share"]) and "measured" not in summary.attrs
     if np.isfinite(value["low"]) and is_solved and value["places"] < FEWEST_SAMPLES:
         sentences.append(not_shown(int(value["places"]), value["independent_places"]))
     return sentences
+
+
+def _excess_words(summary: xr.Dataset) -> str:
+    """Return whether these bodies can hold more than JKR's sphere on a smooth flat."""
+    if "rigid" in summary.attrs:
+        return "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
+    if not {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(summary.coords):
+        return "possible for stiff bodies, but not for soft ones"
+    pair = read_pair(summary)
+    tabor = max(pair.tabor_parameters(pair.sphere_radius))
+    parameter = f"Tabor's parameter of the sphere is {number(tabor, digits=2)}"
+    if tabor < SHORT_RANGE:
+        return f"possible for bodies as stiff as these ({parameter})"
+    return f"more than bodies as soft as these should hold ({parameter}): compare with a finer mesh"
 
 
 def _places_in_words(summary: xr.Dataset) -> str:
@@ -343,10 +364,21 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     remedy = ERROR_SOURCES[source].remedy if source else ""
     if not remedy:
         return ""
-    radius = summary.coords.get("sphere_radius")
-    width = "" if radius is None else f", {number(float(radius), 'nm', 2)} wide"
-    sentence = f"The interval narrows most with {remedy.format(width=width)}"
+    sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
     if np.isfinite(value["narrowed_low"]):
         _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
         sentence += f" (to some {ends})"
     return f"{sentence}."
+
+
+def _second_scan_words(summary: xr.Dataset, finest_shown: float) -> dict[str, str]:
+    """Return width and pixels of the second scan that is advised, in words."""
+    pixel = finest_shown / 2
+    smallest, largest = SECOND_SCAN_PIXELS
+    largest = min(largest, SECOND_SCAN_PART * pixel)
+    pixels = number(largest, "nm", 2)
+    if largest > smallest:
+        pixels = f"{number(smallest, digits=2)} to {pixels}"
+    radius = summary.coords.get("sphere_radius")
+    width = "" if radius is None else f", {number(max(float(radius), SECOND_SCAN_WIDTH * pixel), 'nm', 2)} wide"
+    return {"width": width, "pixels": pixels}
