@@ -168,10 +168,16 @@ def _simulation_facts(run: Run) -> list[tuple[str, str]]:
         places += f", {number(independent, digits=2)} of them independent"
     return [
         ("law of adhesion", law),
-        ("mesh", f"{attrs['mesh']} × {attrs['mesh']} cells a pixel"),
+        ("mesh", _mesh_words(run["solutions/adhesive"]["mesh"].values)),
         ("preload", number(float(preload), "nN")),
         ("places", places),
     ]
+
+
+def _mesh_words(cells: np.ndarray) -> str:
+    """Return the meshes of all places, from their cells along a pixel."""
+    meshes = [f"{count} × {count}" for count in np.unique([cells.min(), cells.max()])]
+    return f"{' to '.join(meshes)} cells a pixel"
 
 
 def methods(run: Run) -> str:
