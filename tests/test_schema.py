@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import roughxr
 from roughxr import level, roughness
 from roughxr.asperity.catalogue import asperities
 from roughxr.asperity.superposition import superpose
@@ -92,6 +93,21 @@ def test_a_scan_in_metres_without_units_is_refused():
         roughness(xr.Dataset({"height": (("x", "y"), heights)}, {"x": metres, "y": metres}))
     with pytest.raises(ValueError, match=r"height: expected units and heights over at least 0\.001 nm"):
         roughness(xr.Dataset({"height": (("x", "y"), heights)}, nanometres))
+
+
+@pytest.mark.parametrize("wrong", [rough(8), "scan.gsf", None], ids=["array", "path", "nothing"])
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda heights: roughxr.assign_pair(heights, sphere_radius=500, materials="glass"),
+        lambda heights: roughxr.vary(heights, roughxr.adhesive, sphere_radius=[500]),
+        *(roughxr.level, roughxr.adhesive, roughxr.superpose, roughxr.pull_off_map, roughxr.rolling),
+        *(roughxr.reference.tabor, roughxr.scans.regions.centres, roughxr.scans.regions.extent),
+    ],
+)
+def test_heights_that_are_no_dataset_are_refused_with_the_way_to_make_one(call, wrong):
+    with pytest.raises(ValueError, match=r"expected an xarray.Dataset.*xr.Dataset\(\{'height'"):
+        call(wrong)
 
 
 def test_labels_convert_what_states_other_units_of_its_quantity():

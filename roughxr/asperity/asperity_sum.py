@@ -120,6 +120,7 @@ def read_summands(
     ds: xr.Dataset, law: str | None, formulation: str, *, verb: str = "superpose", coated: bool = False
 ) -> Summands:
     """Return the `Summands` of a scan or catalogue and options; raise if they contradict each other."""
+    schema.need_dataset(ds)
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
     law = read_law(law or (DUGDALE if schema.is_humid(ds) else JKR), verb)

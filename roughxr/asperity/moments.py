@@ -114,8 +114,9 @@ def rolling(
     The moment about the edge of a single contact is an upper bound of its resistance: an elastic adhesive contact
     closes in front as it opens behind, and resists by its adhesion hysteresis alone.
 
-    The sphere does not settle sideways (but see `resting`). On one or two ``contacts`` a real sphere would roll on
-    until it rests on three; such places resist little, and detach first in `critical_load` and `resuspension`.
+    The sphere does not settle sideways (but see `resting`, with ``on`` these asperities). On one or two ``contacts`` a
+    real sphere would roll on until it rests on three; such places resist little, and detach first in `critical_load`
+    and `resuspension`.
 
     Examples
     --------
@@ -125,6 +126,7 @@ def rolling(
     >>> moments.resisting_moment.dims, moments.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """
+    schema.need_dataset(ds)
     ds = schema.entered(ds)
     count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
     angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")

@@ -125,8 +125,10 @@ def assign_pair(
         surface, its highest point at the contact centre. Or its heights (x, y), pointing out of it, with x, y counted
         from the contact centre along the surface's axes. It must be larger than any contact with it.
     materials : str or pair of str
-        Names, such as "glass/silicon" or "glass" for two bodies of it: moduli from handbooks and, unless it is
-        given, the work of adhesion of clean bodies by van der Waals forces alone; see `substances`.
+        Names, such as "glass/silicon" or "glass" for two bodies of it: glass, silica, alumina, polystyrene, ptfe,
+        silicon, steel or gold. Moduli are from handbooks and, unless it is given, the work of adhesion of clean bodies
+        by van der Waals forces alone. Glass and oxidized silicon have the Hamaker constant of silica, 65 zJ, which
+        polystyrene's equals; that of steel is its oxide's.
     young_modulus, poisson_ratio : number or pair
         Of both bodies alike, or of each; GPa, and a number up to 0.5. Either these two, ``materials`` or
         ``contact_modulus``.
@@ -193,8 +195,8 @@ def assign_pair(
     >>> float(measured.work_of_adhesion)
     0.09
     """
-    has_heights = isinstance(ds, xr.Dataset) and schema.kind_of(ds) == "scan"
-    ds = schema.validate(ds, "scan") if has_heights else schema.entered(ds)
+    schema.need_dataset(ds)
+    ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else schema.entered(ds)
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.named_pair(materials)

@@ -41,6 +41,7 @@ def tabor(ds: xr.Dataset) -> xr.Dataset:
     >>> roughxr.reference.tabor(scan.contact.asperities()).tabor_parameter.dims
     ('asperity',)
     """
+    schema.need_dataset(ds)
     ds = schema.validate(ds, "asperities") if "asperity" in ds.dims else asperities(ds)
     parameter = _tabor_parameters(ds, read_pair(ds, "sphere_radius", "contact_modulus", "work_of_adhesion"))
     out = ds.assign(tabor_parameter=("asperity", parameter))

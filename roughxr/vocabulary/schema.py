@@ -136,8 +136,8 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
 
     Raises
     ------
-    TypeError, ValueError
-        If ``ds`` is no Dataset; if variables, dimensions or units are not those of the kind.
+    ValueError
+        If ``ds`` is no Dataset, or its variables, dimensions or units are not those of the kind.
 
     Examples
     --------
@@ -149,8 +149,7 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
     >>> valid.height.dims, valid.x.values.tolist()
     (('x', 'y'), [0.0, 1000.0])
     """
-    if not isinstance(ds, xr.Dataset):
-        raise TypeError(f"expected an xarray.Dataset of kind {kind!r}, found {type(ds).__name__}")
+    need_dataset(ds, kind)
     for name, dims in KINDS[kind].items():
         if name not in ds:
             names = ", ".join(map(str, ds.data_vars)) or "none"
@@ -169,6 +168,18 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
         for name in _SIZES & set(ds.coords):
             _assigned(ds[name], name)
     return _validated_scan(ds) if kind == "scan" else ds
+
+
+def need_dataset(data: Any, kind: str = "scan") -> None:
+    """Raise unless data are a Dataset."""
+    if not isinstance(data, xr.Dataset):
+        raise Refusal(
+            "",
+            f"an xarray.Dataset of kind {kind!r}",
+            type(data).__name__,
+            "open a file by roughxr.open_scan, or make a scan of an array, "
+            "xr.Dataset({'height': (('x', 'y'), heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
+        )
 
 
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
