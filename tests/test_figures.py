@@ -632,3 +632,16 @@ def test_statistics_over_a_radius_are_drawn_with_their_intervals():
         drawn = bars.get_ydata().reshape(-1, 3)[:, :2]
         np.testing.assert_allclose(drawn, statistics[["low", "high"]].isel(statistic=order).to_array().T)
     assert ax.get_ylabel() == "pull-off force [nN]" and ax.get_xlabel() == "sphere radius [nm]"
+
+
+def test_a_spectrum_is_drawn_to_the_nyquist_wavevector():
+    drawn = figures.plot(scans.power_spectrum(_surface())).lines[0].get_xdata()
+    nyquist = np.pi / schema.pixel(_surface())[0]
+    assert 0.95 * nyquist < drawn.max() <= nyquist
+
+
+def test_the_work_lost_is_in_the_legend_only_where_work_is_lost():
+    legends = []
+    for solution in (cycle(1.0), cycle(1.0).where(cycle(1.0).branch == "loading", cycle(1.0).sel(branch="loading"))):
+        legends.append([text.get_text() for text in figures.sweep(solution).get_legend().get_texts()])
+    assert legends[0] == ["work lost", *legends[1]]

@@ -87,7 +87,10 @@ def _loop(ds: xr.Dataset, ax):
     """Draw the mean force on loading and on retraction, with the area between them shaded."""
     mean, delta = ds["force"].mean("subregion"), ds["delta"].values
     loading, retraction = (mean.sel(branch=branch).values for branch in ("loading", "retraction"))
-    ax.fill_between(delta, retraction, loading, color=GREY, alpha=0.3, linewidth=0, label="work lost")
+    # smallest difference of the forces, over the largest force, that is visible
+    visible = 0.01 * np.nanmax(abs(mean.values))
+    label = "work lost" if np.nanmax(abs(loading - retraction)) > visible else None
+    ax.fill_between(delta, retraction, loading, color=GREY, alpha=0.3, linewidth=0, label=label)
     ax.plot(delta, loading, color=BLACK, label="loading")
     ax.plot(delta, retraction, color=VERMILION, linestyle=(0, (4, 1.5)), label="retraction")
     _zero_line(ax, mean)

@@ -196,7 +196,8 @@ def spectrum(ds: xr.Dataset, *, ax: Axes | None = None):
 
     ax = axes(ax)
     if "psd" in ds:
-        measured = ds.isel(wavevector=slice(1, None))  # the first is the mean height
+        whole_rings = ds["wavevector"].values <= ds.attrs.get("nyquist_wavevector", np.inf)
+        measured = ds.isel(wavevector=whole_rings).isel(wavevector=slice(1, None))  # the first is the mean height
         ax.plot(measured["wavevector"], measured["psd"], color=GREY, label="scan")
     if "psd_plateau" in ds:
         rolloff, shortest = (2 * np.pi / float(ds[f"{name}_wavelength"]) for name in ("rolloff", "shortest"))

@@ -27,8 +27,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     Parameters
     ----------
     ds : Dataset
-        A scan; level it first, since a tilt leaks into all wavevectors. Missing pixels, up to `MOST_MISSING` of all,
-        are set to the mean of the others.
+        A scan; level it first, since a tilt leaks into all wavevectors. Missing pixels, up to 1 % of all, are set to
+        the mean of the others.
     window : str, optional
         Name of a window of :func:`scipy.signal.get_window`, such as ``"hann"``, by which the heights are
         multiplied; it is scaled to a mean square of one.
@@ -37,7 +37,8 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     -------
     Dataset
         ``psd`` nm⁴ and ``psd_modes`` over ``wavevector`` nm⁻¹ (2 pi over wavelength), the first being zero.
-        NaN with a warning and an attribute ``missing`` if more pixels are missing.
+        NaN with a warning and an attribute ``missing`` if more pixels are missing. Rings beyond the attribute
+        ``nyquist_wavevector``, π over the pixel, contain corners alone, for Parseval's sum; the figure omits them.
 
     Examples
     --------
@@ -56,7 +57,7 @@ def power_spectrum(ds: xr.Dataset, *, window: str | None = None) -> xr.Dataset:
     weights = 1.0 if window is None else unit_window(window, shape)
     q, psd, modes = ring_means(_spectrum(scan["height"].values, weights, steps), radius, width)
     maps = {"psd": ("wavevector", psd), "psd_modes": ("wavevector", modes)}
-    out = label(xr.Dataset(maps, {"wavevector": q}, scan.attrs))
+    out = label(xr.Dataset(maps, {"wavevector": q}, scan.attrs | {"nyquist_wavevector": np.pi / max(steps)}))
     share = float(scan["height"].isnull().mean())
     if share > MOST_MISSING:
         out.attrs["missing"] = (
