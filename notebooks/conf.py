@@ -10,7 +10,7 @@ import zlib
 from pathlib import Path
 
 import matplotlib
-from docutils.nodes import SkipNode
+from docutils import nodes
 from docutils.utils.math.latex2mathml import tex2mathml
 
 import roughxr
@@ -86,12 +86,12 @@ html_math_renderer = "mathml"
 
 def _inline(writer, node):
     writer.body.append(tex2mathml(node.astext()))
-    raise SkipNode
+    raise nodes.SkipNode
 
 
 def _block(writer, node):
     writer.body.append(f'<div style="overflow-x: auto; margin: 1em 0">{tex2mathml(node.astext(), as_block=True)}</div>')
-    raise SkipNode
+    raise nodes.SkipNode
 
 
 def _documented_elsewhere(app, env, node, contnode):
@@ -131,9 +131,21 @@ def _computed_pages():
     (GENERATED / "verification.txt").write_text(table(), encoding="utf-8")
 
 
+def _describe_pictures(app, doctree):
+    """Give the pictures of notebooks the title of their section as alternative text."""
+    for image in doctree.findall(nodes.image):
+        section = image.parent
+        while not isinstance(section, (nodes.section, nodes.document)):
+            section = section.parent
+        title = section.next_node(nodes.title)
+        if title is not None:
+            image.setdefault("alt", f"Figure: {title.astext()}")
+
+
 def setup(app):
     """Let browsers draw formulas by themselves, so that the pages need no network; build the example pages."""
     _computed_pages()
+    app.connect("doctree-read", _describe_pictures)
     app.connect("missing-reference", _documented_elsewhere)
     app.connect("build-finished", _example_run)
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))

@@ -74,7 +74,7 @@ def hertz(
     curvature_min: Quantity | None = None,
     curvature_max: Quantity | None = None,
 ) -> xr.Dataset:
-    """Return Hertz's contact of a paraboloid with a half space.
+    """Return Hertz's contact of a sphere (radius) or paraboloid (both curvatures) with a half space.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def jkr_paraboloid(
     curvature_max: Quantity | None = None,
     formulation: str = DEFAULT,
 ) -> xr.Dataset:
-    """Return the generalized JKR contact of a paraboloid with a half space, on its stable and its unstable branch.
+    """Return the generalized JKR contact of a sphere (radius) or paraboloid (both curvatures) with a half space.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def jkr_pull_off(
     curvature_max: Quantity | None = None,
     formulation: str = DEFAULT,
 ) -> float:
-    """Return the pull-off force of JKR's sphere, 3/2 π w R, or of an adhesive ellipse.
+    """Return JKR's pull-off force of a sphere, 3/2 π w R (radius), or of a paraboloid (both curvatures).
 
     Parameters
     ----------
@@ -428,7 +428,7 @@ def rumpf(
     hamaker_constant: Quantity,
     closest_approach: Quantity = 0.165,
 ) -> float:
-    """Return Rumpf's pull-off force of a sphere on a plane with one hemispherical asperity.
+    """Return Rumpf's pull-off force of a sphere on a plane with a hemisphere (asperity_radius, or rms of the plane).
 
     Parameters
     ----------

@@ -169,14 +169,10 @@ def formulas(
     Returns
     -------
     Dataset
-        ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the median of the sum, along ``formula``: "sum"
-        (that median), "bradley" (a smooth sphere, 2πwR as by DMT), "rumpf" (one hemisphere of the summits' median
-        radius), "rumpf_rms", "rabinovich" and "rabinovich_two_scales", "gaussian_heights"; for a humid pair "sum",
-        "smooth" (4πRγ cos θ for equal angles), "summit" (4πrγ cos θ of a hemisphere of the summits' median radius r),
-        "plane_below" (the sphere over a plane 1.82 rms below it) and "gaussian_heights". Attributes contain the
-        formulas' inputs from the scan: ``rms``, ``wavelength`` (the mean distance between summits),
-        ``asperity_radius``, ``long_rms``, ``long_wavelength``, nm, and ``hamaker_constant``, nN nm, or
-        ``meniscus_height``, nm.
+        ``pull_off_force`` (nN) and ``formula_ratio``, its ratio to the row "sum", along ``formula``; see Notes for the
+        rows. Attributes contain the formulas' inputs from the scan: ``rms``, ``wavelength`` (the mean distance between
+        summits), ``asperity_radius`` (median of the summits), ``long_rms``, ``long_wavelength``, nm, and
+        ``hamaker_constant``, nN nm, or ``meniscus_height``, nm.
 
     Raises
     ------
@@ -185,9 +181,23 @@ def formulas(
 
     Notes
     -----
-    The longer of the two scales has wavelengths above four mean distances between summits; "rabinovich_two_scales" is
-    NaN on a scan too small for them. All rows but "sum" and "gaussian_heights" are formulas for one asperity under the
-    sphere's lowest point, at w = A/(12π z₀²).
+    Customary are "rumpf_rms", which needs the rms height alone, and "rabinovich", with the distance of summits. All
+    formulas but "gaussian_heights" have one asperity under the sphere's lowest point, at w = A/(12π z₀²).
+
+    Rows of a dry pair:
+
+    - "sum": attraction between rigid bodies, summed over the scan itself; the median of the places;
+    - "bradley": a smooth sphere on a smooth flat, 2πwR as by DMT;
+    - "rumpf": a hemisphere of the summits' median radius on a flat;
+    - "rumpf_rms": the same with a radius of 1.48 rms;
+    - "rabinovich": a spherical cap of height 1.82 rms and radius λ²/(58 rms), λ being ``wavelength``;
+    - "rabinovich_two_scales": such caps on larger ones, whose wavelengths exceed four mean distances between summits;
+      NaN on a scan too small for them;
+    - "gaussian_heights": 2πR times the work of adhesion of a flat over Gaussian heights of this rms.
+
+    Rows of a humid pair: "sum" and "gaussian_heights" as above; "smooth", 4πRγ cos θ for equal angles; "summit", the
+    same for the composite radius of the sphere and a summit of the median radius; "plane_below", the sphere over a
+    plane 1.82 rms below it.
 
     References
     ----------
@@ -211,7 +221,8 @@ def formulas(
     force = np.array([float(summed.pull_off_force.median()), *result.values()])
     columns = {"pull_off_force": ("formula", force), "formula_ratio": ("formula", force / force[0])}
     out = xr.Dataset(columns, {"formula": ["sum", *result]}, attrs=inputs)
-    out.attrs["missing"] = "NaN: the scan is too small for wavelengths of four mean distances between summits"
+    if np.isnan(force).any():
+        out.attrs["missing"] = "NaN: the scan is too small for wavelengths of four mean distances between summits"
     return schema.record(schema.label(out), "formulas", specimen.bodies, subregions=subregions, law=law, mesh=mesh)
 
 

@@ -38,8 +38,8 @@ def plot(
 ) -> Any:
     """Draw any result, or one of its variables, as the figure that shows it best.
 
-    xarray's own ``ds.height.plot()`` draws a map with its first dimension, x, upright; this function draws x to the
-    right.
+    Save a picture by ``ax.figure.savefig("picture.png")``, of several Axes by ``ax[0].figure``. xarray's own
+    ``ds.height.plot()`` draws a map with its first dimension, x, upright; this function draws x to the right.
 
     Parameters
     ----------

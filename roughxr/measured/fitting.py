@@ -141,7 +141,7 @@ def fit_pair(
     if forces.bounds is not None:
         out.attrs["limits"] = limits_in_words(forces.bounds, quantity)
         out.attrs["law_of_measured"] = "log-normal, with censoring"
-    limits = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None)
+    limits = _limits(fitted, float(out["modulus_trade"]), ds, extrapolation is not None, method)
     best = with_interval(fitted.value, fitted.low, fitted.high, "J/m²", name=f"{percent(confidence)} interval")
     opening = f"Work of adhesion at which predicted and measured pull-offs agree: {best}."
     out.attrs |= {"not_identifiable": limits, "sentence": f"{opening}\nLimits of the fit: {limits}."}
@@ -200,7 +200,7 @@ def _modulus_trade(fitted: Fitted, predict: _Prediction) -> float:
     return float(-moved / np.log(CHANGE) / fitted.exponent) if fitted.exponent else np.nan
 
 
-def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) -> str:
+def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool, method: str) -> str:
     """Return sentences on the limits of the fit."""
     # largest exponent of the contact modulus for a fit that hardly depends on it
     separable = "only weakly" if abs(power) < 0.1 else "so that the fit cannot separate the two"
@@ -218,6 +218,7 @@ def _limits(fitted: Fitted, power: float, ds: xr.Dataset, extrapolated: bool) ->
         notes += [f"left out, since it could not be solved: {', '.join(f'{value:.3g}' for value in fitted.left_out)}"]
     if np.isfinite(fitted.spread_ratio) and not _EXPLAINED_SPREAD[0] < fitted.spread_ratio < _EXPLAINED_SPREAD[1]:
         ratio = f"{fitted.spread_ratio:.2g}"
-        notes += [f"the measured spread is {ratio} times the predicted, which no work of adhesion explains"]
+        predicted = "superposed asperities" if method == "superposed" else "the simulation"
+        notes += [f"the measured spread is {ratio} times that by {predicted}, which no work of adhesion explains"]
     notes += [f"roughness finer than the scan is {'' if extrapolated else 'not '}included"]
     return "; ".join(notes) + ("" if extrapolated else " (extrapolation=)")

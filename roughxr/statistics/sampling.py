@@ -191,7 +191,10 @@ def conditions(array: xr.DataArray) -> list[str]:
 def without_weights(sample: Samples, verb: str) -> Samples:
     """Return samples without weights, with a warning if they differed."""
     if sample.weights is not None:
-        warn(f"{verb}: all places count equally; their shares of particles, or of debris on the area, are not used")
+        warn(
+            f"{verb}: all places count equally here, although they represent unequal shares (of the particles at rest, "
+            "or of the area with and without debris); means and their intervals use the shares"
+        )
     return sample._replace(weights=None)
 
 
