@@ -57,8 +57,8 @@ class Layout(NamedTuple):
     def blank(self) -> np.ndarray:
         """Return a record in which every number is missing, every count 0 and every flag False."""
         record = np.zeros((), self.dtype)
-        for name in self.dtype.fields or ():
-            if self.dtype[name].base.kind == "f":
+        for name in record.dtype.fields or ():
+            if record.dtype[name].base.kind == "f":
                 record[name] = np.nan
         return record
 
