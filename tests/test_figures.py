@@ -414,6 +414,12 @@ def test_figures_show_the_numbers_that_they_are_given(run):
     assert labels == ["mean of 8, 95 % interval", "predicted", "measured"]
 
 
+def test_a_map_of_tension_alone_shows_no_pressure_of_the_same_darkness(run):
+    tension = -run["solutions/contact"]["pressure"]
+    bar = figures.field_map(run["solutions/contact"].assign(pressure=tension)).images[-1].colorbar
+    assert bar.ax.get_ylim() == (pytest.approx(float(tension.min())), 0.0)
+
+
 def force_of(values):
     return xr.Dataset({"pull_off_force": ("subregion", values, {"units": "nN"})})
 

@@ -60,6 +60,9 @@ def field_map(
     elif name == "pressure" and bool((contact["pressure"] < 0).any()):
         largest = float(abs(contact["pressure"]).max())
         image(ax, contact[name], extent, name, "vlag", limits=(-largest, largest), extend="neither")
+        # tension and pressure are equally dark: only values that occur, so that one sign alone is clear in grey print
+        ends = (float(contact[name].min()), float(contact[name].clip(min=0).max()))
+        ax.images[-1].colorbar.ax.set_ylim(ends)
     else:
         image(ax, contact[name], extent, name, COLOURS[name])
     _outline(ax, contact, (contact["pressure"] > 0).values, BLACK)
