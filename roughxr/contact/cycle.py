@@ -225,11 +225,9 @@ def _events(followed: path.Path, has_edge: bool) -> dict[str, float]:
         return {}
     lowest = followed.turn + int(np.argmin(retraction["force"]))
     last = len(touching) - 1 - int(np.argmax(touching[::-1]))
-    loading = states[: followed.turn]
-    approach = loading if has_edge else _approach(loading, retraction[::-1])
-    first = approach[np.argmax(approach["contact_area"] > 0)] if followed.turn else states[0]
+    whole = states if has_edge else np.concatenate([_approach(states[: followed.turn], retraction[::-1]), retraction])
+    first = whole[np.argmax(whole["contact_area"] > 0)]
     delta, force, fine = states["delta"], states["force"], states["converged"]
-    lost = _work(approach["force"], approach["delta"]) + _work(retraction["force"], retraction["delta"])
     values = {
         "snap_in_force": (max(-first["force"], 0.0), first["converged"]),
         "snap_in_delta": (first["delta"], first["converged"]),
@@ -237,7 +235,7 @@ def _events(followed: path.Path, has_edge: bool) -> dict[str, float]:
         "pull_off_delta": (delta[lowest], fine[lowest]),
         "detachment_delta": (delta[touching].min() if last >= followed.turn else np.nan, fine[last]),
         "work_of_separation": (_work(np.minimum(retraction["force"], 0.0), retraction["delta"]), fine.all()),
-        "hysteresis": (max(lost, 0.0), fine.all()),
+        "hysteresis": (max(_work(whole["force"], whole["delta"]), 0.0), fine.all()),
         "pull_off_resolution": (states["resolution"][lowest], True),
     }
     return {name: value if known else np.nan for name, (value, known) in values.items()}

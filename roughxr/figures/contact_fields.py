@@ -46,6 +46,7 @@ def field_map(
     if scan is not None and name != "pressure":
         raise Refusal("scan", "with name='pressure', to be drawn below it", f"name={name!r}")
     contact = _contact(ds, subregion, delta)
+    pressure = contact["pressure"]
     ax = axes(ax, aspect=0.85)
     extent = regions.extent(contact)
     if scan is not None:
@@ -54,18 +55,18 @@ def field_map(
         # range of the scale of grey below the lowest height, in ranges of height
         pale = low - 2.0 * (high - low), high  # so that dark pressures are seen, also in grey print
         image(ax, heights, extent, "height", "gray", limits=pale, bar=False)
-    if name in ("pressure", "displacement") and not bool(contact["pressure"].notnull().any()):
+    if name in ("pressure", "displacement") and not bool(pressure.notnull().any()):
         # without a colour bar, which would show values that do not exist
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-    elif name == "pressure" and bool((contact["pressure"] < 0).any()):
-        largest = float(abs(contact["pressure"]).max())
-        image(ax, contact[name], extent, name, "vlag", limits=(-largest, largest), extend="neither")
+    elif name == "pressure" and bool((pressure < 0).any()):
+        lowest, highest = float(pressure.min()), float(pressure.clip(min=0).max())
+        largest = max(-lowest, highest)
+        image(ax, pressure, extent, name, "vlag", limits=(-largest, largest), extend="neither")
         # tension and pressure are equally dark: only values that occur, so that one sign alone is clear in grey print
-        ends = (float(contact[name].min()), float(contact[name].clip(min=0).max()))
-        ax.images[-1].colorbar.ax.set_ylim(ends)
+        ax.images[-1].colorbar.ax.set_ylim(lowest, highest)
     else:
         image(ax, contact[name], extent, name, COLOURS[name])
-    _outline(ax, contact, (contact["pressure"] > 0).values, BLACK)
+    _outline(ax, contact, (pressure > 0).values, BLACK)
     if scan is not None and "residual_height" in contact:
         _outline(ax, contact, contact["residual_height"].values < 0, BLUE)
     _show_contact(ax, contact, extent)
