@@ -48,9 +48,6 @@ MISSING = {
 #: Largest gap of cells in contact: of `adhesive`, in sides of a cell, by rounding; of `rigid`, in lengths of its law.
 _CLOSED_GAP, _RIGID_GAP = 1e-6, 1.25
 
-#: Least mean number of asperities in contact, over that of the summits that support spheres at rest.
-_LEAST_SUPPORTS = 0.6
-
 #: Moments that differ by less than this share of the largest are equal but for rounding.
 _EQUAL_MOMENTS = 1e-6
 
@@ -126,8 +123,7 @@ def rolling(
     >>> moments.resisting_moment.dims, moments.resisting_moment.units
     (('subregion', 'direction'), 'nN nm')
     """
-    schema.need_dataset(ds)
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds)
     count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
     angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")
     push = float(magnitude(normal_force, "nN", "normal_force"))
@@ -160,7 +156,7 @@ def rolling(
 
 def _warn_of_lost_supports(contacts: float, supports: float) -> None:
     """Warn where spheres touch much fewer asperities than summits that supported them at rest."""
-    if contacts < _LEAST_SUPPORTS * supports:
+    if contacts < 0.6 * supports:  # two of three supports suffice
         warn(
             f"subregions: {number(contacts)} asperities in contact on average, where {number(supports)} summits of the "
             "scan support a sphere at rest; take resting(on=ds.contact.asperities()), else moments are too small",

@@ -195,8 +195,8 @@ def assign_pair(
     >>> float(measured.work_of_adhesion)
     0.09
     """
-    schema.need_dataset(ds)
-    ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else schema.entered(ds)
+    ds = schema.entered_dataset(ds)
+    ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else ds
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
     bodies = None if materials is None else substances.named_pair(materials)

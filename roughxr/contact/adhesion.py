@@ -123,13 +123,14 @@ def adhesive(
     if preload is not None and delta is not None:
         raise Refusal("", "either preload or delta", "both")
     by_preload = delta is None
+    mesh = read_mesh(mesh, Mesh())
     datum = datum or ("first_contact" if by_preload else "highest_peak")
     positions = specimen.centres(subregions)
     adhesion = read_adhesion(
         specimen,
         chosen_law(specimen, law),
         preloads=read_preloads(preload) if by_preload else np.zeros(0),
-        mesh=read_mesh(mesh, Mesh()),
+        mesh=mesh,
         cycles=cycles,
     )
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
@@ -153,16 +154,19 @@ def adhesive(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
-    arguments: dict[str, Any] = {
-        "preload": preload,
-        "delta": None if by_preload else problem.steps,
-        "subregions": subregions,
-        "datum": datum,
-        "fields": fields,
-        "mesh": read_mesh(mesh, Mesh()),
-    }
-    arguments |= {"cycles": adhesion.cycles} if adhesion.cycles > 1 else {}
-    out = schema.record(out, "adhesive", specimen.bodies, law=adhesion.law, **arguments)
+    out = schema.record(
+        out,
+        "adhesive",
+        specimen.bodies,
+        law=adhesion.law,
+        preload=preload,
+        delta=None if by_preload else problem.steps,
+        subregions=subregions,
+        datum=datum,
+        fields=fields,
+        mesh=mesh,
+        cycles=adhesion.cycles if adhesion.cycles > 1 else None,
+    )
     out = spread.finish(out)
     if not specimen.lazy:
         _warn(out, adhesion, problem)

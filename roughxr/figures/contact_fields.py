@@ -55,15 +55,15 @@ def field_map(
         # range of the scale of grey below the lowest height, in ranges of height
         pale = low - 2.0 * (high - low), high  # so that dark pressures are seen, also in grey print
         image(ax, heights, extent, "height", "gray", limits=pale, bar=False)
-    if name in ("pressure", "displacement") and not bool(pressure.notnull().any()):
+    if name in ("pressure", "displacement") and not pressure.notnull().any():
         # without a colour bar, which would show values that do not exist
         ax.text(0.5, 0.5, "nothing touches", ha="center", va="center", transform=ax.transAxes, fontsize=TEXT)
-    elif name == "pressure" and bool((pressure < 0).any()):
-        lowest, highest = float(pressure.min()), float(pressure.clip(min=0).max())
+    elif name == "pressure" and (pressure < 0).any():
+        lowest, highest = np.nanmin(pressure), max(np.nanmax(pressure), 0.0)
         largest = max(-lowest, highest)
-        image(ax, pressure, extent, name, "vlag", limits=(-largest, largest), extend="neither")
+        bar = image(ax, pressure, extent, name, "vlag", limits=(-largest, largest), extend="neither")
         # tension and pressure are equally dark: only values that occur, so that one sign alone is clear in grey print
-        ax.images[-1].colorbar.ax.set_ylim(lowest, highest)
+        bar.ax.set_ylim(lowest, highest)
     else:
         image(ax, contact[name], extent, name, COLOURS[name])
     _outline(ax, contact, (pressure > 0).values, BLACK)

@@ -13,15 +13,14 @@ COLOURS = {"height": "mako", "pressure": "rocket_r", "displacement": "crest", "g
 
 
 def image(ax, values, extent, name: str, cmap: str, *, limits=(None, None), bar: bool = True, extend=""):
-    """Draw values along (x, y) as an image, with a colour bar labelled from the schema."""
+    """Draw values along (x, y) as an image, with a colour bar labelled from the schema, and return the bar."""
     style = {"vmin": limits[0], "vmax": limits[1], "cmap": colour_map(cmap), "origin": "lower", "aspect": "equal"}
     mappable = ax.imshow(np.asarray(values, dtype=float).T, extent=extent, **style)
-    if bar:
-        colorbar(ax, mappable, name, extend or ("neither" if limits[0] is None else "both"))
+    return colorbar(ax, mappable, name, extend or ("neither" if limits[0] is None else "both")) if bar else None
 
 
 def colorbar(ax, mappable, name: str, extend: str = "neither"):
-    """Draw the colour bar of an artist on the right of its Axes, in the unit that suits its range."""
+    """Draw the colour bar of an artist on the right of its Axes, in the unit that suits its range; return the bar."""
     unit, size = prefixed(float(np.abs(mappable.get_clim()).max()), schema.VARIABLES[name].units)
     inset = ax.inset_axes([1.03, 0, 0.045, 1])
     bar = ax.figure.colorbar(mappable, cax=inset, format=unit_formatter(size), extend=extend)
@@ -29,6 +28,7 @@ def colorbar(ax, mappable, name: str, extend: str = "neither"):
     bar.outline.set_linewidth(0.4)
     round_ticks(bar.ax.yaxis)
     tidy(bar.ax)
+    return bar
 
 
 def colour_map(name: str):

@@ -52,8 +52,7 @@ def centres(ds: xr.Dataset, subregions: Places = None) -> xr.Dataset:
     >>> roughxr.scans.regions.centres(roughxr.open_sample("glass"), (8, 8)).sizes["subregion"]
     64
     """
-    schema.need_dataset(ds)
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds)
     if subregions is None:
         subregions = ds if "subregion_x" in ds.coords else (1, 1)
     if isinstance(subregions, xr.Dataset):
@@ -107,8 +106,7 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     >>> roughxr.scans.regions.extent(roughxr.open_sample("glass"))
     (0.0, 5000.0, 0.0, 5000.0)
     """
-    schema.need_dataset(ds)
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds)
     if "x" not in ds.dims:
         missing = [name for name in EDGES if name not in ds.coords]
         if missing:

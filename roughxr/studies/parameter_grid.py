@@ -72,8 +72,7 @@ def vary(
     >>> dict(found.force.sizes)
     {'contact_modulus': 2, 'work_of_adhesion': 2, 'subregion': 1, 'delta': 1}
     """
-    schema.need_dataset(ds)
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds)
     indenter = schema.entered(indenter)
     varied = {
         "sphere_radius": sphere_radius,

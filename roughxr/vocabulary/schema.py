@@ -182,6 +182,12 @@ def need_dataset(data: Any, kind: str = "scan") -> None:
         )
 
 
+def entered_dataset(data: Any) -> xr.Dataset:
+    """Return a Dataset as `entered`; raise for other types."""
+    need_dataset(data)
+    return entered(data)
+
+
 def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     """Return a scan with height as (x, y) in nm on uniform pixel centres."""
     if set(ds["height"].dims) != {"x", "y"}:
