@@ -116,6 +116,7 @@ def superpose(
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
+    schema.need_dataset(ds)
     summands = read_summands(ds, law, formulation, coated=not spread.is_lazy(ds))
     ds = summands.ds
     law = summands.law
