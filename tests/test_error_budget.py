@@ -62,7 +62,7 @@ def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the
     """
     flat = pair(np.zeros((20, 20)), radius=1500.0, work=0.2)
     tried = {name: [0.9, 1.1] for name in ("work of adhesion", "sphere radius", "modulus")}
-    mesh = roughxr.Mesh(8, step=0.5)
+    mesh = roughxr.Mesh(8, step=0.25)
     smooth_budget = error_budget(flat, settings=tried, law="jkr", mesh=mesh, places=1)
     slopes = smooth_budget.slope.to_series()
     assert slopes["work of adhesion"] == pytest.approx(1, abs=0.04)

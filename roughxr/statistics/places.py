@@ -40,11 +40,12 @@ def correlogram(values: np.ndarray, places: np.ndarray) -> Correlogram:
 
 def normal_scores(values: np.ndarray) -> np.ndarray:
     """Return the normal quantiles of the samples' ranks."""
-    from scipy.stats import norm, rankdata
+    from scipy.special import ndtri
+    from scipy.stats import rankdata
 
     largest = np.abs(values).max(initial=0.0) or 1.0
     alike = np.round(values / largest, 10)  # an asperity can give equal forces, but for rounding, at several places
-    return norm.ppf((rankdata(alike) - 0.5) / values.size)
+    return ndtri((rankdata(alike) - 0.5) / values.size)
 
 
 def independent_places(values: np.ndarray, places: np.ndarray | None) -> float:

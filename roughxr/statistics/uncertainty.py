@@ -300,7 +300,7 @@ def _resampled(sample: Samples, count: float, resamples: int, *, seed: int) -> I
 
 def _intervals(sample: Samples, count: float, labels: list[str], confidence, resamples, seed) -> np.ndarray:
     """Return the lower and upper ends, (2, statistics), for ``count`` independent places."""
-    from scipy.stats import norm, t
+    from scipy.special import ndtr, stdtrit  # of `scipy.stats`, whose checks take longer than all else here
 
     if sample.values.size < FEWEST_SAMPLES:
         return np.array([_small_sample_ends(label, sample, max(count, 1.5), confidence) for label in labels]).T
@@ -310,7 +310,7 @@ def _intervals(sample: Samples, count: float, labels: list[str], confidence, res
     ]
     means, stds = np.concatenate(drawn, axis=1)
     degrees = max(count, 2.0) - 1
-    low = norm.cdf(t.ppf(0.5 - confidence / 2, degrees))
+    low = ndtr(stdtrit(degrees, 0.5 - confidence / 2))
     ends = dict(zip(("mean", "std"), np.quantile([means, stds], [low, 1 - low], axis=1).T))
     spread = float(_mean((sample.values - _mean(sample.values, sample.weights)) ** 2, sample.weights) ** 0.5)
     # factor on deviations: samples that are alike scatter less about their own mean than about the true one
@@ -418,7 +418,8 @@ def _interval_ends(label: str, sample: Samples, ends: Any, times: float, count: 
 
 def _small_sample_ends(label: str, sample: Samples, count: float, confidence: float) -> np.ndarray:
     """Return the ends of an interval of few samples, taken as log-normal, or as normal if any is negative."""
-    from scipy.stats import chi2, nct, norm, t
+    from scipy.special import ndtri, stdtrit
+    from scipy.stats import chi2, nct
 
     values, weights = sample.values, sample.weights
     estimate = _estimate(label, values, weights)
@@ -440,10 +441,10 @@ def _small_sample_ends(label: str, sample: Samples, count: float, confidence: fl
         for spread, freedom in spreads:
             log_variance = spread if positive else 0.0  # ln E[exp z] = E[z] + var(z)/2 of a normal z
             half = np.sqrt(spread / count + log_variance**2 / (2 * freedom))
-            candidates += [middle + log_variance / 2 + t.ppf(tails, freedom) * half]
+            candidates += [middle + log_variance / 2 + stdtrit(freedom, tails) * half]
         ends = min(candidates, key=np.ptp)
     else:
-        away = norm.ppf(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
+        away = ndtri(np.clip(float(label[1:]) / 100, 1e-6, 1 - 1e-6)) * np.sqrt(count)
         ends = middle + nct.ppf(tails, count - 1, away) * np.sqrt(variance / count)
     ends = np.exp(ends) if positive else ends
     return np.array([min(ends[0], estimate), max(ends[1], estimate)])
