@@ -639,6 +639,8 @@ def test_statistics_over_a_radius_are_drawn_with_their_intervals():
         drawn = bars.get_ydata().reshape(-1, 3)[:, :2]
         np.testing.assert_allclose(drawn, statistics[["low", "high"]].isel(statistic=order).to_array().T)
     assert ax.get_ylabel() == "pull-off force [nN]" and ax.get_xlabel() == "sphere radius [nm]"
+    with pytest.raises(ValueError, match=r"draw result\.contact\.bootstrap"):  # a line from a count to a mean
+        figures.plot(radii.contact.summary())
 
 
 def test_a_spectrum_is_drawn_to_the_nyquist_wavevector():

@@ -102,6 +102,7 @@ def test_a_scan_in_metres_without_units_is_refused():
         lambda heights: roughxr.assign_pair(heights, sphere_radius=500, materials="glass"),
         lambda heights: roughxr.vary(heights, roughxr.adhesive, sphere_radius=[500]),
         *(roughxr.level, roughxr.adhesive, roughxr.superpose, roughxr.pull_off_map, roughxr.rolling),
+        lambda heights: roughxr.fit_pair(heights, xr.Dataset()),
         *(roughxr.reference.tabor, roughxr.scans.regions.centres, roughxr.scans.regions.extent),
     ],
 )

@@ -141,6 +141,13 @@ def _draw_estimates(ax: Axes, x: np.ndarray, statistic: xr.Dataset, label: str, 
 
 def _parameters(ds: xr.Dataset, name: str, sample: str | None) -> list[str]:
     """Return the dimensions of a variable other than its samples, the longest first; raise for too many."""
+    if "statistic" in ds[name].dims:  # lines would join a count, a mean and a deviation
+        raise Refusal(
+            name,
+            "a summary along statistic alone, or statistics with intervals",
+            ", ".join(map(str, ds[name].dims)),
+            "draw result.contact.bootstrap(statistics=['mean', 'q50']), or select one entry by isel",
+        )
     parameters = sorted((str(dim) for dim in ds[name].dims if dim != sample), key=lambda dim: -ds.sizes[dim])
     if len(parameters) > 2 or (len(parameters) == 2 and ds.sizes[parameters[1]] > len(STROKES)):
         raise Refusal(

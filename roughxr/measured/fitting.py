@@ -108,6 +108,7 @@ def fit_pair(
     >>> bool(fitted.fitted_work_low < 0.2 < fitted.fitted_work_high)
     True
     """
+    schema.need_dataset(ds)
     ds = schema.entered(ds)
     measured = schema.entered(measured)
     extrapolation = schema.entered(extrapolation)
