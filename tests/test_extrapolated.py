@@ -32,6 +32,11 @@ def image(surface, pixels, tip=8.0):
     return dilated.isel(x=slice(pixels // 2, None, pixels), y=slice(pixels // 2, None, pixels))
 
 
+def on_cells_of_2_nm(surface, **options):
+    """Solve surfaces with pixels of 2 and 8 nm on equal cells, without refinement."""
+    return roughxr.adhesive(surface, mesh=round(roughxr.schema.pixel(surface)[0] / 2), **options)
+
+
 @pytest.fixture(scope="module")
 def true_surface():
     made = synthetic.self_affine((320, 320), 2, rms=1.5, hurst=0.8, rolloff=150, cutoff=6, seed=4)
@@ -112,7 +117,7 @@ def test_a_second_scan_that_shows_no_finer_roughness_changes_nothing(true_surfac
 def test_with_a_second_scan_the_truth_lies_inside_an_interval_narrower_than_with_one(
     true_surface, scan, scanned, truth, monkeypatch
 ):
-    monkeypatch.setattr(extrapolation, "_SECOND_PLACES", (2, 2))
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
     truth = truth.pull_off_force.mean()
     fine = image(true_surface, 1, tip=5.0).isel(x=slice(160), y=slice(160))
     alone, with_second = (real_pull_off(scan, scanned, None, finer=second, shortest=6) for second in (None, fine))
@@ -171,6 +176,7 @@ def test_a_particle_at_rest_takes_the_ratio_of_the_second_scan_alone(true_surfac
 
 def test_where_a_second_scan_shows_no_finer_roughness_particles_adhere_as_on_the_first(true_surface, monkeypatch):
     monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 1))
+    monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_2_nm)
     smooth = roughxr.scans.smooth(true_surface, shortest=60)
     first = image(smooth, 4, tip=0.1).contact.assign_pair(**PAIR)
     log, error, _ = extrapolation.resting_ratio(first, smooth.isel(x=slice(200), y=slice(200)), "exponential")
