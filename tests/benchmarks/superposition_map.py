@@ -104,7 +104,7 @@ def large_scans():
         large, small, tiny = (self_affine((n, n), 10.0, **options) for n in (4096, 2048, 256))
         roughxr.reconstruct(tiny, roughxr.asperities(tiny))  # compiles
         catalogue, seconds = timed(lambda scan=large: roughxr.asperities(scan), 1, time.process_time)
-        print(f"{catalogue.sizes['asperity']} asperities of a 4096 x 4096 scan, waves from {cutoff} nm: {seconds:.2f} s")
+        print(f"{catalogue.sizes['asperity']} asperities of a 4096 x 4096 scan, waves of {cutoff} nm: {seconds:.2f} s")
         catalogue = roughxr.asperities(small)
         _, seconds = timed(lambda scan=small, c=catalogue: roughxr.reconstruct(scan, c), 1, time.process_time)
         print(f"reconstruction of a 2048 x 2048 scan: {seconds:.2f} s")
