@@ -112,13 +112,12 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
     groups = {name: _storable(entered(ds), name) for name, ds in groups.items()}
     lazy = {name: [key for key in ds.data_vars if ds[key].chunks] for name, ds in groups.items()}
     loaded = {name: ds.drop_vars(lazy[name]).compute() for name, ds in groups.items()}
-    tree = xr.DataTree.from_dict({"/": xr.Dataset(attrs=present), **loaded})
-    encoding = {node.path: _encoding(node.dataset) for node in tree.subtree}
     with atomic_write(path) as temporary:
         if onto:
             shutil.copyfile(path, temporary)
-        with uninterrupted():
-            tree.to_netcdf(temporary, mode="a" if onto else "w", encoding=encoding, engine="netcdf4")
+        with open_locked_raw(temporary, "a" if onto else "w") as file:
+            file.setncatts(present)
+            _write_groups(file, loaded)
         for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
             # one variable at a time: chunks that several variables share would otherwise all stay in memory
             single = groups[name][[key]]
@@ -134,6 +133,35 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
     return path
+
+
+class _LateWriter:
+    """Writes values once all variables are defined: the library stores all definitions anew for each change of mode."""
+
+    def __init__(self) -> None:
+        self.values: list[tuple[Any, Any]] = []
+
+    def add(self, source: Any, target: Any, region: Any = None) -> None:
+        """Note the values of a variable, as xarray's writers do."""
+        self.values.append((source, target))
+
+    def write(self) -> None:
+        """Write all values."""
+        for source, target in self.values:
+            target[...] = source
+
+
+def _write_groups(file: netCDF4.Dataset, groups: Mapping[str, xr.Dataset]) -> None:
+    """Write Datasets in memory as groups of an open file."""
+    writer = _LateWriter()
+    for name, ds in groups.items():
+        encoding = _encoding(ds)
+        variables, attrs = xr.conventions.encode_dataset_coordinates(ds)
+        for key, options in encoding.items():
+            variables[key].encoding = options
+        store = xr.backends.NetCDF4DataStore(file.createGroup(name), mode="a", lock=False)
+        store.store(variables, attrs, set(encoding), writer)
+    writer.write()
 
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict]:
@@ -484,7 +512,7 @@ def open_locked(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]
 
 
 @contextmanager
-def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a"] = "r") -> Iterator[netCDF4.Dataset]:
+def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a", "w"] = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `open_locked` does, but without xarray."""
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
