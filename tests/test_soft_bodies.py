@@ -217,3 +217,22 @@ def test_a_pull_off_whose_pressed_solve_fails_has_no_stated_error(monkeypatch):
     with pytest.warns(UnresolvedContact, match="no error estimate"):
         solution = smooth().contact.adhesive(mesh=1)
     assert float(solution.pull_off_force[0]) > 0 and np.isnan(solution.pull_off_error[0])
+
+
+@pytest.mark.filterwarnings("ignore:.*accuracy")
+def test_a_mesh_that_does_not_converge_leaves_the_pull_off_of_the_one_before(monkeypatch):
+    ground = surfaces.scan(surfaces.rough(24, seed=1)).contact.assign_pair(
+        sphere_radius=500, contact_modulus=40, work_of_adhesion=0.06
+    )
+    solved = refinement._solved
+    meshes = []
+
+    def solved_to_the_second_mesh(place, problem, adhesion, refine, **options):
+        cycles = solved(place, problem, adhesion, refine, **options)
+        meshes.append(refine)
+        return cycles if len(set(meshes)) < 3 else cycles._replace(events=[{}] * len(cycles.events))
+
+    monkeypatch.setattr(refinement, "_solved", solved_to_the_second_mesh)
+    cycle = ground.contact.adhesive(mesh=roughxr.Mesh(accuracy=1e-9))
+    assert len(set(meshes)) == 3 and float(cycle.mesh[0]) == sorted(set(meshes))[1]
+    assert float(cycle.pull_off_force[0]) > 0 and float(cycle.pull_off_error[0]) > 1e-9

@@ -61,8 +61,9 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     """Halve the cells until the pull-off changes by less than the accuracy, or there are too many cells.
 
     The change from one mesh to the next is the error of the finer mesh: an upper bound if the meshes converge at first
-    order or better. Without range more is stated, `_slow_error`. The error of the step is the change between the step
-    and twice the step on the coarsest mesh; if it is large, finer meshes take half the step.
+    order or better. Without range more is stated, `_slow_error`. A mesh that has not converged is not taken after one
+    that has. The error of the step is the change between the step and twice the step on the coarsest mesh; if it is
+    large, finer meshes take half the step.
     """
     pixels = overlapping_cells(surface_at(place, problem._replace(refine=1)), problem._replace(refine=1), adhesion)
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
@@ -75,12 +76,15 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
     if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
         adhesion = adhesion._replace(step=0.5 * adhesion.step)
-    n, mesh_error, slow = meshes[0], _single_mesh_error(cycles), _slow_error(cycles)
-    if not meshes[1:] and n > 1:  # cells too large for the law give an upper bound
-        mesh_error = _change(_solved(place, problem, adhesion, n // 2), cycles)
+    mesh_error, slow = _single_mesh_error(cycles), _slow_error(cycles)
+    if not meshes[1:] and meshes[0] > 1:  # cells too large for the law give an upper bound
+        mesh_error = _change(_solved(place, problem, adhesion, meshes[0] // 2), cycles)
         slow = _slow_error(cycles, mesh_error)
     for n in meshes[1:]:
-        before, cycles = cycles, _solved(place, problem, adhesion, n)
+        finer = _solved(place, problem, adhesion, n)
+        if (np.isnan(finer.pull_offs) & (cycles.pull_offs > 0)).any():
+            break
+        before, cycles = cycles, finer
         # two edges may agree by chance: half the error of the coarser mesh is a lower bound
         edge_errors = np.fmax(_edge_errors(cycles), _edge_errors(before) / RIM_ERROR)
         change = _change(before, cycles)
@@ -97,7 +101,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     stated = errors | {"mesh_error": np.maximum(mesh_error, slow)}
     numerical = np.sqrt(sum(error**2 for error in stated.values()))
     errors["pull_off_error"] = _with_settling(numerical, cycles, pressed, adhesion)
-    return cycles, {"mesh": n, "pressed_pull_off_force": pressed, **errors}
+    return cycles, {"mesh": cycles.problem.refine, "pressed_pull_off_force": pressed, **errors}
 
 
 def _slow_error(cycles: Cycles, change: Any = 0.0) -> Any:
