@@ -173,12 +173,15 @@ def _words(accessor: type, name: str) -> str:
 
 
 class ContactArrayAccessor:
-    """Drawing of a single variable, such as a density."""
+    """Drawing and table of a single variable, such as a density."""
 
     def __init__(self, array: xr.DataArray):
         self._ds = array
 
     def __repr__(self) -> str:
-        return f"<roughxr: a variable>\n  .plot  {_words(type(self), 'plot')}"
+        return "<roughxr: a variable>" + "".join(
+            f"\n  .{name}  {_words(type(self), name)}" for name in ("plot", "to_table")
+        )
 
     plot = _method(figures.plot)
+    to_table = _method(exports.to_table)

@@ -23,12 +23,12 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 FORMATS = (".csv", ".xlsx")
 
 
-def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
+def to_table(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None = None) -> Any:
     """Return a result as a tidy table, or write it: a row for each entry, a column for each variable and coordinate.
 
     Parameters
     ----------
-    ds : Dataset
+    ds : Dataset or DataArray
         For example asperities, a solution without fields, a pull-off, a summary, intervals, or a map, which has one row
         for each pixel. Computed if lazy. Scalars, such as a roughness, are one row each: value, units and meaning.
     path : path, optional
@@ -57,7 +57,9 @@ def to_table(ds: xr.Dataset, path: str | os.PathLike | None = None) -> Any:
     >>> roughxr.to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """
-    ds = schema.entered(ds)
+    if isinstance(ds, xr.DataArray):
+        ds = ds.to_dataset(name=ds.name or "value")
+    ds = schema.entered_dataset(ds)
     write = None if path is None else _writer(Path(path).suffix)
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:

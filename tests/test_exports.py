@@ -121,3 +121,8 @@ def test_what_is_handed_on_says_what_it_stands_for_and_one_condition_at_a_time(t
     assert "xarray.open_datatree: detachment/load" in xr.open_dataset(path).attrs["comment"]
     with pytest.raises(ValueError, match="'silica/mica'; for other materials"):
         scan.contact.assign_pair(sphere_radius=3000, materials="silica/mica")
+
+
+def test_a_variable_is_a_table_of_its_own():
+    force = xr.DataArray([1.0, 2.0], {"delta": [0.0, 1.0]}, "delta", "force")
+    assert roughxr.to_table(force).columns.tolist() == force.contact.to_table().columns.tolist() == ["force"]

@@ -20,6 +20,7 @@ from ..vocabulary.error_sources import (
 )
 from ..vocabulary.numbers import (
     bounds_in_words,
+    is_too_wide,
     number,
     percent,
     quantity,
@@ -365,7 +366,11 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     if not remedy:
         return ""
     sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
-    if np.isfinite(value["narrowed_low"]):
+    if value["narrowed_low"] > 0 and value["best_low"] > 0:
+        narrowed, wide = (np.log(value[f"{name}_high"] / value[f"{name}_low"]) for name in ("narrowed", "best"))
+        if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
+            return ""
+    if np.isfinite(value["narrowed_low"]) and not is_too_wide(value["narrowed_low"], value["narrowed_high"]):
         _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
         sentence += f" (to some {ends})"
     return f"{sentence}."
