@@ -39,6 +39,7 @@ PICTURES = {
         "roughxr.figures.field_map(pulled, scan=scan)"
     ),
     "Approach and retraction": (
+        "# nm from first contact, densest around the pull-off; loops narrower than a step are not seen\n"
         "displacements = [-1, -0.5, -0.3, -0.2, -0.15, -0.1, -0.05, 0, 0.1, 0.2]\n"
         'scan.contact.adhesive(delta=displacements, datum="first_contact", subregions=(3, 3)).contact.plot()'
     ),

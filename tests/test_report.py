@@ -456,12 +456,12 @@ def test_more_than_a_soft_smooth_sphere_holds_is_told():
         assert verdict in report.headline({"statistics/adhesive": pull})
 
 
-@pytest.mark.parametrize(("narrowed", "words"), [(59.0, ""), (40.0, "(to some 2 … 40 nN)"), (300.0, "")])
-def test_a_step_is_advised_where_it_narrows_the_interval(narrowed, words):
+@pytest.mark.parametrize(("narrowed", "ends"), [(59.0, ""), (40.0, "(to some 2 … 40 nN)"), (300.0, "")])
+def test_a_step_is_advised_where_it_narrows_the_interval(narrowed, ends):
     summary = xr.Dataset(attrs={"narrowing_source": "work of adhesion"})
     value = {"low": 17.0, "high": 25.0, "independent_places": 40.0, "finest_shown": 10.0, "best_estimate": 11.0}
     value |= {"best_low": 2.0, "best_high": 61.0 if narrowed < 61.0 else 900.0}
     value |= {"narrowed_low": 2.0, "narrowed_high": narrowed}
     step = _next_step(summary, value)
     assert (narrowed == 59.0) == (step == "")
-    assert words in step and "wider than" not in step
+    assert ends in step and "wider than" not in step

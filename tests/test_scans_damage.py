@@ -291,7 +291,7 @@ def test_a_scar_along_one_line_is_doubted_and_a_particle_is_not(axis):
     line = {axis: 20}
     scarred = height.copy(deep=True)
     scarred["height"][line] += 20 * float(height.height.std())
-    assert any(f"line 20 along {axis}" in doubt and "a scan fault" in doubt for doubt in doubts(scarred))
+    assert any(f"line 20, counted along {axis}" in doubt and "a scan fault" in doubt for doubt in doubts(scarred))
     dusty = height.copy(deep=True)
     dusty["height"][{"x": 20, "y": 30}] += 50 * float(height.height.std())
     assert not any("a scan fault" in doubt for doubt in doubts(dusty))

@@ -177,7 +177,7 @@ def _scar(height: np.ndarray) -> list[str]:
     if ratio < _SCAR_RATIO * across:
         return []
     times = f"{ratio:.2g} times more than the median line"
-    return [f"line {line + 1} along {axis} differs from its neighbours {times}: a scan fault"]
+    return [f"line {line + 1}, counted along {axis}, differs from its neighbours {times}: a scan fault"]
 
 
 def _garbled(height: np.ndarray) -> list[str]:
