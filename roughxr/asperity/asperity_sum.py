@@ -124,7 +124,7 @@ def read_summands(
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
     law = read_law(law or (DUGDALE if schema.is_humid(ds) else JKR), verb)
-    options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated)
+    options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated and not is_lazy(ds))
     return Summands(ds, law, formulation, options, is_lazy(ds))
 
 

@@ -116,8 +116,7 @@ def superpose(
     >>> bool((sweep.pull_off_force > 0).all())
     True
     """
-    schema.need_dataset(ds)
-    summands = read_summands(ds, law, formulation, coated=not spread.is_lazy(ds))
+    summands = read_summands(ds, law, formulation, coated=True)
     ds = summands.ds
     law = summands.law
     options = summands.options

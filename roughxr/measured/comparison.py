@@ -11,7 +11,7 @@ import xarray as xr
 from ..statistics import bootstrap
 from ..statistics.censoring import finite_ends, with_infinity
 from ..statistics.densities import shares_up_to
-from ..statistics.headline import best_estimate
+from ..statistics.headline import estimated_mean
 from ..statistics.places import independent_places
 from ..statistics.sampling import (
     AT_LEAST,
@@ -131,7 +131,7 @@ def _sentence(compared: xr.Dataset, extrapolation: xr.Dataset | None) -> str:
             row = compared.sel(statistic=statistic)
             ratio, low, high = (float(row[name]) for name in ("ratio", "ratio_low", "ratio_high"))
             lines.append(f"Measured over predicted {words}: {with_interval(ratio, low, high, '')}.")
-    best = best_estimate({"statistics/extrapolated": extrapolation}) if extrapolation is not None else None
+    best = estimated_mean(extrapolation)
     if best is None or "mean" not in compared["statistic"]:
         return "\n".join([*lines, distributions_in_words(compared)])
     return "\n".join([*lines, *_means_in_words(compared.sel(statistic="mean"), *best)])

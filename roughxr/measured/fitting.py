@@ -108,8 +108,7 @@ def fit_pair(
     >>> bool(fitted.fitted_work_low < 0.2 < fitted.fitted_work_high)
     True
     """
-    schema.need_dataset(ds)
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds)
     measured = schema.entered(measured)
     extrapolation = schema.entered(extrapolation)
     schema.one_of(method, tuple(METHODS), "method")

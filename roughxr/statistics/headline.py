@@ -202,9 +202,13 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
     """Return a run's best estimate and the ends of its interval, nN, or None."""
-    if "statistics/extrapolated" not in run:
+    return estimated_mean(run.get("statistics/extrapolated"))
+
+
+def estimated_mean(extrapolated: xr.Dataset | None) -> tuple[float, float, float] | None:
+    """Return the mean of a result of `extrapolated` and the ends of its interval, nN, or None."""
+    if extrapolated is None:
         return None
-    extrapolated = run["statistics/extrapolated"]
     mean, low, high = (float(extrapolated[f"pull_off_{name}"]) for name in ("mean", "low", "high"))
     return (mean, low, high) if np.isfinite(mean) else None
 
@@ -365,11 +369,11 @@ def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     remedy = ERROR_SOURCES[source].remedy if source else ""
     if not remedy:
         return ""
-    sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
     if value["narrowed_low"] > 0 and value["best_low"] > 0:
         narrowed, wide = (np.log(value[f"{name}_high"] / value[f"{name}_low"]) for name in ("narrowed", "best"))
         if narrowed > 0.95 * wide:  # no step narrows it by a twentieth
             return ""
+    sentence = f"The interval narrows most with {remedy.format(**_second_scan_words(summary, value['finest_shown']))}"
     if np.isfinite(value["narrowed_low"]) and not is_too_wide(value["narrowed_low"], value["narrowed_high"]):
         _, ends = value_and_interval(value["best_estimate"], value["narrowed_low"], value["narrowed_high"])
         sentence += f" (to some {ends})"

@@ -105,18 +105,14 @@ def _correlation_models(coordinates: bytes) -> _CorrelationModels:
     n = len(places)
     distance = np.hypot(*(places[:, None] - places).T) / mean_spacing(places)
     lengths = 2.0 ** np.arange(-2.5, np.log2(0.5 * np.sqrt(n)) + 0.01, 0.5)
-    shapes = [shape for length in lengths for shape in _correlation_shapes(distance / length)]
+    relative = distance / lengths[:, None, None]
+    shapes = np.stack([np.exp(-relative), np.exp(-(relative**2) / 2)], axis=1).reshape(-1, n, n)
     # part of the variance without correlation between neighbours; it keeps matrices well conditioned
     nugget = 0.05
-    correlation = (1 - nugget) * np.array(shapes) + nugget * np.eye(n)
+    correlation = (1 - nugget) * shapes + nugget * np.eye(n)
     inverse = np.linalg.inv(correlation)
     determinant = np.linalg.slogdet(correlation)[1] + np.log(inverse.sum(axis=(1, 2)))
     return _CorrelationModels(inverse, determinant, correlation.mean(axis=(1, 2)))
-
-
-def _correlation_shapes(distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exponential and the Gaussian correlation at distances over the correlation length."""
-    return np.exp(-distance), np.exp(-(distance**2) / 2)
 
 
 def mean_spacing(places: np.ndarray) -> float:
