@@ -118,3 +118,24 @@ def test_labels_convert_what_states_other_units_of_its_quantity():
     np.testing.assert_allclose(labelled["height"], rough(8))
     np.testing.assert_allclose(labelled["x"], np.arange(8) * 10.0)
     assert labelled["height"].units == labelled["x"].units == "nm"
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        roughxr.answer,
+        roughxr.certificate,
+        roughxr.level,
+        roughxr.pull_off,
+        roughxr.statistics.bootstrap,
+        roughxr.statistics.cdf,
+        roughxr.statistics.debris,
+        roughxr.statistics.fit,
+        roughxr.statistics.pdf,
+        roughxr.statistics.summary,
+        roughxr.particles.critical_load,
+    ],
+)
+def test_a_verb_refuses_an_array_and_says_what_to_pass(verb):
+    with pytest.raises(ValueError, match=r"expected an xarray\.Dataset of kind .*, found ndarray; (pass|open) "):
+        verb(np.zeros((4, 4)))

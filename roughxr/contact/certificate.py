@@ -77,7 +77,7 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     truncated: 0 of at most 0, met
     Only sums were checked; solve with fields=True to check elasticity and traction, too.
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     method = ds.attrs.get("method")
     if method not in SOLVED or ("converged" not in ds and method != "rigid"):
         raise Refusal("", f"a solution of {', '.join(SOLVED)} along subregion", f"method={method!r}")

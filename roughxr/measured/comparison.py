@@ -166,7 +166,7 @@ def distributions_in_words(compared: xr.Dataset) -> str:
 
 def _samples(ds: xr.Dataset, words: str) -> Samples:
     if not isinstance(ds, xr.Dataset):
-        raise TypeError(f"{words}: expected a Dataset with {_NAME}, found {type(ds).__name__}")
+        raise Refusal(words, f"a Dataset with {_NAME}", type(ds).__name__)
     if _NAME not in ds:
         names = ", ".join(map(str, ds.data_vars)) or "nothing"
         raise Refusal(words, _NAME, names, "take .contact.pull_off() of a solution first")

@@ -152,7 +152,7 @@ def fit_curve(
     >>> bool(fit.fitted_modulus_low[0] < 0.0001 < fit.fitted_modulus_high[0]), fit.law.item()
     (True, 'jkr')
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "force_curve")
     radius = positive(sphere_radius, "nm", "sphere_radius")
     reach = positive(adhesion_range, "nm", "adhesion_range")
     law = read_law(law, "fit_curve")

@@ -151,7 +151,7 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
     >>> bool(abs(pull.pull_off_force[0] - 20) < 0.6), round(float(pull.contact_slope[0]), 1)
     (True, 2.0)
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "force_curve")
     single(baseline, "1", "baseline", "a share of the travel", lambda share: 0 < share <= 1)
     recorded, stiffness = recorded_curves(ds, spring_constant)
     retraction = recorded.sel(branch="retraction") if "branch" in recorded.dims else recorded

@@ -56,7 +56,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
     """
     from scipy.stats import norm
 
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     refuse_varied(ds)
     ds = reduction(ds)
     ln_ratio = np.log(ds["pull_off_ratio"])
@@ -86,7 +86,7 @@ def parameters(ds: xr.Dataset) -> xr.Dataset:
 
 def adhesion_by_place(ds: xr.Dataset) -> xr.Dataset:
     """Return adhesion, lever and moment of each place, over all directions."""
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     expect_moments(ds)
     reduced = reduction(ds)[["pull_off_force", "pull_off_ratio", "contact_area"]]
     moment = ds["resisting_moment"]

@@ -66,7 +66,7 @@ def for_each_condition(function: Verb) -> Verb:
 
     @functools.wraps(function)
     def each(ds: xr.Dataset, *arguments: Any, **options: Any) -> Any:
-        ds = schema.entered(ds)
+        ds = schema.entered_dataset(ds, "result")
         dims = ds["resisting_moment"].dims if "resisting_moment" in ds else ()
         name = next((str(dim) for dim in dims if dim not in ("subregion", "direction")), None)
         if name is None:

@@ -48,7 +48,7 @@ def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.Da
     """
     from scipy.spatial import cKDTree
 
-    catalogue = schema.entered(catalogue)
+    catalogue = schema.entered_dataset(catalogue, "asperities")
     subregions = schema.entered(subregions)
     values = catalogue["height"].values.astype(float)
     source = catalogue

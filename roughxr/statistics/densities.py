@@ -59,7 +59,7 @@ def pdf(
     >>> sweep.contact.pdf("force", bins=3).sel(delta=15).values.tolist()
     [0.25, 0.0, 0.75]
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     others = other_dimensions(ds, name)
     if others:
         return _pdf_along(ds, name, others[0], bins)
@@ -142,7 +142,7 @@ def cdf(ds: xr.Dataset, name: str = "pull_off_force") -> xr.DataArray:
     >>> steps.height.values.tolist(), steps.values.tolist()
     ([1.0, 2.0, 3.0], [0.25, 0.75, 1.0])
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     sample = samples(ds, name)
     low, high = (sample.values, sample.values) if sample.bounds is None else sample.bounds
     points = np.unique(np.concatenate([low, high]))

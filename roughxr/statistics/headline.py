@@ -79,7 +79,7 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
     Debris on less than 63 % of the surface may be missed by 3 places; the interval excludes it.
     Next: solve more places, or scan a larger area, since 3 places, 3 of them independent, give a wide interval.
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     if "quantile_distance" in ds:  # of `fit_pair`
         return ds
     if "pull_off_mean" in ds:  # of `extrapolated`

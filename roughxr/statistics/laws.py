@@ -90,7 +90,7 @@ def fit(
     >>> str(fits.law[int(fits.aic.argmin('law'))].values), fits.scale.units
     ('log_normal', 'nN')
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     laws = [laws] if isinstance(laws, str) else laws
     for law in laws:
         schema.one_of(law, LAWS, "laws")

@@ -81,7 +81,7 @@ def pooled(
     >>> bool(pool.pooled_low < 12 < pool.pooled_high), round(float(pool.between_std)), float(pool.between_p_value)
     (True, 2, 0.0)
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     _need_several(ds, name, over)
     # confidence level of the intervals
     confidence = 0.95

@@ -54,7 +54,7 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     >>> float(sweep.contact.pull_off().pull_off_force[0]), float(sweep.contact.pull_off().pull_off_delta[0])
     (3.0, 0.0)
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
         out = _solver_pull_off(ds)
         method = "cycle" if "complete" in ds else "exact"
@@ -186,7 +186,8 @@ def reduction(ds: xr.Dataset) -> xr.Dataset:
     >>> roughxr.statistics.reduction(xr.Dataset(forces, coords=pair)).pull_off_ratio.values.round(12).tolist()
     [0.25, 0.5]
     """
-    ds = schema.entered(ds) if "pull_off_force" in ds else schema.validate(ds, "pull_off")
+    ds = schema.entered_dataset(ds, "pull_off")
+    ds = ds if "pull_off_force" in ds else schema.validate(ds, "pull_off")
     smooth = smooth_pull_off(ds)
     if smooth <= 0:
         raise Refusal("", "a pair with work_of_adhesion > 0", "0", "assign one with assign_pair")

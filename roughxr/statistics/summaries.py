@@ -46,7 +46,7 @@ def summary(ds: xr.Dataset, *, quantiles: Sequence[float] = (0.05, 0.25, 0.5, 0.
     >>> float(table.height.sel(statistic="mean")), float(table.height.sel(statistic="q50"))
     (2.0, 2.0)
     """
-    ds = schema.entered(ds)
+    ds = schema.entered_dataset(ds, "result")
     ds = map_samples(ds)
     dim = next((dim for dim in SAMPLES if dim in ds.dims), None)
     if dim is None:

@@ -145,7 +145,8 @@ def bootstrap(
     >>> bool(mean.low < 15 < mean.high), mean.estimate.units
     (True, 'nm')
     """
-    ds, within = schema.entered(ds), schema.entered(within)
+    ds = schema.entered_dataset(ds, "result")
+    within = schema.entered(within)
     others = other_dimensions(ds, name)
     if others:
         options_along = {"statistics": statistics, "confidence": confidence, "resamples": resamples, "fewest": fewest}

@@ -173,18 +173,17 @@ def validate(ds: Any, kind: str) -> xr.Dataset:
 def need_dataset(data: Any, kind: str = "scan") -> None:
     """Raise unless data are a Dataset."""
     if not isinstance(data, xr.Dataset):
-        raise Refusal(
-            "",
-            f"an xarray.Dataset of kind {kind!r}",
-            type(data).__name__,
+        make = (
             "open a file by roughxr.open_scan, or make a scan of an array, "
-            "xr.Dataset({'height': (('x', 'y'), heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm",
+            "xr.Dataset({'height': (('x', 'y'), heights)}, {'x': x, 'y': y}) with pixel centres x and y in nm"
         )
+        advice = make if kind == "scan" else "pass what a function of roughxr returned, whole"
+        raise Refusal("", f"an xarray.Dataset of kind {kind!r}", type(data).__name__, advice)
 
 
-def entered_dataset(data: Any) -> xr.Dataset:
+def entered_dataset(data: Any, kind: str = "scan") -> xr.Dataset:
     """Return a Dataset as `entered`; raise for other types."""
-    need_dataset(data)
+    need_dataset(data, kind)
     return entered(data)
 
 
