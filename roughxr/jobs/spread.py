@@ -8,9 +8,11 @@ arrays. Tasks are computed at once, later as a dask array, or by a checkpointed 
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import partial
@@ -19,11 +21,13 @@ from typing import Any, NamedTuple
 import dask
 import dask.array as da
 import dask.callbacks
+import dask.multiprocessing
 import dask.threaded
 import numpy as np
 import xarray as xr
 from dask.base import get_scheduler
 from dask.delayed import Delayed
+from dask.system import CPU_COUNT
 
 from ..vocabulary.refusal import Refusal
 from .progress import print_line, subregion_bar
@@ -260,10 +264,22 @@ def active_client() -> Any:
         return None
 
 
+@contextmanager
+def _on_processes() -> Iterator[None]:
+    """Compute on the same processes within a block; dask would start others for each result, which takes seconds."""
+    workers = dask.config.get("num_workers", None) or CPU_COUNT
+    end_at_interrupt = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # without a traceback
+    pool = ProcessPoolExecutor(workers, dask.multiprocessing.get_context(), end_at_interrupt)
+    with pool, dask.config.set(scheduler=partial(dask.multiprocessing.get, pool=pool)):
+        yield
+
+
 def use_scheduler(scheduler: str | None) -> Any:
     """Compute on a scheduler, by name or address, within a block; None keeps the active one."""
     if scheduler is None:
         return nullcontext()
+    if scheduler == "processes":
+        return _on_processes()
     if scheduler in _LOCAL:
         return dask.config.set(scheduler=scheduler)
     if ":" not in scheduler:
