@@ -3,6 +3,7 @@
 import contextlib
 import gc
 import multiprocessing
+import os
 import signal
 import subprocess
 import sys
@@ -10,6 +11,13 @@ from pathlib import Path
 
 import dask
 import pytest
+
+# Linear algebra on all cores, beside another worker, spends its time waiting for cores: thirty times as much.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+# Compiled Python is stored beside the compiled kernels: else each process of the tests compiles the package anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
