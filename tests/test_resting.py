@@ -224,9 +224,8 @@ def _patches(surface, radius):
     """Return what a sphere may touch of a scan of 10 nm pixels, on cells of half a pixel."""
     z = band_limited(surface.height.values, 2)
     axes = [(axis.values[:, None] + [-2.5, 2.5]).ravel() for axis in (surface.x, surface.y)]
-    return dilation.patches(z, *axes, (5.0, 5.0), radius, dilation.contact_distance(radius, np.ptp(z)))[
-        0
-    ], dilation.Ball(radius, 2.5, 2.5)
+    reach = dilation.contact_distance(radius, np.ptp(z))
+    return dilation.patches(z, *axes, (5.0, 5.0), radius, reach), dilation.Ball(radius, 2.5, 2.5)
 
 
 def test_every_rest_is_lower_than_all_around_it_and_stands_on_its_supports():

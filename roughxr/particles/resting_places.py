@@ -120,10 +120,9 @@ def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basin
     pixel = float(x[1] - x[0]), float(y[1] - y[0])
     ball = dilation.Ball(radius, 0.5 * pixel[0], 0.5 * pixel[1])
     reach = dilation.contact_distance(radius, float(np.ptp(height)))
-    patches, pixels = dilation.patches(height, x, y, pixel, radius, reach)
+    patches = dilation.patches(height, x, y, pixel, radius, reach)
     z, bounds, lists = dilation.dilation(patches, x, y, ball)
-    lists = pixels.astype(np.int32)[lists]
-    return z, basins.DilatedSurface(height, bounds, lists, (float(x[0]), float(y[0])), pixel, ball)
+    return z, basins.DilatedSurface(z.shape, (float(x[0]), float(y[0])), pixel, patches, bounds, lists, ball)
 
 
 def _distinct(rolled: np.ndarray, spheres: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
@@ -166,7 +165,7 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     # largest distance (cells) between a resting position and the one on the vertices of asperities
     farthest = 40.0 * largest
     moved = basins.settle_near(rows, places, points, largest, farthest)
-    last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.height.shape) - 1)
+    last = np.array(surface.first) + np.array(surface.pixel) * (np.array(surface.shape) - 1)
     outside = (moved[:, :2] < surface.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
     stays = outside.any(axis=1)  # no resting position on vertices is near
     moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]

@@ -34,35 +34,23 @@ class Cells(NamedTuple):
 
 
 def cells(height, law):
-    """Return the means and slopes of the cells of a map of heights or gaps (nm); none for a dry law."""
+    """Return the means and slopes of the cells of a map of heights or gaps (nm), from each cell's neighbours.
+
+    At the rim a cell is its own neighbour. None for a dry law.
+    """
     if law.filled == -np.inf:
         return Cells(*(np.empty((0, 0)),) * 3, 0.0)
-    height = np.ascontiguousarray(height, dtype=float)
-    fields = np.empty((3, *height.shape))
-    return Cells(*fields, _planes(height, *fields))
-
-
-@kernel
-def _planes(height, mean, x, y):
-    """Fill in means and changes across each cell from its neighbours (at the rim, itself); return ``Cells.most``."""
-    n, m = height.shape
-    steepest = 0.0
-    for i in range(n):
-        before = height[max(i - 1, 0)]
-        after = height[min(i + 1, n - 1)]
-        for j in range(m):
-            centre = height[i, j]
-            left = height[i, max(j - 1, 0)]
-            right = height[i, min(j + 1, m - 1)]
-            a = 0.5 * (after[j] - before[j])
-            b = 0.5 * (right - left)
-            bend = (after[j] + before[j] + left + right - 4.0 * centre) / 24.0
-            x[i, j] = a if np.isfinite(a) else 0.0
-            y[i, j] = b if np.isfinite(b) else 0.0
-            bend = bend if np.isfinite(bend) else 0.0
-            mean[i, j] = centre + bend
-            steepest = max(steepest, abs(bend) + 0.5 * (abs(x[i, j]) + abs(y[i, j])))
-    return steepest
+    padded = np.pad(np.asarray(height, dtype=float), 1, mode="edge")
+    centre = padded[1:-1, 1:-1]
+    before = padded[:-2, 1:-1]
+    after = padded[2:, 1:-1]
+    left = padded[1:-1, :-2]
+    right = padded[1:-1, 2:]
+    with np.errstate(invalid="ignore"):  # inf beyond a map
+        fields = 0.5 * (after - before), 0.5 * (right - left), (after + before + left + right - 4.0 * centre) / 24.0
+    x, y, bend = (np.where(np.isfinite(field), field, 0.0) for field in fields)
+    most = np.max(np.abs(bend) + 0.5 * (np.abs(x) + np.abs(y)), initial=0.0)
+    return Cells(centre + bend, x, y, float(most))
 
 
 @kernel

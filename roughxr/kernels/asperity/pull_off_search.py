@@ -201,7 +201,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
                 offset[n] = o
                 index[n] = k
                 n += 1
-    order = _ascending(onset[:n])
+    order = np.argsort(onset[:n], kind="mergesort")  # stable
     begins = np.empty(n)
     offsets = np.empty(n)
     which = np.empty(n, np.int64)
@@ -217,31 +217,6 @@ def nearby(x, y, reach, grid, table, radius, profile):
         if table.size:
             collapse(table, grid.field.scales.row[which[k]], P, lines[k])
     return Near(begins, offsets, which, adhesion, lines, touch)
-
-
-@kernel
-def _ascending(values):
-    """Return the order that sorts a vector stably, by merge sort."""
-    order = np.empty(values.size, np.int64)
-    merged = np.empty(values.size, np.int64)
-    width = 1
-    for k in range(values.size):
-        order[k] = k
-    while width < values.size:
-        for low in range(0, values.size, 2 * width):
-            middle = min(low + width, values.size)
-            high = min(low + 2 * width, values.size)
-            i = low
-            j = middle
-            for k in range(low, high):
-                if i < middle and (j == high or values[order[i]] <= values[order[j]]):
-                    merged[k] = order[i]
-                    i = i + 1
-                else:
-                    merged[k] = order[j]
-                    j = j + 1
-        order, merged, width = merged, order, 2 * width
-    return order
 
 
 @kernel

@@ -32,6 +32,9 @@ CONVERGED, ITERATION_LIMIT = 0, 1
 #: Inverse of Love's coefficients at offsets (0,0), (0,1), (1,1), from 1/Â on a periodic grid of 128² cells.
 STENCIL = (1.1628, -0.1831, -0.0478)
 
+#: Offsets of a cell's neighbours, by side and by corner.
+_OFFSETS = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
+
 #: Number of rounds without a new minimum of violations after which cells are exchanged one at a time.
 PATIENCE = 10
 
@@ -117,29 +120,13 @@ def _count_as_change(depth, pressure, gap, change):
 def _neighbours(rows, columns):
     """Return for each cell the compact index of its four neighbours by side and four by corner."""
     count = rows.size
-    high = 0
-    wide = 0
-    for k in range(count):
-        high = max(high, rows[k] + 3)
-        wide = max(wide, columns[k] + 3)
-    number = np.empty((high, wide), np.int32)
-    for i in range(high):
-        for j in range(wide):
-            number[i, j] = count
+    number = np.full((rows.max() + 3, columns.max() + 3), count, np.int32)
     for k in range(count):
         number[rows[k] + 1, columns[k] + 1] = k
     neighbours = np.empty((count, 8), np.int32)
     for k in range(count):
-        i = rows[k] + 1
-        j = columns[k] + 1
-        neighbours[k, 0] = number[i - 1, j]
-        neighbours[k, 1] = number[i + 1, j]
-        neighbours[k, 2] = number[i, j - 1]
-        neighbours[k, 3] = number[i, j + 1]
-        neighbours[k, 4] = number[i - 1, j - 1]
-        neighbours[k, 5] = number[i - 1, j + 1]
-        neighbours[k, 6] = number[i + 1, j - 1]
-        neighbours[k, 7] = number[i + 1, j + 1]
+        for n, (di, dj) in enumerate(_OFFSETS):
+            neighbours[k, n] = number[rows[k] + 1 + di, columns[k] + 1 + dj]
     return neighbours
 
 

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..jit import kernel
 from .active_set import CONVERGED as CONVERGED
 from .active_set import ITERATION_LIMIT
 from .working_set import Guess, box_below, slack_of, solve_contact
@@ -97,42 +96,25 @@ def in_units(states, pressures, displacements, dx, contact_modulus, hardness):
 
 
 def extrapolated(older, last, delta, box, depth, cap):
-    """Return a guess in a box from two states (δ, pressure, displacement); an unknown state has δ = -inf."""
-    (rows, columns) = box
-    step = delta - last[0]
-    ahead = step / (last[0] - older[0])
-    return Guess(*_extrapolated(depth, step, ahead, *last[1:], *older[1:], cap, rows.start, columns.start))
-
-
-@kernel
-def _extrapolated(depth, step, ahead, pressure, displacement, older_pressure, older_displacement, cap, row, column):
-    """Extrapolate linearly: return the pressures, the cells in contact and those that may touch.
+    """Return a guess in a box from two states (δ, pressure, displacement), linear in δ; an unknown state has δ = -inf.
 
     With increasing δ the contact grows, and displacements outside it grow faster than linearly (the inverse of A has
     positive entries on its diagonal only). Linear extrapolation therefore overestimates the contact: a cell that will
     touch penetrates, but a slight penetration seldom leads to contact. Where the older displacement is unknown, the
     last one is used to choose cells that may touch, and the last one plus half of the step to choose cells in contact.
     """
-    guess = np.empty(depth.shape)
-    touching = np.empty(depth.shape, np.bool_)
-    possible = np.empty(depth.shape, np.bool_)
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            k = row + i
-            m = column + j
-            p = pressure[k, m]
-            u = displacement[k, m]
-            growth = ahead * (u - older_displacement[k, m])
-            doubt = 0.0
-            if np.isnan(growth):
-                growth = 0.0
-                doubt = 0.5 * step
-            gap = u + growth - depth[i, j]
-            guess[i, j] = min(max(p + ahead * (p - older_pressure[k, m]), 0.0), cap)
-            # in a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching
-            touching[i, j] = (p > 0.0 or gap + doubt < -0.1 * step) and guess[i, j] < cap
-            possible[i, j] = touching[i, j] or not gap >= 0.0
-    return guess, touching, possible
+    pressure, displacement = (field[box] for field in last[1:])
+    older_pressure, older_displacement = (field[box] for field in older[1:])
+    step = delta - last[0]
+    ahead = step / (last[0] - older[0])
+    growth = ahead * (displacement - older_displacement)
+    is_unknown = np.isnan(growth)
+    gap = displacement + np.where(is_unknown, 0.0, growth) - depth
+    guess = np.clip(pressure + ahead * (pressure - older_pressure), 0.0, cap)
+    # in a sweep, cells whose extrapolated penetration exceeds this part of the step are taken as touching
+    penetrates = gap + np.where(is_unknown, 0.5 * step, 0.0) < -0.1 * step
+    touching = ((pressure > 0.0) | penetrates) & (guess < cap)
+    return Guess(guess, touching, touching | ~(gap >= 0.0))
 
 
 def describe(row, contact, depth, cap, limit):

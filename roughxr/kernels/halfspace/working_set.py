@@ -109,11 +109,16 @@ def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0
     With a ``load`` the depths shift, and cells that lack up to ``slack`` (nm) to overlap are included. No pressure
     exceeds the ``cap``.
     """
-    pressure, touching, chosen, deepest, are_few, many = _begin(depth, slack, *guess, cap, load)
-    displacement = displaced(pressure, film) if many else np.full(depth.shape, np.nan)
-    products = int(many)
+    inside = depth > -slack
+    are_few = np.count_nonzero(inside) <= DENSE_LIMIT  # then all are chosen
+    pressure, touching, chosen = _begin(depth, inside, are_few, guess, cap, load)
+    products = 0
+    displacement = np.full(depth.shape, np.nan)
+    if np.count_nonzero(chosen) > DENSE_LIMIT:
+        displacement = displaced(pressure, film)
+        products = 1
     shift = 0.0
-    goal = part * deepest
+    goal = part * depth.max()
     while True:
         products_left = max_iterations - products
         outcome = _solve_cells(chosen, depth, pressure, touching, displacement, goal, products_left, load, cap, film)
@@ -129,78 +134,32 @@ def solve_in_box(depth, guess, part, max_iterations, cap, film=None, *, load=0.0
             return SolvedContact(pressure, displacement, Outcome(outcome.status, products, worst, shift))
 
 
-@kernel
-def _begin(depth, slack, pressure, touching, possible, cap, load):
-    """Return start pressures, cells in contact, cells to solve on, and the deepest overlap.
-
-    Few cells are all chosen. Also return whether they are few, and whether the chosen cells are many.
-    """
-    start = np.zeros(depth.shape)
-    contact = np.zeros(depth.shape, np.bool_)
-    chosen = np.zeros(depth.shape, np.bool_)
-    inside = 0
-    deepest = -np.inf
-    carrying = 0
-    count = 0
-    loaded = False
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            inside = inside + (depth[i, j] > -slack)
-            deepest = max(deepest, depth[i, j])
-    are_few = inside <= DENSE_LIMIT
-    for i in range(depth.shape[0]):
-        for j in range(depth.shape[1]):
-            if depth[i, j] > -slack:
-                contact[i, j] = touching[i, j]
-                yielding = pressure[i, j] >= cap and cap < np.inf
-                start[i, j] = pressure[i, j] if contact[i, j] or yielding else 0.0
-                chosen[i, j] = are_few or possible[i, j] or contact[i, j] or yielding
-                carrying = carrying + contact[i, j]
-                count = count + chosen[i, j]
-                loaded = loaded or start[i, j] != 0.0
-    if count == 0 or (load > 0.0 and not loaded):
-        for i in range(depth.shape[0]):
-            for j in range(depth.shape[1]):
-                if contact[i, j] or (carrying == 0 and depth[i, j] == deepest):
-                    contact[i, j] = load > 0.0
-                    chosen[i, j] = True
-                    start[i, j] = load / max(carrying, 1)
-    return start, contact, chosen, deepest, are_few, count > DENSE_LIMIT
+def _begin(depth, inside, are_few, guess, cap, load):
+    """Return start pressures, cells in contact, and cells to solve on, from a guess."""
+    contact = inside & guess.touching
+    loaded = contact | (inside & (guess.pressure >= cap))
+    start = np.where(loaded, guess.pressure, 0.0)
+    chosen = loaded | (inside & (guess.possible | are_few))
+    if not chosen.any() or (load > 0.0 and not start.any()):
+        first = contact if contact.any() else depth == depth.max()
+        start[first] = load / max(np.count_nonzero(contact), 1)
+        chosen |= first
+        contact = first & (load > 0.0)
+    return start, contact, chosen
 
 
 def _solve_cells(chosen, depth, pressure, touching, displacement, goal, max_iterations, load, cap, film):
     """Solve on the chosen cells of the box, from a displacement consistent with the pressure, or NaN."""
-    rows, columns, deep, compact, gap, contact = _gather(chosen, depth, pressure, displacement, touching)
+    at = rows, columns = np.nonzero(chosen)
+    deep = depth[at]
+    compact = np.append(pressure[at], 0.0)
+    gap = np.append(displacement[at] - deep, 0.0)
+    contact = np.append(touching[at], False)
     cells = operator(rows, columns, film, dense=rows.size <= DENSE_LIMIT)
     outcome = solve(cells, deep, compact, gap, contact, goal, max_iterations, load, cap, PATIENCE)
-    _scatter(rows, columns, deep, compact, gap, outcome.shift, pressure, displacement)
+    pressure[at] = compact[:-1]
+    displacement[at] = gap[:-1] + (deep + outcome.shift)
     return outcome
-
-
-@kernel
-def _gather(chosen, depth, pressure, displacement, touching):
-    """Return rows, columns and compact values of the chosen cells; all but the depths end with a zero."""
-    rows, columns = np.nonzero(chosen)
-    deep = np.empty(rows.size)
-    compact = np.zeros(rows.size + 1)
-    gap = np.zeros(rows.size + 1)
-    contact = np.zeros(rows.size + 1, np.bool_)
-    for k in range(rows.size):
-        i = rows[k]
-        j = columns[k]
-        deep[k] = depth[i, j]
-        compact[k] = pressure[i, j]
-        contact[k] = touching[i, j]
-        gap[k] = displacement[i, j] - deep[k]
-    return rows, columns, deep, compact, gap, contact
-
-
-@kernel
-def _scatter(rows, columns, deep, compact, gap, shift, pressure, displacement):
-    """Write the pressures and displacements of the chosen cells into the box."""
-    for k in range(rows.size):
-        pressure[rows[k], columns[k]] = compact[k]
-        displacement[rows[k], columns[k]] = gap[k] + (deep[k] + shift)
 
 
 @kernel

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..jit import kernel
-from .dilation import RISE, SIDE, X, Y, put_patch, touch
+from .dilation import SIDE, touch
 
 #: Labels of pixels from which the sphere rolls off the scan, of pixels without a lower neighbour, and of pixels not yet
 #: labelled. The second is also the last index of a list of labels.
@@ -125,13 +125,14 @@ def drainage_basins(z, pixel):
 
 
 class DilatedSurface(NamedTuple):
-    """A scan's heights (nm), the patches that a sphere may touch at each pixel, and the pixels."""
+    """The pixels of a scan, and the patches that a sphere may touch at each."""
 
-    height: np.ndarray
-    bounds: np.ndarray  # first and last entry in ``lists`` of each box of pixels
-    lists: np.ndarray  # the pixels, flat, on whose patches it may touch
+    shape: tuple  # pixels along x and y
     first: tuple  # x and y of the first pixel, nm
     pixel: tuple
+    patches: np.ndarray  # rows of `dilation.patches`
+    bounds: np.ndarray  # first and last entry in ``lists`` of each box of pixels
+    lists: np.ndarray  # the patches that it may touch
     ball: Any  # of `dilation.Ball`
 
 
@@ -146,7 +147,7 @@ def _pixel_at(surface, x, y):
 @kernel
 def _is_off(surface, x, y):
     """Return whether a point lies on the scan's outermost pixels, their inner edge included, or beyond."""
-    nx, ny = surface.height.shape
+    nx, ny = surface.shape
     along_x = (x - surface.first[0]) / surface.pixel[0]
     along_y = (y - surface.first[1]) / surface.pixel[1]
     # half the width of a pixel, in pixels, with a margin for rounding
@@ -156,16 +157,9 @@ def _is_off(surface, x, y):
 @kernel
 def _patches_near(surface, i, j):
     """Return the patches (rows) that a sphere may touch with its axis within a pixel of pixel i, j."""
-    nx, ny = surface.height.shape
+    nx, ny = surface.shape
     start, stop = surface.bounds[min(max(i, 0), nx - 1) // SIDE, min(max(j, 0), ny - 1) // SIDE]
-    rows = np.zeros((stop - start, RISE + 1))
-    for n in range(stop - start):
-        p = surface.lists[start + n] // ny
-        q = surface.lists[start + n] % ny
-        put_patch(rows[n], surface.height, p, q, surface.pixel, surface.ball.radius)
-        rows[n, X] = surface.first[0] + p * surface.pixel[0]
-        rows[n, Y] = surface.first[1] + q * surface.pixel[1]
-    return rows
+    return surface.patches[surface.lists[start:stop]]
 
 
 @kernel
@@ -197,14 +191,6 @@ def _planes(rows, x, y, ball, reach):
                 out[number, column] = out[n, column]
             number += 1
     return out[:number]
-
-
-@kernel
-def _patches_of_planes(rows, planes):
-    out = np.zeros((len(planes), rows.shape[1]))
-    for n in range(len(planes)):
-        out[n] = rows[int(planes[n, 5])]
-    return out
 
 
 @kernel
@@ -297,7 +283,7 @@ def _step_down(rows, x, y, ball, step, last):
     height = _touching_height(rows, x, y, ball)
     while step >= last:
         planes = _planes(rows, x, y, ball, step)
-        rows = _patches_of_planes(rows, planes)
+        rows = rows[planes[:, 5].astype(np.int64)]
         dx, dy = _best_step(planes, step)
         lower = _touching_height(rows, x + dx, y + dy, ball)
         if lower < height - 1e-12 * ball.radius:
@@ -339,7 +325,7 @@ def settle_near(rows, places, ball, largest, farthest):
         x = places[n, 0]
         y = places[n, 1]
         step = _FIRST_STEP * largest
-        near = _patches_of_planes(rows, _planes(rows, x, y, ball, farthest))
+        near = rows[_planes(rows, x, y, ball, farthest)[:, 5].astype(np.int64)]
         height = np.inf
         while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
             x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
@@ -350,61 +336,34 @@ def settle_near(rows, places, ball, largest, farthest):
 
 
 @kernel
-def _are_on_different_summits(a, b, pixel):
-    """Return whether two contacts lie on different summits."""
-    # least distance (pixels) of contacts on different summits; not a multiple of half a pixel, since many distances are
-    return max(abs(a[3] - b[3]) / pixel[0], abs(a[4] - b[4]) / pixel[1]) >= 1.9
+def _planes_at(surface, x, y, reach):
+    """Return `_planes` of the patches near a point."""
+    i, j = _pixel_at(surface, x, y)
+    return _planes(_patches_near(surface, i, j), x, y, surface.ball, reach)
 
 
-@kernel
-def _contact_planes(planes, reach):
-    """Return the planes that are the highest somewhere within a step: at rest several are."""
-    out = np.zeros((len(planes), planes.shape[1]))
-    number = 0
-    for n in range(len(planes)):
-        within = True
-        for m in range(len(planes)):
-            rise = (abs(planes[n, 1] - planes[m, 1]) + abs(planes[n, 2] - planes[m, 2])) * reach
-            within &= planes[n, 0] + 1.1 * rise >= planes[m, 0]
-        if within:
-            out[number] = planes[n]
-            number += 1
-    return out[:number]
+def _contacts(planes, reach):
+    """Return the planes that are the highest somewhere within a step, from the highest on: at rest several are."""
+    height = planes[:, 0]
+    rise = np.abs(planes[:, None, 1:3] - planes[:, 1:3]).sum(axis=2) * reach
+    contacts = planes[(height[:, None] + 1.1 * rise >= height).all(axis=1)]
+    return contacts[np.argsort(-contacts[:, 0], kind="stable")]
 
 
-@kernel
-def _summits(planes, pixel):
-    """Return the contacts' order from the highest on, and the rank of the highest contact on the summit of each."""
-    order = np.argsort(-planes[:, 0])
-    top = np.arange(len(planes))  # ranks in the order
-    for _ in range(len(planes)):
-        changed = False
-        for k in range(len(planes)):
-            for m in range(len(planes)):
-                if top[m] < top[k] and not _are_on_different_summits(planes[order[k]], planes[order[m]], pixel):
-                    top[k] = top[m]
-                    changed = True
-        if not changed:
-            break
-    return order, top
-
-
-@kernel
 def supports(places, surface, slack):
     """Return for each place the number of summits that support a sphere, within ``slack`` pixels, and their x, y."""
+    from scipy.sparse.csgraph import connected_components
+
     most_supports = 8
     number = np.zeros(len(places), np.int64)
     at = np.full((len(places), most_supports, 2), np.nan)
-    reach = slack * max(surface.pixel[0], surface.pixel[1])
-    for n in range(len(places)):
-        x = places[n, 0]
-        y = places[n, 1]
-        i, j = _pixel_at(surface, x, y)
-        planes = _contact_planes(_planes(_patches_near(surface, i, j), x, y, surface.ball, reach), reach)
-        order, top = _summits(planes, surface.pixel)
-        for k in range(len(planes)):
-            if top[k] == k and number[n] < most_supports:
-                at[n, number[n], 0] = planes[order[k], 3]
-                at[n, number[n], 1] = planes[order[k], 4]
-                number[n] += 1
+    reach = slack * max(surface.pixel)
+    for n, (x, y, _) in enumerate(places):
+        contact = _contacts(_planes_at(surface, x, y, reach), reach)[:, 3:5]
+        apart = (np.abs(contact[:, None] - contact) / surface.pixel).max(axis=2)
+        # contacts nearer than this (pixels) are on one summit; not a multiple of half a pixel: many distances are
+        summit = connected_components(apart < 1.9)[1]
+        highest = np.sort(np.unique(summit, return_index=True)[1])[:most_supports]
+        number[n] = highest.size
+        at[n, : highest.size] = contact[highest]
     return number, at

@@ -84,28 +84,24 @@ def put_patch(out, z, i, j, pixel, radius):
 
 @kernel
 def patches(z, x, y, pixel, radius, reach):
-    """Return the patches (rows) of the pixels that a sphere may touch, and each one's flat index in the tile."""
+    """Return the patches (rows) of the pixels that a sphere may touch."""
     nx, ny = z.shape
     bend = np.inf if reach > 0.99 * radius else 1 / radius * (1 - (reach / radius) ** 2) ** -1.5
     row = np.zeros(RISE + 1)
-    chosen = np.zeros(z.size, np.int64)
-    count = 0
+    is_chosen = np.zeros(z.shape, np.bool_)
     for i in range(nx):
         for j in range(ny):
             if 0 < i < nx - 1 and z[i - 1, j] + z[i + 1, j] - 2 * z[i, j] > pixel[0] ** 2 * bend:
                 continue  # cheapest test first
             put_patch(row, z, i, j, pixel, radius)
-            if _is_summit(z, i, j, pixel, bend, row[RISE]):
-                chosen[count] = i * ny + j
-                count += 1
-    out = np.zeros((count, RISE + 1))
-    for k in range(count):
-        i = chosen[k] // ny
-        j = chosen[k] % ny
-        put_patch(out[k], z, i, j, pixel, radius)
-        out[k, X] = x[i]
-        out[k, Y] = y[j]
-    return out, chosen[:count].copy()
+            is_chosen[i, j] = _is_summit(z, i, j, pixel, bend, row[RISE])
+    rows, columns = np.nonzero(is_chosen)
+    out = np.zeros((rows.size, RISE + 1))
+    for k in range(rows.size):
+        put_patch(out[k], z, rows[k], columns[k], pixel, radius)
+        out[k, X] = x[rows[k]]
+        out[k, Y] = y[columns[k]]
+    return out
 
 
 @kernel
