@@ -14,18 +14,18 @@ from ..statistics.densities import shares_up_to
 from ..statistics.headline import estimated_mean
 from ..statistics.places import independent_places
 from ..statistics.sampling import (
-    AT_LEAST,
-    AT_MOST,
-    DETECTION,
+    SHARE,
     Samples,
     limits_in_words,
     refuse_conditions,
     samples,
+    with_limits,
     without_weights,
 )
 from ..vocabulary import schema
 from ..vocabulary.numbers import is_too_wide, number, quantity, with_interval
 from ..vocabulary.refusal import Refusal
+from ..vocabulary.text import without_warnings
 
 _NAME = "pull_off_force"
 
@@ -105,7 +105,7 @@ def compare(
     """
     predicted, measured = schema.entered(predicted), schema.entered(measured)
     both = [_samples(ds, words) for ds, words in ((predicted, "predicted"), (measured, "measured"))]
-    out = _statistics(both, list(statistics), resamples)
+    out = _statistics((predicted, measured), list(statistics), resamples)
     for name, forces in zip(("predicted", "measured"), both):
         out[f"{name}_quantile"] = ("probability", np.quantile(forces.values, _LEVELS))
         if forces.bounds is not None:
@@ -182,28 +182,19 @@ def _samples(ds: xr.Dataset, words: str) -> Samples:
     return sample
 
 
-def _statistics(both: list[Samples], statistics: list[str], resamples: int) -> xr.Dataset:
+def _statistics(datasets: Sequence[xr.Dataset], statistics: list[str], resamples: int) -> xr.Dataset:
     """Return the statistics of both and their ratios, with intervals."""
-    intervals = [_intervals(forces, statistics, resamples, k) for k, forces in enumerate(both)]
+    intervals = [_intervals(ds, statistics, resamples, seed) for seed, ds in enumerate(datasets)]
     out = xr.Dataset(coords={"statistic": statistics})
     for name, ends in zip(("predicted", "measured"), intervals):
         out = out.assign({name: ends[0], f"{name}_low": ends[1], f"{name}_high": ends[2]})
     return out.assign(dict(zip(("ratio", "ratio_low", "ratio_high"), _ratio(*intervals))))
 
 
-def _intervals(forces: Samples, statistics: list[str], resamples: int, seed: int) -> list:
-    ds = xr.Dataset({_NAME: ("subregion", forces.values)})
-    if forces.bounds is not None and forces.censored is not None:
-        low, high = forces.bounds
-        ds[_NAME] = ds[_NAME].where(low == high)
-        ds[AT_MOST] = ("subregion", np.where((low < high) & np.isfinite(high), high, np.nan))
-        ds[DETECTION] = ("subregion", forces.censored[1])
-        ds[AT_LEAST] = ("subregion", np.where(np.isinf(high), low, np.nan))
-    if forces.places is not None:
-        ds = ds.assign_coords(
-            dict(zip(("subregion_x", "subregion_y"), (("subregion", axis) for axis in forces.places.T)))
-        )
-    out = bootstrap(ds, _NAME, statistics=statistics, resamples=resamples, seed=seed)
+def _intervals(ds: xr.Dataset, statistics: list[str], resamples: int, seed: int) -> list:
+    """Return the statistics with the ends of their intervals, all places counted equally."""
+    forces = with_limits(ds, _NAME).drop_vars((SHARE, "on_debris", "debris_share"), errors="ignore")
+    out = without_warnings(bootstrap, forces, _NAME, statistics=statistics, resamples=resamples, seed=seed)
     return [("statistic", out[name].values) for name in ("estimate", "low", "high")]
 
 

@@ -39,8 +39,10 @@ _LARGEST_HEADER = 2**20
 _HEADER_END = re.compile(rb"\\\*(?:Force )?[Ff]ile list end")
 
 #: A value in V of NanoScope's header, its sensitivity, and the size of a count; a sensitivity.
-_SCALED = re.compile(r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+)")
-_SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
+SCALED = re.compile(
+    r"V (?:\[(?P<quantity>[^\]]*)\] )?\((?P<lsb>[-+0-9.eE]*)[^)]*\)\s*(?P<value>[-+0-9.eE]+) ?(?P<units>\w*)"
+)
+SENSITIVITY = re.compile(r"V\s+(?P<value>[-+0-9.eE]+) ?(?P<units>\S*)")
 
 #: Possible numbers of fractional bits of integers of four bytes.
 _POSSIBLE_BITS = (0, 8, 16)
@@ -187,7 +189,7 @@ def _numbered(line: str) -> tuple[str, str, str]:
 def _nanoscope_calibration(header: dict[str, str], quantity: str) -> dict[str, float]:
     """Return sensitivity (m/V; without units nm/V) and spring constant (N/m) of a header."""
     values: dict[str, float] = {}
-    sensitivity = _SENSITIVITY.match(header.get(quantity.lower(), ""))
+    sensitivity = SENSITIVITY.match(header.get(quantity.lower(), ""))
     if sensitivity and sensitivity["units"] in ("nm/V", ""):
         values["sensitivity"] = float(sensitivity["value"]) * 1e-9
     if _is_number(header.get("spring constant", "")):
@@ -231,7 +233,7 @@ def _heights(
 
 def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     """Yield the curves of NanoScope's force curves and volumes."""
-    blocks = _nanoscope_blocks(path)
+    blocks = nanoscope_blocks(path)
     header = {key: value for block in blocks if "image list" not in block.title for key, value in block.values.items()}
     images = [block.values for block in blocks if "force image list" in block.title.lower()]
     scans = [block.values for block in blocks if block.title.lower() == "ciao image list"]
@@ -253,7 +255,7 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
         yield {"metadata": {**metadata, **places}, "data": read_columns, "needed": _CALIBRATION}
 
 
-def _nanoscope_blocks(path: Path) -> list[_Block]:
+def nanoscope_blocks(path: Path) -> list[_Block]:
     """Return the lists of a NanoScope header."""
     with path.open("rb") as file:
         raw = file.read(_LARGEST_HEADER)
@@ -294,7 +296,7 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Sto
         raise Refusal("", "a header with offset and length of the data", "none: damaged")
     offset = int(image["data offset"])
     width = int(image["data length"]) // (samples * count)
-    scale = _SCALED.match(image.get("z scale", ""))
+    scale = SCALED.match(image.get("z scale", ""))
     if width not in (2, 4) or scale is None or not scale["lsb"]:
         raise Refusal("", f"{count} × {samples} integers with a scale in V/LSB", f"{width} bytes for each")
     if path.stat().st_size < offset + samples * count * width:
@@ -306,7 +308,7 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Sto
 def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, str]) -> int:
     """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
     default = 0 if len(stored.counts) == 1 else 8  # of a curve, of a volume
-    threshold = _SCALED.match(header.get("trig threshold deflection", ""))
+    threshold = SCALED.match(header.get("trig threshold deflection", ""))
     if (
         _is_peak_force(header)
         or header.get("trigger mode") != "Relative"
@@ -325,8 +327,8 @@ def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, 
 
 def _ramp_heights(values: dict[str, str], sizes: tuple[int, int]) -> np.ndarray:
     """Return the heights (m) of extension and retraction, from contact outwards."""
-    ramp = _SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
-    sensitivity = _SENSITIVITY.match(values.get("sens. zsens", ""))
+    ramp = SCALED.match(values.get("ramp size", values.get("ramp size zsweep", "")))
+    sensitivity = SENSITIVITY.match(values.get("sens. zsens", ""))
     if ramp is None or sensitivity is None:
         raise Refusal("", "the size of the ramp and the sensitivity of the piezo", "none")
     length = float(ramp["value"]) * float(sensitivity["value"]) * 1e-9

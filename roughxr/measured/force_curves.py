@@ -344,13 +344,12 @@ def _pull_at(z: np.ndarray, force: np.ndarray, lowest: int, far: _FarPart) -> Pu
     at = z[lowest]
     straight = with_choice_error(far.line, far.others, at, force[lowest] if far.is_all else -np.inf)
     first = max(_first_free_sample(force, lowest, far.losses, far.noise), far.start)
-    travel = max(at - z[-1], 1e-300)
-    stretch = (far.line.longest - z[-1]) / travel
     significance = _BASELINE_SIGNIFICANCE
     line = straight
-    if stretch < _PLAIN and _has_jumped(z, force, lowest, first):
+    is_plain = far.line.longest - z[-1] >= _PLAIN * (at - z[-1])
+    if not is_plain and _has_jumped(z, force, lowest, first):
         line = _line_after_jump(z, force, lowest, first, straight, far.losses, far.noise)
-    elif stretch < _PLAIN:
+    elif not is_plain:
         line = _line_of_tail(z, force, at, straight, far)
         # a smooth depth beyond 1 / 0.8 of the largest recovery of the force is the tilt of the line, or of a wave
         significance *= max(0.8 * (line.force(at) - force[lowest]) / max(far.recovery, 1e-300), 1.0) ** 2
@@ -384,7 +383,7 @@ def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
 
 
 def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], noise: float) -> int:
-    """Return the first sample after the jump that is at the level of those that follow; the size without a jump.
+    """Return the first sample after the jump; the size without a jump.
 
     The jump follows the lowest force at once on a soft cantilever, later on a stiff one.
     """
@@ -393,23 +392,7 @@ def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], n
     if first > lowest + longest:
         later = [rupture for rupture in losses if rupture.end > lowest]
         first = max(later, key=lambda rupture: rupture.height).end if later else force.size
-    after_jump = first
-    span = _span(force.size - first)
-    while first <= after_jump + longest:
-        following = force[first : first + span]
-        rising = int(np.argmax(following >= median(following) - _SAMPLE_SPREAD * noise)) if following.size else 0
-        if rising == 0:
-            return first + _ringing(force[first:], noise)
-        first += rising
-    return after_jump  # interference rises on
-
-
-def _ringing(force: np.ndarray, noise: float) -> int:
-    """Return the number of samples in which the cantilever rings after a jump."""
-    steps = np.abs(np.diff(force[: max(force.size // _LONGEST_JUMP, 1)]))
-    # steps larger than this many standard deviations of the noise are the cantilever's ringing after a jump
-    large = np.flatnonzero(steps > 8.0 * noise)
-    return int(large[-1]) + 1 if large.size else 0
+    return first
 
 
 def _span(count: int) -> int:

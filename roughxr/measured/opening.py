@@ -270,15 +270,10 @@ def _adhesion(channels: list[Channel], channel: Any, direction: str | None, path
 
 
 def _read_image(path: Path, channel: Channel, size: Any, calibration: Calibration) -> xr.Dataset:
-    """Return an image's pixels as places: the picture's top row at the largest y, as in a scan."""
-    channel = files.with_size(channel, size, path)
-    assert channel.size is not None
-    rows = np.asarray(files.guarded(path, channel.read), dtype=float)
-    if rows.shape != channel.shape:
-        raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
-    values, how = _pull_off_magnitudes(path, rows[::-1].T, channel.units, calibration)
-    axes = {axis: (np.arange(n) + 0.5) * (length / n) for axis, n, length in zip("xy", values.shape, channel.size)}
-    ds = map_samples(xr.Dataset({"pull_off_force": (("x", "y"), np.ascontiguousarray(values))}, axes))
+    """Return an image's pixels as places, as in a scan."""
+    image = files.picture(files.with_size(channel, size, path), path)
+    values, how = _pull_off_magnitudes(path, image.values, channel.units, calibration)
+    ds = map_samples(image.copy(data=values).to_dataset(name="pull_off_force"))
     ds = ds.assign_coords(subregion=np.arange(values.size))
     return ds.assign_attrs(
         measured="adhesion image", channel=channel.name, scan_direction=channel.direction or "not stated", **how

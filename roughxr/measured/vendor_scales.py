@@ -6,18 +6,14 @@ units ("Arb") by instruments that map forces.
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from ..scans.channel import Channel, UnreadableScan
+from .exported_curves import SCALED, SENSITIVITY, nanoscope_blocks
 from .forces import converts
 
-_NUMBER = r"([-+0-9.eE]+)"
-_IMAGE = re.compile(r"^\\\*(?:Ciao|AFM) image list", re.IGNORECASE)
-_TITLE = re.compile(r"^\\@\d+:Image Data: S \[([^\]]*)\]")
-_SCALE = re.compile(rf"^\\@[24]:Z scale: V (?:\[(?P<quantity>[^\]]*)\] )?\([^)]*\) {_NUMBER} ?(?P<units>\w*)")
-_BYTES = re.compile(r"^\\Bytes/pixel: (\d)")
-_SENSITIVITY = re.compile(rf"^\\@(?P<quantity>Sens\.[^:]*): V {_NUMBER} ?(?P<units>[^\s/]*)(?:/(?P<per>\S*))?\s*$")
+#: Size of the units of a hard scale, in V; of arbitrary units in themselves.
+_HARD_UNITS = {"V": 1.0, "mV": 1e-3, "Arb": 1.0}
 
 
 def with_vendor_scale(path: Path, channels: list[Channel], chosen: Channel, family: str) -> Channel:
@@ -38,43 +34,23 @@ def with_vendor_scale(path: Path, channels: list[Channel], chosen: Channel, fami
 
 def nanoscope_scale(path: Path, index: int, name: str) -> tuple[str, float]:
     """Return the units of a Nanoscope image, and the value of one count in them."""
-    header = path.read_bytes().partition(b"\x1a")[0].decode("latin-1").splitlines()
-    scale, one_count = _hard_scale(path, _block(header, index), name)
-    sensitivity = next(
-        (match for match in map(_SENSITIVITY.match, header) if match and match["quantity"] == scale["quantity"]), None
-    )
-    arbitrary = scale["units"] == "Arb"
-    if (
-        sensitivity
-        and sensitivity["units"]
-        and sensitivity["per"] is not None
-        and arbitrary == (sensitivity["per"] == "Arb")
-    ):
-        return sensitivity["units"].replace("~", "µ"), one_count * float(sensitivity[2]) * (
-            1e3 if sensitivity["per"] == "mV" else 1.0
-        )
-    if arbitrary:
+    blocks = nanoscope_blocks(path)
+    images = [block.values for block in blocks if block.title.lower() in ("ciao image list", "afm image list")]
+    image = images[index] if index < len(images) else {}
+    scale = SCALED.match(image.get("z scale", ""))
+    if f"S [{name}]" not in image.get("image data", "") or scale is None or scale["units"] not in _HARD_UNITS:
+        raise UnreadableScan(path, f"expected the scale of image {name!r} in V, found none that can be read")
+    count = float(scale["value"]) * _HARD_UNITS[scale["units"]] / 256 ** int(image.get("bytes/pixel", 2))
+    header = {key: value for block in blocks for key, value in block.values.items()}
+    sensitivity = SENSITIVITY.match(header.get(str(scale["quantity"]).lower(), ""))
+    units, _, per = sensitivity["units"].partition("/") if sensitivity else ("", "", "")
+    is_arbitrary = scale["units"] == "Arb"
+    if sensitivity and units and per and is_arbitrary == (per == "Arb"):
+        return units.replace("~", "µ"), count * float(sensitivity["value"]) / _HARD_UNITS.get(per, 1.0)
+    if is_arbitrary:
         raise UnreadableScan(
             path,
             f"expected a calibrated image {name!r}, found arbitrary units without their scale {scale['quantity']!r}: "
             "calibrate deflection and spring constant in the vendor's program, and save the image in nN",
         )
-    return "V", one_count
-
-
-def _block(header: list[str], index: int) -> list[str]:
-    """Return a header's lines on the image of this number, none if there is no such image."""
-    starts = [k for k, line in enumerate(header) if _IMAGE.match(line)]
-    return header[starts[index] : [*starts, len(header)][index + 1]] if index < len(starts) else []
-
-
-def _hard_scale(path: Path, block: list[str], name: str) -> tuple[re.Match, float]:
-    """Return the hard scale of the image of this name, and one count in V or in arbitrary units."""
-    title, scale, size = (_first(pattern, block) for pattern in (_TITLE, _SCALE, _BYTES))
-    if not (title and scale) or title[1] != name or scale["units"] not in ("V", "mV", "Arb"):
-        raise UnreadableScan(path, f"expected the scale of image {name!r} in V, found none that can be read")
-    return scale, float(scale[2]) * (1e-3 if scale["units"] == "mV" else 1.0) / 256 ** int(size[1] if size else 2)
-
-
-def _first(pattern: re.Pattern, lines: list[str]) -> re.Match | None:
-    return next((match for match in map(pattern.match, lines) if match), None)
+    return "V", count

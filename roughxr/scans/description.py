@@ -90,7 +90,7 @@ def _described(channel: Channel, path: Path) -> dict[str, Any]:
     if channel.size and is_length(channel.lateral_units):
         row |= zip(("size_x", "size_y"), (v * factor(channel.lateral_units, "nm") for v in channel.size))
         if channel.is_length:
-            ds = labelled(with_size(channel, None, path), values, path)
+            ds = labelled(with_size(channel._replace(read=lambda: values), None, path), path)
             row |= {"lowest": float(ds["height"].min()), "highest": float(ds["height"].max())}
             with warnings.catch_warnings(), suppress(ValueError):  # listed as doubts; too few pixels for a plane
                 warnings.simplefilter("ignore", ImplausibleScan)

@@ -176,7 +176,7 @@ def read_scan(
     with recognized(path, code):
         chosen = choose(_with_units(channels, height_units, path), channel, scan_direction, path)
         chosen = with_size(chosen, size, path)
-        ds = labelled(chosen, guarded(path, chosen.read), path)
+        ds = labelled(chosen, path)
     ds.attrs.update(_origin(path, code, chosen, channels))
     tie = ambiguity_warning(channels, chosen, scan_direction) if channel is None else ""
     for doubt in filter(None, [tie, *doubts(ds)]):
@@ -283,20 +283,28 @@ def _check_square(channel: Channel, size: tuple[float, float], path: Path) -> No
         )
 
 
-def labelled(channel: Channel, rows: np.ndarray, path: Path) -> xr.Dataset:
-    """Return a channel as a scan: the picture's top row at the largest y."""
+def picture(channel: Channel, path: Path) -> xr.DataArray:
+    """Return a channel's values over x and y (nm): the picture's top row at the largest y."""
+    rows = np.asarray(guarded(path, channel.read), dtype=float)
     if rows.shape != channel.shape:
         raise UnreadableScan(path, f"expected {channel.shape} pixels (rows, columns), found {rows.shape}")
-    height = np.ascontiguousarray(rows[::-1].T, dtype=float) * factor(channel.units, "nm")
-    if np.isnan(height).all():
-        raise UnreadableScan(path, "expected heights, found missing pixels only")
     assert channel.size is not None  # by `with_size`
-    refuse_absurd(height, max(channel.size), path)
+    columns = rows[::-1].T
     coords = {
         axis: (axis, (np.arange(n) + 0.5) * (length / n), {"axis": axis.upper()})
-        for axis, n, length in zip("xy", height.shape, channel.size)
+        for axis, n, length in zip("xy", columns.shape, channel.size)
     }
-    return label(xr.Dataset({"height": (("x", "y"), height)}, coords))
+    return xr.DataArray(np.ascontiguousarray(columns), coords, ("x", "y"))
+
+
+def labelled(channel: Channel, path: Path) -> xr.Dataset:
+    """Return a channel as a scan."""
+    height = picture(channel, path) * factor(channel.units, "nm")
+    if np.isnan(height.values).all():
+        raise UnreadableScan(path, "expected heights, found missing pixels only")
+    assert channel.size is not None  # by `with_size`
+    refuse_absurd(height.values, max(channel.size), path)
+    return label(height.to_dataset(name="height"))
 
 
 def _origin(path: Path, code: str, chosen: Channel, channels: list[Channel]) -> dict[str, Any]:
