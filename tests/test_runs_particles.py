@@ -97,7 +97,6 @@ def on_cells_of_5_nm(surface, **options):
 
 def test_with_a_second_scan_a_run_of_particles_contains_the_best_estimate(folder, groups, monkeypatch):
     """The second scan is the first one on finer pixels: it shows nothing new."""
-    monkeypatch.setattr(extrapolation, "_LANDINGS", (2, 2))
     monkeypatch.setattr(extrapolation, "adhesive", on_cells_of_5_nm)
     scan = groups["scan"][["height"]]
     pixels = {axis: np.arange(float(scan[axis][10]), float(scan[axis][-10]), 5.0) for axis in "xy"}

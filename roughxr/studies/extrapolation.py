@@ -6,8 +6,8 @@ effect of an octave falls with its wavelength: h = 1 − shortest / longest unse
 measured surfaces, of which coarse images were solved (``tests/benchmarks/real_below_the_pixel.py``). With a second,
 finer scan, the factor is the ratio of two pull-offs of it: as it is, and as the first scan would show it. Measured
 pull-offs of another pair or radius give the factor as their ratio to the simulation. Several estimates of the factor
-are combined, each weighted by the inverse of its variance. Particles at rest take the ratio of the second scan alone,
-each surface with its own resting positions (``tests/benchmarks/particles_below_the_pixel.py``).
+are combined, each weighted by the inverse of its variance. Particles at rest take the ratio of the second scan alone
+(``tests/benchmarks/particles_below_the_pixel.py``).
 """
 
 from __future__ import annotations
@@ -22,12 +22,11 @@ from ..contact.adhesion import adhesive
 from ..contact.adhesive_options import read_preloads
 from ..contact.mesh import Mesh, read_mesh
 from ..contact.regimes import need_sphere
-from ..particles import resting
 from ..scans import level, regions
 from ..scans.editing import on_square_pixels
 from ..specimen import Specimen
 from ..statistics.headline import HALF_WIDTH, mean_pull_off, mesh_error
-from ..statistics.sampling import SHARE, at_first_preload, by_share, shares
+from ..statistics.sampling import SHARE, at_first_preload
 from ..vocabulary import schema
 from ..vocabulary.error_sources import (
     MESH,
@@ -68,11 +67,7 @@ _PHASES = (0.25, 0.75)
 #: Places along each axis at which a second scan is solved.
 _SECOND_PLACES = (3, 3)
 
-#: Grid of landings on a second scan, and the largest number of its resting positions that are solved.
-_LANDINGS = (4, 4)
-_MOST_RESTS = 12
-
-#: Standard deviation of ln(factor) of particles at rest by a second scan, beyond the scatter of its resting positions.
+#: Standard deviation of ln(factor) of particles at rest by a second scan, beyond the scatter of its places.
 _RESTING_SCATTER = 0.2
 
 #: Standard deviation of ln(factor) from one pair and radius to another on one surface. On any three of four surfaces
@@ -154,7 +149,7 @@ def extrapolated(
     measured pull-offs, whose ratio to the simulation depends on pair and radius by a factor of 2 at 95 %.
 
     On finer roughness, a particle rolls on to other resting positions and is supported otherwise, which one scan cannot
-    predict. With a second scan, its resting positions are found anew on each surface, from 16 landings.
+    predict. The factor by a second scan holds for it as for a probe.
 
     The places' relative scatter is that of the surface as scanned: on AFM maps 0.7 to 1.7 times the true one.
 
@@ -257,13 +252,11 @@ def _unseen_factor(
     force_std: float,
 ) -> RoughnessFactor:
     """Return the effect of unseen roughness down to an end (nm), by one scan, a second one, and measured forces."""
-    share = float(scanned["smooth_share"])
-    lowering = -float(np.log(share))
+    lowering = -float(np.log(scanned["smooth_share"]))
     is_at_rest = SHARE in solved.coords
     unseen = one_scan_factor(lowering, max(schema.pixel(ds)), end)
     if finer is not None:
-        smooth = float(scanned["pull_off_force"]) / share
-        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, smooth, end, is_at_rest)
+        second = _second_scan_factor(ds, finer, solved.attrs["law"], lowering, end, is_at_rest)
         unseen = second if is_at_rest else _combined_factor(unseen, second)
     if measured is not None and not is_at_rest:
         by_forces = _measured_factor(measured, force_std)
@@ -331,22 +324,16 @@ def _second_scan_factor(
     finer: xr.Dataset,
     law: str,
     lowering: float,
-    smooth: float,
     end: float,
     is_at_rest: bool,
 ) -> RoughnessFactor:
-    """Return the effect of the wavelengths that the first scan does not show, by a second one.
-
-    ``smooth`` is the pull-off from a smooth flat, nN.
-    """
-    ratio = resting_ratio if is_at_rest else second_scan_ratio
-    log, scatter, fine = ratio(ds, finer, law)
-    below = one_scan_factor(np.log(smooth / fine), max(schema.pixel(finer)), end)
+    """Return the effect of the wavelengths that the first scan does not show, by a second one."""
+    log, scatter = second_scan_ratio(ds, finer, law)
+    below = one_scan_factor(lowering - log, max(schema.pixel(finer)), end)
     beyond = _RESTING_SCATTER if is_at_rest else second_scan_error(lowering)
     x_low, x_high, y_low, y_high = regions.extent(finer)
     width = number(min(x_high - x_low, y_high - y_low), "nm")
-    places_name = "resting positions on " if is_at_rest else ""
-    source = f"by {places_name}a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
+    source = f"by a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
     return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
 
 
@@ -383,8 +370,8 @@ def second_scan_error(lowering: float) -> float:
     return float(np.hypot(_LEAST_SECOND_SCATTER, _SECOND_SCATTER * max(lowering, 0.0)))
 
 
-def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float, float]:
-    """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, its error, and the former (nN)."""
+def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float]:
+    """Return ln(ratio) of the mean pull-offs of a second scan as it is and as shown, and its error."""
     finer, shown = second_scan(ds, finer)
     centres = regions.centres(shown[0], _SECOND_PLACES)
     fine, *coarse = (
@@ -392,42 +379,13 @@ def second_scan_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[floa
         for scan in (finer, *shown)
     )
     both = np.isfinite([fine, *coarse]).all(axis=0)
-    _need_two(int(both.sum()), "places")
+    if both.sum() < 2:
+        raise Refusal("finer", "two places that adhere", int(both.sum()), "take a wider second scan")
     fine = fine[both]
     as_shown = np.mean(coarse, axis=0)[both]
     ratio = fine.mean() / as_shown.mean()
     scatter = (fine - ratio * as_shown).std(ddof=1) / np.sqrt(fine.size) / fine.mean()
-    return float(np.log(ratio)), float(scatter), float(fine.mean())
-
-
-def resting_ratio(ds: xr.Dataset, finer: xr.Dataset, law: str) -> tuple[float, float, float]:
-    """Return the result of `second_scan_ratio` for particles, each surface with its own resting positions."""
-    finer, shown = second_scan(ds, finer)
-    fine, fine_error = mean_at_rest(finer, law)
-    means, errors = np.transpose([mean_at_rest(scan, law) for scan in shown])
-    return float(np.log(fine / means.mean())), float(np.hypot(fine_error, errors.mean())), fine
-
-
-def mean_at_rest(scan: xr.Dataset, law: str) -> tuple[float, float]:
-    """Return the mean pull-off (nN) of particles at rest on a surface, and its relative error."""
-    rests = without_warnings(resting, scan, landings=_LANDINGS)
-    inner = rests.isel(subregion=np.flatnonzero(~rests["truncated"].values))
-    _need_two(inner.sizes["subregion"], "resting positions away from its edges")
-    rests = regions.sample(inner, _MOST_RESTS)
-    pull_off = at_first_preload(without_warnings(adhesive, scan, subregions=rests, law=law))["pull_off_force"]
-    adhering = pull_off.dropna("subregion")
-    _need_two(adhering.size, "resting positions")
-    mean = float(by_share(adhering).mean())
-    share = shares(adhering)
-    share = share / share.sum()
-    variance = float((share**2 * (adhering - mean) ** 2).sum())
-    return mean, float(np.sqrt(variance / (1 - float((share**2).sum())))) / mean
-
-
-def _need_two(count: int, places_name: str) -> None:
-    """Raise where a second scan has fewer than two places that adhere."""
-    if count < 2:
-        raise Refusal("finer", f"two {places_name} that adhere", count, "take a wider second scan")
+    return float(np.log(ratio)), float(scatter)
 
 
 def second_scan(ds: xr.Dataset, finer: xr.Dataset) -> tuple[xr.Dataset, list[xr.Dataset]]:

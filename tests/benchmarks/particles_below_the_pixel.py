@@ -5,8 +5,9 @@
 Surfaces, images and pair are those of ``real_below_the_pixel.py``; self-affine surfaces are shown by every 4th pixel,
 measured ones by every 8th. The truth is the mean pull-off at the resting positions of the surface itself, reached from
 4 × 4 landings. The estimate is that of the image at its resting positions, times the ratio of a second scan: a corner
-of up to 240 pixels with a tip of 5 nm. Both are means over up to 12 resting positions, whose scatter the stated
-error contains. The last column is the pull-off of particles at rest over that of a probe at 3 × 3 places of the truth.
+of up to 240 pixels with a tip of 5 nm. Means are over up to 12 resting positions, and over 3 × 3 places of the second
+scan; the stated error contains their scatter. The last column is the pull-off of particles at rest over that of a probe
+at 3 × 3 places of the truth. The simplest rival is a constant times the image, set on the other surfaces.
 """
 
 import argparse
@@ -25,6 +26,8 @@ from real_below_the_pixel import (
 )
 
 import roughxr
+from roughxr.scans import regions
+from roughxr.statistics.sampling import shares
 from roughxr.studies import extrapolation
 
 #: Surfaces that are scored, and pixels of the truth in one of the image.
@@ -33,11 +36,28 @@ PIXELS = {"self-affine": 4, "AFM": 8, "optical": 8}
 
 LAW = "exponential"
 
+#: Grid of landings, and the largest number of resting positions that are solved.
+LANDINGS, MOST_RESTS = (4, 4), 12
+
 
 def corner(surface):
     """Return a finer scan of a corner of the surface."""
     side = min(240, min(surface.height.shape) // 2 + 40)
     return picture(surface.isel(x=slice(side), y=slice(side)), 1, tip=CORNER_TIP, seed=5)
+
+
+def mean_at_rest(scan):
+    """Return the mean pull-off (nN) of particles at rest on a surface, and its relative error."""
+    rests = roughxr.resting(scan, landings=LANDINGS)
+    inner = rests.isel(subregion=np.flatnonzero(~rests["truncated"].values))
+    if inner.sizes["subregion"] < 2:
+        raise ValueError("no two resting positions away from its edges")
+    pull_off = roughxr.adhesive(scan, subregions=regions.sample(inner, MOST_RESTS), law=LAW).pull_off_force
+    adhering = pull_off.dropna("subregion")
+    share = shares(adhering) / shares(adhering).sum()
+    mean = float((share * adhering).sum())
+    variance = float((share**2 * (adhering - mean) ** 2).sum())
+    return mean, float(np.sqrt(variance / (1 - float((share**2).sum())))) / mean
 
 
 def solved_surface(how):
@@ -46,8 +66,8 @@ def solved_surface(how):
     surface, _ = true_surface(how)
     truth = surface.contact.assign_pair(**pair)
     image = picture(surface, PIXELS[how["kind"]]).contact.assign_pair(**pair)
-    at_rest = [force for scan in (truth, image) for force in extrapolation.mean_at_rest(scan, LAW)]
-    ratio = extrapolation.resting_ratio(image, corner(surface), LAW)[:2]
+    at_rest = [force for scan in (truth, image) for force in mean_at_rest(scan)]
+    ratio = extrapolation.second_scan_ratio(image, corner(surface), LAW)
     probe = float(roughxr.adhesive(truth, subregions=GRID, law=LAW).pull_off_force.mean())
     return [*at_rest, *ratio, probe]
 
@@ -75,9 +95,11 @@ def main():
             f"{name:12s} {truth:9.3g}  {off:17.2f}  {off + log:20.2f}  {error:12.2f}  {truth / probe:12.2f}", flush=True
         )
     image, estimate, error, ratio = np.transpose(rows)
-    rms = [np.sqrt(np.mean(off**2)) for off in (image, estimate)]
+    constant = image - (image.sum() - image) / (image.size - 1)
+    rms = [np.sqrt(np.mean(off**2)) for off in (image, constant, estimate)]
     inside = np.mean(np.abs(estimate) < 1.96 * error)
-    print(f"rms of ln: image {rms[0]:.2f}, estimate {rms[1]:.2f}; bias of the estimate {np.exp(estimate.mean()):.2f}")
+    print("rms of ln: image {:.2f}, constant {:.2f}, estimate {:.2f}".format(*rms))
+    print(f"bias of the estimate: {np.exp(estimate.mean()):.2f}")
     print(f"inside the 95 % interval: {inside:.0%} of {len(rows)}; at rest over probe: median {np.median(ratio):.1f}")
 
 

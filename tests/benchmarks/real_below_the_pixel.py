@@ -184,7 +184,7 @@ def rows_of(name, how, solved):
     def by_second_scan(pixels):
         image = picture(surface, pixels).contact.assign_pair(sphere_radius=how["radius"], materials="glass")
         try:
-            return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")[:2]
+            return extrapolation.second_scan_ratio(image, second_scan(surface), "exponential")
         except ValueError as reason:
             print(f"{name}, every {pixels}th pixel, refused: {reason}")
             return np.nan, np.nan
