@@ -360,9 +360,9 @@ def supports(places, surface, slack):
     reach = slack * max(surface.pixel)
     for n, (x, y, _) in enumerate(places):
         contact = _contacts(_planes_at(surface, x, y, reach), reach)[:, 3:5]
-        apart = (np.abs(contact[:, None] - contact) / surface.pixel).max(axis=2)
+        distance = (np.abs(contact[:, None] - contact) / surface.pixel).max(axis=2)
         # contacts nearer than this (pixels) are on one summit; not a multiple of half a pixel: many distances are
-        summit = connected_components(apart < 1.9)[1]
+        summit = connected_components(distance < 1.9)[1]
         highest = np.sort(np.unique(summit, return_index=True)[1])[:most_supports]
         number[n] = highest.size
         at[n, : highest.size] = contact[highest]
