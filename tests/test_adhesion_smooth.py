@@ -171,7 +171,7 @@ def test_work_of_the_force_is_energy_and_what_is_lost(law):
 
 
 def test_step_shift_and_window_do_not_matter(law):
-    separation = rough(6)
+    separation = rough(6, 64)
     reference = pull_off(follow(separation, [1.0], law)[0])
     assert pull_off(follow(separation, [1.0], law, step=0.1)[0]) == pytest.approx(reference, rel=0.01)
     assert pull_off(follow(separation + 3.0, [4.0], law)[0]) == pytest.approx(reference, rel=1e-4)

@@ -31,7 +31,7 @@ def pull_off_error(cells, places):
 
 def test_the_pull_off_converges_at_first_order_or_faster():
     """The root of the mean squared error over places: that of one place is no power, as rows of pixels let go."""
-    places = np.vstack([[(0.0, 0.0), (0.5, 0.5), (0.0, 0.5)], np.random.default_rng(0).uniform(0, 0.5, (7, 2))])
+    places = np.vstack([[(0.0, 0.0), (0.5, 0.5), (0.0, 0.5)], np.random.default_rng(0).uniform(0, 0.5, (3, 2))])
     error = [np.sqrt(np.mean(pull_off_error(cells, places) ** 2)) for cells in CELLS]
     order, _ = np.polyfit(np.log(CELLS), np.log(error), 1)
     assert order <= -1.0
@@ -53,7 +53,7 @@ def two_bumps(pixel, offset):
 def test_the_stated_error_of_a_single_mesh_covers_bumps_that_it_was_not_fitted_to():
     """1.5 to 6 cells to a contact's radius at pull-off; from four cells on a quarter or less is stated."""
     options = {"law": "jkr", "subregions": ([0.0], [0.0]), "preload": 100.0, "mesh": 1}
-    expected = float(roughxr.adhesive(two_bumps(1.0, (0.0, 0.0)), **options).pull_off_force[0])
+    expected = float(roughxr.adhesive(two_bumps(1.25, (0.0, 0.0)), **options).pull_off_force[0])
     covered = []
     stated = []
     for pixel in (8.0, 5.0, 3.5, 2.5):

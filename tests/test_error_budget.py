@@ -58,11 +58,11 @@ def budget(rough, solved):
 def test_a_smooth_sphere_depends_on_work_and_radius_in_proportion_and_not_on_the_modulus():
     """JKR's pull-off is 3/2 π w R: the slopes are 1, 1 and 0.
 
-    On contacts of 25 to 29 cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
+    On contacts of 20 to 23 cells in radius each pull-off is off by up to 0.3 %: of slopes over 20 %, 0.03.
     """
     flat = pair(np.zeros((20, 20)), radius=1500.0, work=0.2)
-    tried = {name: [0.9, 1.1] for name in ("work of adhesion", "sphere radius", "modulus")}
-    mesh = roughxr.Mesh(8, step=0.25)
+    tried = {name: [1.2] for name in ("work of adhesion", "sphere radius", "modulus")}
+    mesh = roughxr.Mesh(6, step=0.25)
     smooth_budget = error_budget(flat, settings=tried, law="jkr", mesh=mesh, places=1)
     slopes = smooth_budget.slope.to_series()
     assert slopes["work of adhesion"] == pytest.approx(1, abs=0.04)

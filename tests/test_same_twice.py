@@ -75,7 +75,7 @@ def hash_of(results):
 
 def test_solves_in_one_process_and_in_another_are_equal_bit_by_bit_in_poisoned_memory():
     """MALLOC_PERTURB_ lets the C library fill what it lends and what it takes back (glibc; elsewhere it is ignored)."""
-    call = "from tests.test_same_twice import many_solves; many_solves(15)"
+    call = "from tests.test_same_twice import many_solves; many_solves(6)"
     printed = [
         subprocess.run(
             [sys.executable, "-c", call],

@@ -59,10 +59,11 @@ def label(ds: xr.Dataset) -> xr.Dataset:
     for name in map(str, out.variables):
         if name not in VARIABLES:
             continue
-        stated = str(out[name].attrs.get("units", ""))
+        variable = out.variables[name]
+        stated = str(variable.attrs.get("units", ""))
         if stated != VARIABLES[name].units and converts(stated, VARIABLES[name].units):
-            out[name] = in_units(out[name].variable, VARIABLES[name].units, name)
-        out[name].attrs.update(attributes(name))
+            out[name] = in_units(variable, VARIABLES[name].units, name)
+        out.variables[name].attrs.update(attributes(name))
     return out
 
 
