@@ -91,7 +91,7 @@ def test_a_runs_pair_is_fitted_to_measured_forces_by_a_command(tmp_path, capsys,
 
     monkeypatch.setattr(measurements, "fit_pair", fit_and_keep)
     surface = glass_pair(scan(rough(48, smooth=2.0, seed=1)), sphere_radius=500.0)
-    solved = surface.contact.adhesive(subregions=(2, 2), mesh=1, law="jkr")
+    solved = surface.contact.adhesive(subregions=(2, 1), mesh=1, law="jkr")
     groups = {"scan": surface, "solutions/adhesive": solved, "statistics/adhesive": solved.contact.pull_off()}
     roughxr.archive.save(groups, tmp_path / "run.nc")
     measured = solved.assign(pull_off_force=solved.pull_off_force / 2)
