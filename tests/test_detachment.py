@@ -14,6 +14,7 @@ from roughxr import particles
 from roughxr.particles import Flow, biasi_adhesion, loads, rock_n_roll
 from roughxr.particles.force_balance import with_pull_off
 from roughxr.particles.kinetics import resuspension_rate
+from roughxr.report.summary import critical_median
 from roughxr.statistics.sampling import one_of_each_place
 
 from .benchmarks import reeks_hall
@@ -315,6 +316,19 @@ def test_pull_offs_of_another_method_act_at_the_same_levers():
     np.testing.assert_allclose(same.resisting_moment, ground.resisting_moment)
 
 
+def test_the_interval_of_the_median_flow_contains_the_error_of_the_best_estimate():
+    """A pull-off that may be four times as large lets the flow be twice as fast, beside the scatter of the places."""
+    ground = held(np.geomspace(500, 2000, 20)[:, None] * np.ones(72))
+    estimate = ground[["pull_off_force"]].assign(pull_off_mean=10.0, pull_off_high=40.0)
+    flow = Flow(lift="none")
+    critical = [with_pull_off(ground, forces).contact.critical_load(flow=flow) for forces in (ground, estimate)]
+    (value, _, high), (same, low_estimated, high_estimated) = map(critical_median, critical)
+    assert same == pytest.approx(value)
+    places = np.log(high / value)
+    assert np.log(high_estimated / value) == pytest.approx(np.hypot(places, np.log(2)), rel=1e-3)
+    assert low_estimated < value / 2
+
+
 def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
     """Drag and torque grow with the square of the velocity: half of the error of the moment, upwards and downwards."""
     ground = held(np.full((3, 72), 1000.0)).assign(lever_error=("subregion", [0.0, 0.2, np.nan]))
@@ -322,8 +336,10 @@ def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
     lever_error = ground.contact.critical_load(flow=flow).critical_load_error
     np.testing.assert_allclose(lever_error, [0.0, 1 - 0.8**0.5, np.nan], atol=1e-6)
     other = ground[["pull_off_force"]].assign(pull_off_error=("subregion", [0.3, 0.2, 0.1]))
-    total_error = with_pull_off(ground, other).contact.critical_load(flow=flow).critical_load_error
+    critical = with_pull_off(ground, other).contact.critical_load(flow=flow)
+    total_error = critical.critical_load_error
     np.testing.assert_allclose(total_error, [1 - 0.7**0.5, 1 - (1 - 0.2 * 2**0.5) ** 0.5, np.nan], atol=1e-6)
+    np.testing.assert_allclose(critical.shared_load_error, 1 - np.array([0.7, 0.8, 0.9]) ** 0.5, atol=1e-6)
     unknown = held(np.full((1, 72), 1000.0)).contact.critical_load(flow=flow)
     assert np.isnan(unknown.critical_load_error[0]) and np.isfinite(unknown.critical_friction_velocity[0])
 

@@ -128,7 +128,8 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
         median = with_interval(*critical_median(critical), units)
-        print(f"  median {median}; 5 % of {of} below {least}, 95 % below {largest}")
+        fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
+        print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {places_in_words(critical)}: {first}")

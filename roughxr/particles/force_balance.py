@@ -117,7 +117,8 @@ def critical_load(
         the first to occur: roll, slide or lift. NaN if no strength suffices (``mode`` "none"), without contact ("no
         contact"), or if the sphere rolls off by itself ("no rest"). ``in_range``: whether all formulas of drag and lift
         are valid at this strength, in wall shear up to r⁺ = 1. ``critical_load_error``: the relative error by those
-        stated of levers and pull-off forces; NaN without any, as from asperities.
+        stated of levers and pull-off forces; NaN without any, as from asperities. ``shared_load_error``: by those of
+        the pull-off forces alone, which all places share.
 
     Raises
     ------
@@ -154,6 +155,8 @@ def critical_load(
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     values["critical_load_error"] = _strength_error(kind, body, limit, strength)
+    by_pull_off = limit._replace(moment_error=_pull_off_part(ds) * np.abs(limit.moment[0]))
+    values["shared_load_error"] = _strength_error(kind, body, by_pull_off, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds)}
     arguments = {"cause": cause, "direction": direction, "particle_density": particle_density}
@@ -180,7 +183,8 @@ def strength_of_places(critical: xr.Dataset) -> xr.DataArray:
 def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     """Return resisting moments with the pull-off forces of another method at the same places, at unchanged levers.
 
-    The adhesive part of the moment is scaled by the ratio of the pull-off forces at each place.
+    The adhesive part of the moment is scaled by the ratio of the pull-off forces at each place. Those of `extrapolated`
+    have the error of their mean.
     """
     force = pull_off["pull_off_force"]
     load = float(ds.attrs.get("normal_force", 0.0))
@@ -188,8 +192,11 @@ def with_pull_off(ds: xr.Dataset, pull_off: xr.Dataset) -> xr.Dataset:
     columns: dict[str, Any] = {"resisting_moment": load * ds["hinge_distance"], "tipping_force": load}
     changed = {name: (ds[name] - part) * scale + part for name, part in columns.items()}
     changed["pull_off_force"] = xr.zeros_like(ds["pull_off_force"]) + force.values
-    if "pull_off_error" in pull_off:
-        changed["pull_off_error"] = xr.zeros_like(ds["pull_off_force"]) + pull_off["pull_off_error"].values
+    error = pull_off.get("pull_off_error")
+    if "pull_off_high" in pull_off:
+        error = pull_off["pull_off_high"] / pull_off["pull_off_mean"] - 1
+    if error is not None:
+        changed["pull_off_error"] = xr.zeros_like(ds["pull_off_force"]) + error.values
     out = ds.drop_vars(["pull_off_delta", "pull_off_error"], errors="ignore").assign(changed)
     out.attrs["levers"] = str(ds.attrs.get("method", "rolling"))
     return schema.record(schema.label(out), "with_pull_off", ds)
@@ -275,8 +282,13 @@ def _moment_error(ds: xr.Dataset, moment: np.ndarray) -> np.ndarray:
         return np.full_like(moment, np.nan)
     size = np.abs(moment)
     lever = ds["lever_error"].values[:, None] * size.mean(axis=1, keepdims=True)
-    pull_off = np.nan_to_num(ds["pull_off_error"].values)[:, None] * size if "pull_off_error" in ds else 0.0
-    return np.hypot(lever, pull_off)
+    return np.hypot(lever, _pull_off_part(ds) * size)
+
+
+def _pull_off_part(ds: xr.Dataset) -> np.ndarray:
+    """Return the relative error of moments (place, 1) by that of the pull-offs; 0 where none is stated."""
+    error = ds["pull_off_error"] if "pull_off_error" in ds else xr.zeros_like(ds["pull_off_force"])
+    return np.nan_to_num(error.values)[:, None]
 
 
 def expect_moments(ds: xr.Dataset):

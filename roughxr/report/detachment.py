@@ -45,7 +45,8 @@ def run_moments(run: Run, method: str | None = None) -> xr.Dataset:
     method = method or best_method(run)
     if method == "extrapolated":
         moments = moments.assign_attrs(surface="the real surface, with roughness finer than the scan")
-        return with_pull_off(moments, run["solutions/extrapolated"])
+        mean = run["statistics/extrapolated"][["pull_off_mean", "pull_off_high"]]
+        return with_pull_off(moments, run["solutions/extrapolated"].assign(mean))
     return with_pull_off(moments, at_first_preload(run["statistics/adhesive"]))
 
 

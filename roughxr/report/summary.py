@@ -144,14 +144,23 @@ def _flow(run: Run) -> dict[str, float]:
 
 
 def critical_median(critical: xr.Dataset) -> tuple[float, float, float]:
-    """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places."""
+    """Return the median of a critical load with the ends of its 95 % interval, NaN for too few places.
+
+    Places share the errors of their pull-offs; those of levers are part of the scatter of the places.
+    """
     name = str(next(iter(critical.data_vars)))
     detaching = strength_of_places(critical).dropna("subregion").to_dataset(name=name)
     first_surfaces = one_of_each_place(detaching)  # surfaces of a place are alike
     if first_surfaces.sizes["subregion"] < 2:
         return (float(detaching[name].median()), np.nan, np.nan)
     median = bootstrap(detaching, name, statistics=["q50"], within=first_surfaces).isel(statistic=0)
-    return (float(median["estimate"]), float(median["low"]), float(median["high"]))
+    value, low, high = (float(median[part]) for part in ("estimate", "low", "high"))
+    shared = float(np.log1p(np.nan_to_num(by_share(critical["shared_load_error"]).quantile(0.5))))
+    if value == 0.0:  # at most places the sphere rolls off by itself
+        return (value, low, high * float(np.exp(shared)))
+    with np.errstate(divide="ignore"):
+        below, above = (float(np.exp(np.hypot(np.log(end / value), shared))) for end in (low, high))
+    return (value, value / below, value * above)
 
 
 def _advice(run: Run, out: xr.Dataset) -> str:
