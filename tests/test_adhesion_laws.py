@@ -97,7 +97,8 @@ def test_other_functions_take_synonyms():
     assert reference.gaussian_work(law="LJ", **options) == reference.gaussian_work(law=LENNARD_JONES, **options)
     table = roughxr.formulas(surface(), law="van der Waals", mesh=1, subregions=(1, 1))
     assert float(table.formula_ratio[0]) == 1
-    budget = roughxr.error_budget(surface(), law="griffith", mesh=1, places=1, settings={"modulus": [1.0]})
+    unchanged = {"modulus": [1.0]}
+    budget = roughxr.error_budget(surface(), law="griffith", mesh=1, places=1, subregions=(1, 1), settings=unchanged)
     assert budget.attrs["law"] == JKR
 
 

@@ -113,7 +113,7 @@ def test_a_cycle_loses_what_jumps_free(cycle):
 
 
 #: Where on its pixel a paraboloid's apex lies.
-OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5), (0.42, 0.08)]
+OFFSETS = [(0.0, 0.0), (0.31, 0.17), (0.5, 0.5)]
 
 
 def pulls_of_ellipse(ratio, n=101):
@@ -233,7 +233,7 @@ def test_a_stiff_summit_loses_nothing_and_snaps_in_with_its_pull_off_at_any_step
 
 
 def test_rough_contact_keeps_its_order_of_events(ground):
-    solution = quiet(ground, delta=np.arange(0, 9, 0.5), subregions=(2, 2))
+    solution = quiet(ground, delta=np.arange(0.0, 9.0), subregions=(2, 2))
     assert (solution.detachment_delta <= solution.pull_off_delta).all()
     assert (solution.detachment_delta <= solution.snap_in_delta).all()
     assert (solution.hysteresis > 0).all()

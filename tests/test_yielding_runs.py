@@ -24,7 +24,7 @@ def groups(tmp_path_factory):
         surface(), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.05, hardness="3 GPa"
     )
     path = tmp_path_factory.mktemp("run") / "run.nc"
-    options = {"subregions": (2, 2), "delta": [4, 8, 12], "preload": 3000.0, "mesh": 1, "budget": 0}
+    options = {"subregions": (2, 1), "delta": [4, 8, 12], "preload": 3000.0, "mesh": 1, "budget": 0}
     with dask.config.set(scheduler="synchronous"), bare_runs():
         analysis.run(pair, path, **options)
     return archive.load(path)
