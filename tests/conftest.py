@@ -26,8 +26,8 @@ collect_ignore = ["a_run_compiled.py"]
 _FIRST = (
     "test_adhesive",
     "test_statistics_uncertainty",
-    "test_direct",
     "test_curve_fit",
+    "test_direct",
     "test_extrapolated",
     "test_runs",
     "test_cli",
