@@ -129,27 +129,30 @@ def _yielding(run: Run) -> Iterator[str]:
         "solutions/direct": "in the direct simulation at its largest displacement",
         "solutions/adhesive": "in the simulation with adhesion at its preload",
     }
-    yielding_groups = [group for group in solved if group in run and "yielded_fraction" in run[group]]
-    for group in yielding_groups:
-        yield from _above_hardness(run[group], solved[group])
-    if yielding_groups and any("plastic_work" in ds for ds in run.values()):
+    groups = {name: run[name] for name in solved if name in run and "yielded_fraction" in run[name]}
+    shares = [share for name, ds in groups.items() if (share := _share_above_hardness(ds, solved[name]))]
+    is_plastic = any("plastic_work" in ds for ds in run.values())
+    if shares:
+        bodies = next(iter(groups.values())).coords
+        above = "; ".join(shares)
+        label = "hardness" if "hardness" in bodies else "estimated hardness"
+        limit = number(bodies.get("hardness", bodies.get("hardness_estimate")), "GPa")
+        if is_plastic:
+            yield f"The softer body yields at its hardness, {limit}: {above}."
+        else:
+            yield f"Summits may yield above the {label} of {limit}: {above}. State a hardness to include this."
+    if groups and is_plastic:
         yield "Superposition and rigid bodies in this run do not include yield: they stay elastic or rigid."
 
 
-def _above_hardness(ds: xr.Dataset, where: str) -> Iterator[str]:
-    name = "hardness" if "hardness" in ds.coords else "hardness_estimate"
+def _share_above_hardness(ds: xr.Dataset, where: str) -> str:
+    """Return the shares of area and force at the hardness and above, in words; empty for a small share."""
     last = ds.isel(delta=-1) if "delta" in ds["yielded_fraction"].dims else ds
     force, area = (float(last[f"yielded{part}_fraction"].mean()) for part in ("", "_area"))
     # share of the force above the hardness above which a caution is given
     if not force > 0.005:
-        return
-    shares = f"{where}, {percent(area)} of the contact area with {percent(force)} of the force lies"
-    if "plastic_work" in ds:
-        yield f"The softer body yields: {shares} at its hardness, {number(ds[name], 'GPa')}."
-        return
-    label = "hardness" if name == "hardness" else "estimated hardness"
-    limit = number(ds[name], "GPa")
-    yield f"Summits may yield: {shares} above the {label} of {limit}. State a hardness to include this."
+        return ""
+    return f"{where}, {percent(area)} of the contact area with {percent(force)} of the force"
 
 
 def _resolution(run: Run) -> Iterator[str]:
