@@ -329,6 +329,18 @@ def test_the_interval_of_the_median_flow_contains_the_error_of_the_best_estimate
     assert low_estimated < value / 2
 
 
+def test_the_band_of_the_fraction_remaining_contains_the_error_of_the_pull_off():
+    """At equal places, its ends are the fractions by pull-offs a quarter of and four times as large."""
+    ground = held(np.full((5, 72), 1000.0))
+    estimate = ground[["pull_off_force"]].assign(pull_off_mean=10.0, pull_off_high=40.0)
+    speeds = {"friction_velocity": np.geomspace(0.1, 30, 12)}
+    band = with_pull_off(ground, estimate).contact.resuspension(**speeds)
+    for end, factor in (("low", 0.25), ("high", 4.0)):
+        changed = with_pull_off(ground, factor * ground[["pull_off_force"]]).contact.resuspension(**speeds)
+        np.testing.assert_allclose(band[f"remaining_{end}"], changed.remaining, atol=1e-9)
+    assert float((band.remaining_high - band.remaining_low).max()) > 0.9
+
+
 def test_the_error_of_a_critical_flow_is_that_of_levers_and_pull_offs():
     """Drag and torque grow with the square of the velocity: half of the error of the moment, upwards and downwards."""
     ground = held(np.full((3, 72), 1000.0)).assign(lever_error=("subregion", [0.0, 0.2, np.nan]))

@@ -155,7 +155,7 @@ def critical_load(
         )
     values = {kind.critical: strength, "mode": mode, "in_range": push.in_range & np.isfinite(strength)}
     values["critical_load_error"] = _strength_error(kind, body, limit, strength)
-    by_pull_off = limit._replace(moment_error=_pull_off_part(ds) * np.abs(limit.moment[0]))
+    by_pull_off = limit._replace(moment_error=pull_off_part(ds) * np.abs(limit.moment[0]))
     values["shared_load_error"] = _strength_error(kind, body, by_pull_off, strength)
     out = xr.Dataset({name: ("subregion", array) for name, array in values.items()}, coords=place)
     out.attrs = {"cause": cause, "missing": _MISSING, "comment": scope_words(ds)}
@@ -282,10 +282,10 @@ def _moment_error(ds: xr.Dataset, moment: np.ndarray) -> np.ndarray:
         return np.full_like(moment, np.nan)
     size = np.abs(moment)
     lever = ds["lever_error"].values[:, None] * size.mean(axis=1, keepdims=True)
-    return np.hypot(lever, _pull_off_part(ds) * size)
+    return np.hypot(lever, pull_off_part(ds) * size)
 
 
-def _pull_off_part(ds: xr.Dataset) -> np.ndarray:
+def pull_off_part(ds: xr.Dataset) -> np.ndarray:
     """Return the relative error of moments (place, 1) by that of the pull-offs; 0 where none is stated."""
     error = ds["pull_off_error"] if "pull_off_error" in ds else xr.zeros_like(ds["pull_off_force"])
     return np.nan_to_num(error.values)[:, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,18 +14,20 @@ from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantities, Quantity
 from .force_balance import (
+    Resistance,
     drive_ratios,
     fluid_arguments,
     for_each_condition,
+    pull_off_part,
     read_body,
     read_resistance,
     rolls_off,
     scope_words,
 )
 from .kinetics import not_negative, survival
-from .loads import LOADS, Flow
+from .loads import LOADS, Body, Flow
 
-#: Confidence level of the band over places, and its number of resamples.
+#: Confidence level of the band, and its number of resamples.
 _CONFIDENCE, _RESAMPLES = 0.95, 399
 
 
@@ -59,9 +62,9 @@ def resuspension(
     Returns
     -------
     Dataset
-        ``remaining`` along (friction_velocity, time), with its 95 % band over places, ``remaining_low`` and
-        ``remaining_high``; ``remaining_at_place``, the probability at each place, NaN without contact or if the sphere
-        does not rest; ``in_range``, as in `critical_load`.
+        ``remaining`` along (friction_velocity, time), with its 95 % band by places and by known errors of pull-offs,
+        ``remaining_low`` and ``remaining_high``; ``remaining_at_place``, the probability at each place, NaN without
+        contact or if the sphere does not rest; ``in_range``, as in `critical_load`.
 
     Raises
     ------
@@ -85,15 +88,15 @@ def resuspension(
     seconds = not_negative(time, "s", "time")
     body = read_body(ds, particle_density, flow)
     limit = _at_rest(body, read_resistance(ds, direction, friction_coefficient, shear_strength))
-    push = LOADS["wall_shear"].push
-    ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
-    remaining = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
-    remaining = np.where(limit.known[:, None, None], remaining, np.nan)
     place = {name: ds[name] for name in ds.coords if "direction" not in ds[name].dims}
-    out = xr.Dataset({"remaining_at_place": (("subregion", "friction_velocity", "time"), remaining)}, place)
-    out = out.assign_coords(friction_velocity=speed, time=seconds)
-    out["in_range"] = ("friction_velocity", push(speed, body).in_range)
-    out = _with_band(out, int(limit.known.sum()))
+    out = xr.Dataset(coords=place | {"friction_velocity": speed, "time": seconds})
+    remains = partial(_remaining, body=body, speed=speed, seconds=seconds)
+    at_place = xr.DataArray(remains(limit), dims=("subregion", "friction_velocity", "time"), coords=out.coords)
+    out["remaining_at_place"] = at_place
+    out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
+    growth = 1 + pull_off_part(ds)
+    if_pull_offs_err = [at_place.copy(data=remains(_scaled(limit, factor))) for factor in (1 / growth, growth)]
+    out = _with_band(out, if_pull_offs_err, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}
     arguments: dict[str, Any] = {"friction_velocity": speed, "time": seconds, "direction": direction}
@@ -115,14 +118,33 @@ def _at_rest(body: Any, limit: Any) -> Any:
     return limit._replace(known=rests)
 
 
-def _with_band(out: xr.Dataset, places: int) -> xr.Dataset:
-    """Return the mean over places, with the ends of its interval if there are at least two."""
-    out["remaining"] = by_share(out["remaining_at_place"]).mean("subregion")
+def _remaining(limit: Resistance, *, body: Body, speed: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """Return the fraction remaining (place, speed, time) against a resistance; NaN where the sphere does not rest."""
+    push = LOADS["wall_shear"].push
+    ratio = np.array([drive_ratios(push(np.array([u]), body), body, limit).max(axis=0) for u in speed])
+    remaining = survival(np.maximum(ratio, 0.0), speed, seconds, body.flow).transpose(1, 0, 2)
+    return np.where(limit.known[:, None, None], remaining, np.nan)
+
+
+def _scaled(limit: Resistance, factor: np.ndarray) -> Resistance:
+    """Return the resistance with all pull-offs times a factor (place, 1)."""
+    weight = limit.load * limit.hinge
+    return limit._replace(moment=weight + (limit.moment - weight) * factor, pull_off=limit.pull_off * factor[:, 0])
+
+
+def _with_band(out: xr.Dataset, if_pull_offs_err: list[xr.DataArray], places: int) -> xr.Dataset:
+    """Return the mean over places, with the ends of its interval if there are at least two.
+
+    Places share the errors of their pull-offs: the ends by all of them too small, and too large, are given.
+    """
+    mean = by_share(out["remaining_at_place"]).mean("subregion")
+    out["remaining"] = mean
     if places < 2:
         return out
     solved = out[["remaining_at_place"]].dropna("subregion")
     band = bootstrap(solved, "remaining_at_place", statistics=["mean"], confidence=_CONFIDENCE, resamples=_RESAMPLES)
     ends = band.sel(statistic="mean", drop=True).transpose("friction_velocity", "time")
-    for end in ("low", "high"):
-        out[f"remaining_{end}"] = (("friction_velocity", "time"), np.clip(ends[end].values, 0.0, 1.0))
+    for end, sign, shifted in zip(("low", "high"), (-1, 1), if_pull_offs_err):
+        width = np.hypot(ends[end].values - mean, by_share(shifted).mean("subregion") - mean)
+        out[f"remaining_{end}"] = (mean + sign * width).clip(0.0, 1.0)
     return out
