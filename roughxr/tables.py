@@ -88,11 +88,16 @@ def _scalars(ds: xr.Dataset) -> pd.DataFrame:
     )
 
 
+def written_formats() -> tuple[str, ...]:
+    """Return the formats for which the packages are installed."""
+    return FORMATS if find_spec("openpyxl") else FORMATS[:1]
+
+
 def _writer(suffix: str) -> Callable[[pd.DataFrame, Path], None]:
     schema.one_of(suffix, FORMATS, "path's ending")
     if suffix == ".csv":
         return lambda frame, path: frame.to_csv(path, index=False, lineterminator="\n")
-    if find_spec("openpyxl") is None:
+    if suffix not in written_formats():
         raise ImportError("a table in .xlsx needs openpyxl, which is not installed: pip install openpyxl")
     return lambda frame, path: frame.to_excel(path, index=False, engine="openpyxl")
 

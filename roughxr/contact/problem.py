@@ -194,8 +194,7 @@ class Place(NamedTuple):
 
 def places(specimen: Specimen, positions: xr.Dataset, reach: float) -> tuple[list[Place], tuple[int, int]]:
     """Return the place of each contact centre, and the shape in pixels of an unclipped window."""
-    x_min, x_max, y_min, y_max = regions.extent(specimen.bodies)
-    widest = float(np.hypot(x_max - x_min, y_max - y_min))
+    widest = float(np.hypot(*regions.sides(specimen.bodies)))
     windows, shape = regions.windows(specimen.bodies, positions, min(reach, widest))
     height = specimen.heights
     datum = float(height.max())

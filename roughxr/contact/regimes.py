@@ -296,8 +296,8 @@ def _flat(specimen: Specimen) -> Specimen:
 
 def _mean_distance(catalogue: xr.Dataset) -> float:
     """Return the mean distance (nm) between summits: the root of the area per summit."""
-    x_low, x_high, y_low, y_high = regions.extent(catalogue)
-    return float(np.sqrt((x_high - x_low) * (y_high - y_low) / max(catalogue.sizes["asperity"], 1)))
+    along_x, along_y = regions.sides(catalogue)
+    return float(np.sqrt(along_x * along_y / max(catalogue.sizes["asperity"], 1)))
 
 
 def _asperity_radius(catalogue: xr.Dataset) -> float:

@@ -54,7 +54,7 @@ class Baseline(NamedTuple):
 
     def error(self, z: float) -> float:
         """Return the standard error of the baseline, nN."""
-        return float(np.hypot(self.level_error, self.tilt_error * (z - self.centre)))
+        return np.hypot(self.level_error, self.tilt_error * (z - self.centre))
 
 
 def white_noise(values: np.ndarray) -> float:
@@ -103,7 +103,7 @@ def straight_baseline(z: np.ndarray, force: np.ndarray, size: int) -> tuple[Base
     line, *others = (_fitted_line(mean_z, mean_force, variance, min(max(part, 4), bins)) for part in parts)
     far = z <= line.end
     off = force[far] - line.force(z[far])
-    noise = float(np.sqrt((off**2).sum() / max(off.size - 2, 1)))
+    noise = np.sqrt((off**2).sum() / max(off.size - 2, 1))
     return line._replace(longest=float(mean_z[count - 1]), noise=noise), others
 
 
@@ -128,7 +128,7 @@ def _variance_of_means(force: np.ndarray, means: np.ndarray, width: int) -> floa
     """Return the variance of bin means, by their own noise and by that of the samples."""
     noise_of_means = white_noise(means[: 3 * _LEAST_BINS])
     noise_of_samples = white_noise(force[: 3 * _LEAST_BINS * width])
-    rounding = 1e-12 * float(np.ptp(force)) ** 2
+    rounding = 1e-12 * np.ptp(force) ** 2
     return float(max(noise_of_means**2, noise_of_samples**2 / width, rounding, 1e-300))
 
 
@@ -161,14 +161,14 @@ def _fitted_line(z: np.ndarray, force: np.ndarray, variance: float, count: int) 
     """Return the straight line through the first bins, with the standard errors of its coefficients."""
     z = z[:count]
     force = force[:count]
-    centre = float(z.sum() / z.size)
-    level = float(force.sum() / force.size)
+    centre = z.sum() / z.size
+    level = force.sum() / force.size
     x = z - centre
     spread = float(x @ x)
     tilt = float(x @ force) / spread
     misfit = force - level - tilt * x
     scatter = max(variance, float(misfit @ misfit) / max(count - 2, 1))
-    level_error, tilt_error = (float(np.sqrt(scatter / weight)) for weight in (count, spread))
+    level_error, tilt_error = (np.sqrt(scatter / weight) for weight in (count, spread))
     return Baseline(centre, level, tilt, level_error, tilt_error, float(z[-1]))
 
 
@@ -198,7 +198,7 @@ def least_error_line(z: np.ndarray, force: np.ndarray, noise: float, at: float) 
     bend = _BEND * max(3 * (2 * distance[best] / length) ** 2 - 1, 0.0) * np.sqrt(misfit[best] / counts[best])
     level = float(sums[2, best] + tilt[best] * distance[best])
     end = float(length + bin_means(z, width)[-1])
-    return Baseline(at, level, float(tilt[best]), float(np.hypot(np.sqrt(error[best]), bend)), 0.0, end, noise=noise)
+    return Baseline(at, level, float(tilt[best]), np.hypot(np.sqrt(error[best]), bend), 0.0, end, noise=noise)
 
 
 def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float, float]:
@@ -221,7 +221,7 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
             error *= 1 + window / (bins - ahead)  # few of the predictions are independent
             if error < best[1]:
                 best = float(means[-window:] @ _prediction_weights(window, degree, distance)), error
-    return best[0], float(np.sqrt(best[1]))
+    return best[0], np.sqrt(best[1])
 
 
 def bin_means(values: np.ndarray, width: int) -> np.ndarray:

@@ -13,7 +13,7 @@ approach shows no adhesion, Hertz's law on the approach gives the modulus, and t
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Quantity, fraction, positive, single
 from .baselines import Baseline, least_error_line, straight_baseline, with_choice_error
-from .force_curves import evaluated_retraction, recorded_curves, retraction_pull
+from .force_curves import at_places, evaluated_retraction, recorded_curves, retraction_pull
 
 #: Points of a branch; largest number of bins of a contact, and smallest number of its samples.
 _POINTS, _BINS, _LEAST_CONTACT = 1500, 150, 10
@@ -178,9 +178,7 @@ def fit_curve(
         stats.chi2.ppf(confidence, 1),
         name="fit_curve",
     )
-    out = xr.Dataset({name: ("subregion", fits[name]) for name in _RESULT.names or () if name != "misfit"})
-    places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
-    out = out.assign_coords({"subregion": np.arange(len(fits)), **places} if "subregion" in ds.dims else {})
+    out = at_places({name: fits[name] for name in _RESULT.names or () if name != "misfit"}, ds)
     out.attrs = {
         "sphere_radius": radius,
         "adhesion_range": reach,
@@ -217,7 +215,7 @@ class _CurvePart(NamedTuple):
 
     def rms(self, misfit: np.ndarray) -> float:
         """Return the rms of the residuals of single samples, from those of the means in standard errors."""
-        return float(np.sqrt(((misfit * self.error) ** 2).mean() + self.noise**2 * (1 - 1 / self.width)))
+        return np.sqrt(((misfit * self.error) ** 2).mean() + self.noise**2 * (1 - 1 / self.width))
 
 
 class _Curve(NamedTuple):
@@ -309,11 +307,12 @@ def _fit(
     branches = [(travel[valid], recorded[valid]) for travel, recorded, valid in zip(z, force, finite)]
     pull = evaluated_retraction(*branches[0], stiffness, 1.0)
     end, gap, retraction = (0.0, 0.0, None) if pull.reason else _in_contact(*branches[0])
-    hertz = next((_hertz(*both, radius, stiffness, errors, level) for both in branches[1:]), None)
+    approaches = [both for both in branches[1:] if both[0].size >= 5 * _LEAST_CONTACT and both[0][0] < both[0][-1]]
+    hertz = next((_hertz(*both, radius, stiffness, errors, level) for both in approaches), None)
     if retraction is None:
         reason = pull.reason or f"fewer than {_LEAST_CONTACT} samples in contact"
         return _hertz_alone(hertz, pull, radius, reason)
-    parts = [retraction, *(part for part in (_approach(*both, end) for both in branches[1:]) if part is not None)]
+    parts = [retraction, *filter(None, (_approach(*both, end) for both in approaches))]
     curve = _Curve(parts, gap, pull.pull_off_force, radius, reach, stiffness, errors)
     out = _fit_both(curve, law, level)
     out["fitted_contact_point"] += end
@@ -387,8 +386,6 @@ def _hertz(
     z: np.ndarray, force: np.ndarray, radius: float, stiffness: float, errors: tuple[float, float], level: float
 ) -> _Hertz | None:
     """Return Hertz's law with a free contact point, fitted to an approach; None if it shows adhesion or no contact."""
-    if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
-        return None
     line = _approach_baseline(z, force)
     begin = _first_pressed(z, force, line)
     pressed = z.size - begin
@@ -471,8 +468,6 @@ def _in_contact(z: np.ndarray, force: np.ndarray) -> tuple[float, float, _CurveP
 
 def _approach(z: np.ndarray, force: np.ndarray, position: float) -> _CurvePart | None:
     """Return the repulsive part of an approach."""
-    if z.size < 5 * _LEAST_CONTACT or z[0] >= z[-1]:
-        return None
     line = _approach_baseline(z, force)
     return _part(z, force, line, slice(_first_pressed(z, force, line), z.size), position)
 
@@ -503,7 +498,7 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
         return None
     far = force[z <= line.end] - line.force(z[z <= line.end])
     far = far - far.mean()
-    baseline_rms = max(float(np.sqrt((far**2).mean())), line.noise)
+    baseline_rms = max(np.sqrt((far**2).mean()), line.noise)
     correlated, length = 1.0, 2
     while far.size >= 8 * length:
         means = far[: far.size // length * length].reshape(-1, length).mean(axis=1)
@@ -513,7 +508,7 @@ def _part(z: np.ndarray, force: np.ndarray, line: Baseline, used: slice, positio
     whole_bins = slice(used.start, used.start + count // width * width)
     mean_z, mean_force = (values[whole_bins].reshape(-1, width).mean(axis=1) for values in (z, force - line.force(z)))
     changes = np.c_[np.full(mean_z.size, line.level_error), line.tilt_error * (mean_z - line.centre)]
-    noise = max(line.noise, 1e-9 * float(np.ptp(force)))
+    noise = max(line.noise, 1e-9 * np.ptp(force))
     error = np.full(mean_z.size, noise * np.sqrt(correlated / width))
     return _CurvePart(mean_z - position, mean_force, error, changes, width, noise, baseline_rms)
 
@@ -533,7 +528,7 @@ def _intervals(
     else:
         sides = [_modulus_end(curve, law, best, level, side * min(half, 1.0)) for side in (-1, 1)]
         modulus = sides[0][0] - abs(other[0]), sides[1][0] + abs(other[0])
-        works += sides[0][1] + sides[1][1]
+        works += [work for _, work in sides]
         if law == DUGDALE and np.isinf(modulus[1]):  # then so is the transition between DMT's and JKR's pull-off
             works += np.log(curve.pull / np.pi / curve.radius / np.array([2.0, 1.5])).tolist()
         half = _half_width(np.delete(best.jac, 0, axis=1), 0, level)
@@ -545,42 +540,33 @@ def _half_width(jacobian: np.ndarray, index: int, level: float) -> float:
     """Return half the interval of a parameter by the curvature at the best fit."""
     column, rest = jacobian[:, index], np.delete(jacobian, index, axis=1)
     unexplained = float(((column - rest @ np.linalg.lstsq(rest, column, rcond=None)[0]) ** 2).sum())
-    return float(np.sqrt(level / max(unexplained, 1e-4)))
+    return np.sqrt(level / max(unexplained, 1e-4))
 
 
 def _modulus_end(
     curve: _Curve, law: str, best: optimize.OptimizeResult, level: float, step: float
-) -> tuple[float, list[float]]:
-    """Return one end of the modulus' interval, infinite without a limit, and the works of adhesion up to it."""
-    x, works = best.x[1:], list[float]()
+) -> tuple[float, float]:
+    """Return one end of the modulus' interval, infinite without a limit, and the work of adhesion there."""
 
-    def height(value: float) -> float:
-        nonlocal x
-        starts = x, curve.start(law, value)[1:]
+    @cache
+    def fit_at(value: float) -> optimize.OptimizeResult:
+        starts = best.x[1:], curve.start(law, value)[1:]
         fits = [_fitted(start, lambda rest: curve.residuals(np.r_[value, rest], law)) for start in starts]
-        fixed = min(fits, key=lambda fit: fit.cost)
-        x = fixed.x
-        works.append(float(x[0]))
-        return float(np.sqrt(max(2 * (fixed.cost - best.cost), 0.0) / level))
+        return min(fits, key=lambda fit: fit.cost)
 
-    stiffest = min(float(best.x[0]) + _LARGEST_CHANGE, _LOG_MODULUS[1])
-    # errors by which a stiff contact must be excluded for an upper limit of the modulus, in ends of the interval
-    if step > 0 and height(stiffest) < 1.25:  # before the search, which rounding may end too early
-        return np.inf, works
-    works.clear()
-    x = best.x[1:]
-    inner, low = float(best.x[0]), 0.0
-    outer = inner + step
-    while (high := height(outer)) < 1:
-        inner, low, step = outer, high, 1.6 * step
-        outer = inner + step
-        if abs(outer - best.x[0]) > _LARGEST_CHANGE:
-            return (np.inf if step > 0 else -np.inf), works
-    works.pop()  # beyond the end
-    for _ in range(2):  # a parabola's square root is a line
-        middle = inner + (outer - inner) * (1 - low) / (high - low)
-        if (between := height(middle)) < 1:
-            inner, low = middle, between
-        else:
-            outer, high = middle, between
-    return outer, works
+    def excess(value: float) -> float:
+        """Return the change of the fit, in ends of the interval, beyond one."""
+        return np.sqrt(max(2 * (fit_at(value).cost - best.cost), 0.0) / level) - 1
+
+    best_value = float(best.x[0])
+    stiffest = min(best_value + _LARGEST_CHANGE, _LOG_MODULUS[1])
+    # a stiff contact must be excluded by a quarter more for an upper limit of the modulus
+    if step > 0 and excess(stiffest) < 0.25:  # before the search, which rounding may end too early
+        return np.inf, float(fit_at(stiffest).x[0])
+    reach = step
+    while excess(best_value + reach) < 0:
+        if abs(1.6 * reach) > _LARGEST_CHANGE:
+            return np.copysign(np.inf, step), float(fit_at(best_value + reach).x[0])
+        reach *= 1.6
+    end = optimize.brentq(excess, best_value, best_value + reach, xtol=0.05)
+    return end, float(fit_at(end).x[0])

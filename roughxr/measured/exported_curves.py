@@ -204,31 +204,24 @@ class _Block(NamedTuple):
     values: dict[str, str]
 
 
-class _Stored(NamedTuple):
+class _Quantity(NamedTuple):
     """A quantity of all curves of a NanoScope file."""
 
     counts: np.ndarray  # (curves, samples), on disk
-    volts: float  # of a count
-    sensitivity: str  # its name
-
-
-class _Heights(NamedTuple):
-    """Heights of all curves, in any unit, and the size of the unit, m."""
-
-    values: np.ndarray  # (curves, samples)
-    size: float
+    factor: float  # of a count, in V, for computed heights in m
+    sensitivity: str = ""  # its name
 
 
 def _heights(
     path: Path, sensor: dict[str, str] | None, values: dict[str, str], count: int, sizes: tuple[int, int]
-) -> _Heights:
-    """Return the heights of all curves: those of a sensor, else of the ramp."""
+) -> _Quantity:
+    """Return the heights of all curves in m: those of a sensor, else of the ramp."""
     if sensor is None:
         ramp = (_sine_heights if _is_peak_force(values) else _ramp_heights)(values, sizes)
-        return _Heights(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
+        return _Quantity(np.broadcast_to(ramp, (count, ramp.size)), 1.0)
     measured = _stored(path, sensor, count, sum(sizes))
     metres = _nanoscope_calibration(values, measured.sensitivity).get("sensitivity", np.nan)
-    return _Heights(measured.counts, -measured.volts * metres)
+    return measured._replace(factor=-measured.factor * metres)
 
 
 def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
@@ -242,17 +235,26 @@ def _nanoscope(path: Path, known: dict[str, float]) -> Iterator[Curve]:
     if deflection is None:
         titles = ", ".join(image.get("image data", "unnamed") for image in images) or "none"
         raise Refusal("", "curves of the deflection", titles, "capture the deflection")
+    values = header | deflection
     count = _curve_count(header, scans)
-    sizes = _sample_counts(header | deflection)
+    sizes = _sample_counts(values)
     stored = _stored(path, deflection, count, sum(sizes))
     bits = _fractional_bits(stored, sizes, header) if stored.counts.itemsize == 4 else 0
-    metadata = _nanoscope_calibration(header | deflection, stored.sensitivity) | known
-    volts = stored.volts / 2**bits
-    heights = _heights(path, sensor, header | deflection, count, sizes)
+    metadata = _nanoscope_calibration(values, stored.sensitivity) | known
+    heights = _heights(path, sensor, values, count, sizes)
+    in_time = np.r_[sizes[0] - 1 : -1 : -1, sizes[0] : sum(sizes)]
+
+    def columns(number: int) -> dict[str, np.ndarray]:
+        newtons = stored.factor / 2**bits * metadata["sensitivity"] * metadata["spring constant"]
+        return {
+            "height (measured)": (heights.counts[number] * heights.factor)[in_time],
+            "force": (stored.counts[number] * newtons)[in_time],
+            "segment": np.repeat([0, 1], sizes),
+        }
+
     for number in range(count):
         places = _place(number, count, header, scans) if count > 1 else {}
-        read_columns = partial(_nanoscope_columns, number, stored, volts, heights, sizes, metadata)
-        yield {"metadata": {**metadata, **places}, "data": read_columns, "needed": _CALIBRATION}
+        yield {"metadata": {**metadata, **places}, "data": partial(columns, number), "needed": _CALIBRATION}
 
 
 def nanoscope_blocks(path: Path) -> list[_Block]:
@@ -290,7 +292,7 @@ def _curve_count(header: dict[str, str], scans: list[dict[str, str]]) -> int:
     return int(header["force/line"].split()[0]) ** 2
 
 
-def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Stored:
+def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Quantity:
     """Return a quantity of the curves; the width of its integers is their size over their number."""
     if not all(image.get(key, "").isdecimal() for key in ("data offset", "data length")):
         raise Refusal("", "a header with offset and length of the data", "none: damaged")
@@ -302,10 +304,10 @@ def _stored(path: Path, image: dict[str, str], count: int, samples: int) -> _Sto
     if path.stat().st_size < offset + samples * count * width:
         raise Refusal("", f"{samples * count} samples", "a shorter file: cut short?")
     counts = np.memmap(path, f"<i{width}", "r", offset, (count, samples))
-    return _Stored(counts, float(scale["lsb"]), scale["quantity"] or "")
+    return _Quantity(counts, float(scale["lsb"]), scale["quantity"] or "")
 
 
-def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, str]) -> int:
+def _fractional_bits(stored: _Quantity, sizes: tuple[int, int], header: dict[str, str]) -> int:
     """Return the number of fractional bits of integers of four bytes, by the trigger if there is a relative one."""
     default = 0 if len(stored.counts) == 1 else 8  # of a curve, of a volume
     threshold = SCALED.match(header.get("trig threshold deflection", ""))
@@ -317,9 +319,9 @@ def _fractional_bits(stored: _Stored, sizes: tuple[int, int], header: dict[str, 
     ):
         return default
     # number of curves of a volume that show the trigger
-    extensions = np.asarray(stored.counts[:16, : sizes[0]], float) * stored.volts
+    extensions = np.asarray(stored.counts[:16, : sizes[0]], float) * stored.factor
     far = np.median(extensions[:, -max(sizes[0] // 4, 1) :], axis=1)
-    reached = float(np.median(extensions.max(axis=1) - far))
+    reached = np.median(extensions.max(axis=1) - far)
     if reached <= 0:
         return default
     return min(_POSSIBLE_BITS, key=lambda bits: abs(np.log(reached / 2**bits / float(threshold["value"]))))
@@ -359,23 +361,6 @@ def _place(number: int, count: int, header: dict[str, str], scans: list[dict[str
     pixel = float(scan_size[0]) * _SIZES[scan_size[-1]] / columns
     row, column = divmod(number, columns)
     return {"position x": (column + 0.5) * pixel, "position y": (row + 0.5) * pixel}
-
-
-def _nanoscope_columns(
-    number: int,
-    stored: _Stored,
-    volts: float,
-    heights: _Heights,
-    sizes: tuple[int, int],
-    metadata: dict[str, float],
-) -> dict[str, np.ndarray]:
-    """Return the columns of a curve in order of time."""
-    size = sizes[0]
-    order = np.concatenate([np.arange(size)[::-1], np.arange(size, sum(sizes))])
-    force = stored.counts[number] * (volts * metadata["sensitivity"] * metadata["spring constant"])
-    segment = np.repeat([0, 1], sizes)
-    height = heights.values[number] * heights.size
-    return {"height (measured)": height[order], "force": force[order], "segment": segment}
 
 
 #: Names and readers of the formats, by kind.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from itertools import groupby
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -159,18 +161,25 @@ def curves_pull_off(ds: xr.Dataset, *, spring_constant: Quantity | None = None, 
         evaluated_retraction(z, f, stiffness, baseline)
         for z, f in zip(retraction["piezo"].values, retraction["force"].values)
     ]
-    out = xr.Dataset({name: ("subregion", list(values)) for name, values in zip(_CurveResults._fields, zip(*pulls))})
-    places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
-    out = out.assign_coords({"subregion": np.arange(len(pulls)), **places} if "subregion" in ds.dims else {})
+    out = at_places(dict(zip(_CurveResults._fields, map(list, zip(*pulls)))), ds)
     _warn_of_slope(out["contact_slope"].values, stiffness)
     out.attrs = {"measured": "force-distance curves", "baseline": baseline, "missing": "NaN where reason says why"}
     out.attrs |= {} if np.isinf(stiffness) else {"spring_constant": stiffness}
     return schema.record(schema.label(out), "curves_pull_off", ds, spring_constant=spring_constant, baseline=baseline)
 
 
+def at_places(columns: Mapping[str, Any], ds: xr.Dataset) -> xr.Dataset:
+    """Return results of curves along ``subregion``, at the places of the curves."""
+    out = xr.Dataset({name: ("subregion", values) for name, values in columns.items()})
+    if "subregion" not in ds.dims:
+        return out
+    places = {name: ds[name] for name in ("subregion", "subregion_x", "subregion_y") if name in ds.coords}
+    return out.assign_coords({"subregion": np.arange(out.sizes["subregion"]), **places})
+
+
 def _warn_of_slope(slopes: np.ndarray, stiffness: float) -> None:
     """Warn if forces rise faster in contact than the cantilever can bend."""
-    times = float(np.median(slopes[np.isfinite(slopes)])) / stiffness if np.isfinite(slopes).any() else 0.0
+    times = np.median(slopes[np.isfinite(slopes)]) / stiffness if np.isfinite(slopes).any() else 0.0
     # factor that allows for errors: in contact the force cannot rise faster than the cantilever's spring constant
     if times > 1.1:
         warn(
@@ -247,12 +256,12 @@ def evaluated_retraction(z: np.ndarray, force: np.ndarray, stiffness: float, sha
     minimum, own_error = _minimum(time, flat, lowest, line.noise)
     if _is_saturated(force, lowest, z <= line.end):
         return result._replace(pull_off_at_least=-minimum, reason=_SATURATED)
-    result = result._replace(pull_off_force=-minimum, pull_off_standard_error=float(np.hypot(own_error, pull.error)))
+    result = result._replace(pull_off_force=-minimum, pull_off_standard_error=np.hypot(own_error, pull.error))
     if zero is None:
         return result
     return result._replace(
         pull_off_distance=float(z[zero] - z[lowest] + (flat[lowest] - flat[zero]) / stiffness),
-        work_of_separation=float(np.trapezoid(flat[zero:], z[zero:])),
+        work_of_separation=np.trapezoid(flat[zero:], z[zero:]),
     )
 
 
@@ -289,7 +298,7 @@ class Pull(NamedTuple):
         """The largest pull-off force that the curve allows if none is measured, nN."""
         # the limit of a pull that is not measured is this many standard errors above the depth of the lowest sample,
         # and no smaller than the depth below the straight line, which a tail between waves may hide
-        depth = max(self.depth, 0.0) + _LIMIT * float(np.hypot(self.line.noise, self.error))
+        depth = max(self.depth, 0.0) + _LIMIT * np.hypot(self.line.noise, self.error)
         return max(depth, self.other_depth + _LIMIT * self.line.noise)
 
 
@@ -367,7 +376,7 @@ def _line_of_tail(z: np.ndarray, force: np.ndarray, at: float, straight: Baselin
     is_wave = (wavy.end - z[-1]) / travel > 1.5 * stretch
     if stretch > _LEAST_STRETCH or not is_wave or straight.error(at) < wavy.error(at):
         return straight
-    error = float(np.hypot(wavy.error(at), (straight.force(at) - wavy.force(at)) / 2))  # of a tail, or of a wave
+    error = np.hypot(wavy.error(at), (straight.force(at) - wavy.force(at)) / 2)  # of a tail, or of a wave
     return wavy._replace(level_error=error)
 
 
@@ -379,7 +388,7 @@ def _lowest_sample(force: np.ndarray) -> tuple[int, float]:
     recovery = np.maximum.accumulate(level[::-1])[::-1] - level
     near = int(np.argmax(recovery)) * width
     lowest = max(near - width, 0) + int(np.argmin(force[max(near - width, 0) : near + 2 * width]))
-    return lowest, float(recovery.max())
+    return lowest, recovery.max()
 
 
 def _first_free_sample(force: np.ndarray, lowest: int, losses: list[_Rupture], noise: float) -> int:
@@ -437,7 +446,7 @@ def _line_after_jump(
     count, height = last_step(flat[first:], noise) if later or tension > 0 else (0, 0.0)
     beyond = max([first + count, *(rupture.end + 1 for rupture in later)])
     tension_after = max(height, sum(rupture.height for rupture in later))
-    levels = [(float(np.hypot(error, tension_after / 2)), level + tension_after)]
+    levels = [(np.hypot(error, tension_after / 2), level + tension_after)]
     if beyond > first:
         level, error = extrapolated_level(flat[beyond:], beyond - lowest, noise)
         levels.append((error, level))
@@ -447,7 +456,7 @@ def _line_after_jump(
     if beyond > first and straight.error(at) < error:
         # a kink of interference looks like a slow step: the middle is taken
         unsure = 0.0 if later else tension / 2
-        error = float(np.hypot(straight.level_error, unsure))
+        error = np.hypot(straight.level_error, unsure)
         return straight._replace(level=straight.level - unsure, level_error=error)
     doubt = max(abs(level) / 2 if beyond == first else 0.0, float(flat[beyond:].std()))
     tail = straight.force(at) - offset - level
@@ -456,10 +465,10 @@ def _line_after_jump(
     if is_long and abs(tail) > 2 * np.hypot(straight.error(at), error):
         level += tail / 2
         doubt = tail / 2
-    error = float(np.hypot(error, doubt))
+    error = np.hypot(error, doubt)
     length = z[first] - z[-1]
     interference = np.sqrt(6) * flat[first:].std()  # of two periods or so
-    tilt_error = float(np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length)
+    tilt_error = np.hypot(noise * np.sqrt(12 / flat[first:].size), interference) / length
     noise = max(noise, straight.noise)
     return Baseline(at, offset + level, tilt, error, tilt_error, z[beyond], straight.longest, noise)
 
@@ -530,8 +539,7 @@ def _is_saturated(force: np.ndarray, at: int, far: np.ndarray) -> bool:
 
 def _longest_run(true: np.ndarray) -> int:
     """Return the length of the longest run of true values."""
-    ends = np.flatnonzero(np.diff(np.concatenate(([0], true.astype(int), [0]))))
-    return int((ends[1::2] - ends[::2]).max(initial=0))
+    return max((len(list(run)) for value, run in groupby(true) if value), default=0)
 
 
 class _Minimum(NamedTuple):
@@ -559,12 +567,12 @@ def _minimum(time: np.ndarray, force: np.ndarray, at: int, noise: float) -> tupl
         first = max(min(first, last - _LEAST_LOW), 0)
         if steep or last - first < _LEAST_LOW:
             steps = np.abs(np.diff(force[max(at - 1, 0) : min(at + 2, end)]))
-            step = float(steps.max(initial=0.0))
+            step = steps.max(initial=0.0)
             below = 0.0
             if end < force.size:  # the jump begins up to a step below the last sample
                 step *= time[end] - time[end - 1]
                 below = step / 2
-            return float(force[at]) - below, float(np.hypot(noise, step / np.sqrt(12)))
+            return float(force[at]) - below, np.hypot(noise, step / np.sqrt(12))
         is_detached = ends[1] == end < force.size
         low = _parabola(time, force, slice(first, last), (min(first, ends[0]), ends[1]), noise, detached=is_detached)
         best = low if low.error < best.error else best

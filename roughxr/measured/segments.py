@@ -50,7 +50,7 @@ def _last_main(travels: np.ndarray) -> int | None:
 def _ramps(piezo: np.ndarray, number: np.ndarray | None, paused: np.ndarray | None) -> list[np.ndarray]:
     """Return the samples of each ramp, in order: within the file's segments, in one direction, without holds."""
     cuts = [] if number is None else (np.flatnonzero(np.diff(number)) + 1).tolist()
-    whole = float(np.nanmax(piezo) - np.nanmin(piezo))
+    whole = np.nanmax(piezo) - np.nanmin(piezo)
     ramps = []
     for first, end in pairwise([0, *cuts, piezo.size]):
         segment = np.arange(first, end)

@@ -19,7 +19,7 @@ from .. import archive
 from ..figures.images import colour_map
 from ..jobs.records import BRANCHES
 from ..scans.regions import extent
-from ..statistics.sampling import SHARE, at_first_preload
+from ..statistics.sampling import SHARE, at_first_preload, place_order
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import sentences_on_lines
@@ -165,17 +165,11 @@ def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.n
 def _loops(run: Run, solved: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
     """Return approach and retraction around the pull-off of each place; none where they were not computed."""
     curves = run["solutions/curves"]
-    order = {tuple(position): index for index, position in enumerate(_positions(curves))}
-    indices = [order.get(tuple(position)) for position in _positions(solved)]
+    indices = place_order(solved, curves)
     computed = [index is not None for index in indices]
     at_places = curves[["force"]].isel(subregion=[index for index in indices if index is not None])
     lines = iter(_branch_curves(at_places, None, offset[computed]))
     return [next(lines) if is_computed else [] for is_computed in computed]
-
-
-def _positions(places: xr.Dataset) -> np.ndarray:
-    """Return the positions (place, axis) of places, nm."""
-    return np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=1)
 
 
 def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:

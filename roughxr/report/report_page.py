@@ -18,7 +18,7 @@ from .. import archive, figures
 from .._version import __version__
 from ..bodies import liquid
 from ..figures.maps import critical_map
-from ..scans.regions import extent
+from ..scans.regions import sides
 from ..statistics import LAWS
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
@@ -128,9 +128,9 @@ def _facts(run: Run) -> list[tuple[str, str]]:
 
 def _size_words(scan: xr.Dataset) -> str:
     """Return the size of a scan and its number of pixels."""
-    x_low, x_high, y_low, y_high = extent(scan)
+    along_x, along_y = sides(scan)
     pixels = " × ".join(str(scan.sizes[axis]) for axis in ("x", "y"))
-    return f"{(x_high - x_low) / 1e3:.4g} × {(y_high - y_low) / 1e3:.4g} µm, {pixels} pixels"
+    return f"{along_x / 1e3:.4g} × {along_y / 1e3:.4g} µm, {pixels} pixels"
 
 
 def _step_argument(ds: xr.Dataset, operation: str, argument: str) -> str:

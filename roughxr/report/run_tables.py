@@ -10,7 +10,7 @@ import xarray as xr
 from pandas.api.types import is_numeric_dtype
 
 from .. import statistics
-from ..scans.regions import extent
+from ..scans.regions import sides
 from ..statistics import smooth_pull_off
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
@@ -116,10 +116,10 @@ def scan_table(run: Run) -> pd.DataFrame:
     height = run["scan"]["height"]
     catalogue = run["asperities"]
     ratio = run["asperities"]["axis_ratio"]
-    x_min, x_max, y_min, y_max = extent(run["scan"])
+    along_x, along_y = sides(run["scan"])
     rows = {
-        "size along x [µm]": 1e-3 * (x_max - x_min),
-        "size along y [µm]": 1e-3 * (y_max - y_min),
+        "size along x [µm]": 1e-3 * along_x,
+        "size along y [µm]": 1e-3 * along_y,
         "height, least [nm]": float(height.min()),
         "height, greatest [nm]": float(height.max()),
         "height, mean [nm]": round(float(height.mean()), 6),

@@ -13,11 +13,11 @@ from ..contact.refinement import coarser_mesh_error
 from ..particles.force_balance import fluid_of, strength_of_places
 from ..particles.loads import fluid_in_words
 from ..scans.plausibility import is_noise
-from ..scans.regions import extent
+from ..scans.regions import sides
 from ..statistics import bootstrap
 from ..statistics.headline import HALF_WIDTH, best_estimate, mean_pull_off, with_best_estimate, with_units
 from ..statistics.headline import headline as answer_text
-from ..statistics.sampling import by_share, one_of_each_place, place_numbers
+from ..statistics.sampling import by_share, one_of_each_place, place_numbers, place_order
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
 from ..vocabulary.text import printable
@@ -168,8 +168,7 @@ def _advice(run: Run, out: xr.Dataset) -> str:
     if "scan" not in run or "sphere_radius" not in run["scan"].coords:
         return ""
     scan = run["scan"]
-    x_low, x_high, y_low, y_high = extent(scan)
-    side = min(x_high - x_low, y_high - y_low)
+    side = min(sides(scan))
     radius = float(scan["sphere_radius"])
     touched = 2 * np.sqrt(2 * radius * 2 * float(np.nanstd(scan["height"].values)))
     if side < 2 * touched:
@@ -193,7 +192,9 @@ def with_mesh_error(run: Run) -> dict[str, xr.Dataset]:
     if "pull_off_error" in solved and bool(solved["pull_off_error"].notnull().any()):
         return dict(run)
     force = run["statistics/adhesive"]["pull_off_force"]
-    finer = _at_all_places(force, run["solutions/finer"]["pull_off_force"]).values
+    solved_finer = run["solutions/finer"]["pull_off_force"]
+    order = place_order(force, solved_finer)
+    finer = [np.nan if index is None else float(solved_finer[index]) for index in order]
     error = ("subregion", coarser_mesh_error(abs(force / finer - 1).values, solved.attrs.get("law")))
     names = ("solutions/adhesive", "statistics/adhesive")
     return {**run, **{name: schema.label(run[name].assign(pull_off_error=error)) for name in names}}
@@ -258,10 +259,3 @@ def few_digits(values: np.ndarray, name: str) -> list[float]:
     """Return the numbers of a column rounded to the digits of a published table."""
     digits = _ERROR_DIGITS if str(name).endswith(("_error", "independent_places")) else _DIGITS
     return [float(f"{value:.{digits}g}") for value in values]
-
-
-def _at_all_places(places: xr.Dataset | xr.DataArray, solved: xr.DataArray) -> xr.DataArray:
-    """Return values that are known at some places for all places, NaN at the others."""
-    values_at = dict(zip(zip(*(solved[axis].values for axis in _POSITION)), solved.values))
-    values = [values_at.get(place, np.nan) for place in zip(*(places[axis].values for axis in _POSITION))]
-    return xr.DataArray(values, {axis: places[axis] for axis in _POSITION}, ["subregion"], attrs=solved.attrs)

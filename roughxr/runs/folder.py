@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -13,7 +12,7 @@ import xarray as xr
 from .. import report
 from ..archive import atomic_write
 from ..report.summary import scan_label
-from ..tables import to_table
+from ..tables import to_table, written_formats
 
 #: Tables that are also written as files, by the name of the file.
 _TABLE_FILES = {"scan": "Scan and asperities", "contact": "Pull-off force by method", "force": "Force without adhesion"}
@@ -40,7 +39,7 @@ def write_figures(groups: Mapping[str, xr.Dataset], draw_figures: Callable, fold
 def write_pages(groups: Mapping[str, xr.Dataset], path: Path, folder: Path) -> None:
     """Write the table of places and the report."""
     if places := report.by_place(groups):
-        for ending in (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",):
+        for ending in written_formats():
             to_table(report.place_table(places, scan_label(groups)), folder / f"places{ending}")
     with atomic_write(folder / "report.html") as temporary:
         temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")

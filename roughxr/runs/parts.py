@@ -77,9 +77,9 @@ class Task(NamedTuple):
         return {"subregions": self.plan.subregions}
 
     @property
-    def is_humid(self) -> bool:
-        """Whether menisci condense between the bodies."""
-        return self.specimen.pair.menisci is not None
+    def is_summed(self) -> bool:
+        """Whether sums over asperities hold: neighbours' menisci merge, and layers are no half spaces."""
+        return self.specimen.pair.menisci is None and not self.is_coated
 
     @property
     def is_coated(self) -> bool:
@@ -298,10 +298,6 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
-def _has_asperity_sums(task: Task) -> bool:
-    return not task.is_humid and not task.is_coated
-
-
 class Part(NamedTuple):
     """A stage of a run, with its duration (s) and its duration per place (s): medians of runs on two cores."""
 
@@ -322,7 +318,6 @@ PARTS = (
     Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
     Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
-    # neighbours' menisci merge, and layers are no half spaces: no sum over asperities
-    Part("superposition", "superposed asperities", _has_asperity_sums, 3.0, 0.0, _superposed_asperities),
+    Part("superposition", "superposed asperities", lambda task: task.is_summed, 3.0, 0.0, _superposed_asperities),
     Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
 )

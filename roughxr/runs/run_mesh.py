@@ -78,8 +78,7 @@ def refuse_soft(specimen: Specimen) -> None:
     """Raise if JKR's contact of the smooth sphere without load is much wider than the scan."""
     pair = specimen.pair
     wide = 2 * _WITHOUT_LOAD * pair.contact_at_pull_off(pair.sphere_radius, pair.work)[0]
-    x_low, x_high, y_low, y_high = regions.extent(specimen.bodies)
-    side = min(x_high - x_low, y_high - y_low)
+    side = min(regions.sides(specimen.bodies))
     if wide > _WIDEST_CONTACT * side:
         raise Refusal(
             "sphere_radius",

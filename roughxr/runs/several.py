@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,10 +16,10 @@ from ..jobs.progress import TimeLeft, print_line, rough_duration
 from ..jobs.spread import is_interrupt
 from ..report.report_page import pair_facts, render_template, setting
 from ..report.summary import few_digits, place_table
-from ..scans.regions import extent
+from ..scans.regions import sides
 from ..statistics import pooled
 from ..statistics.headline import headline, scalar_values
-from ..tables import to_table
+from ..tables import FORMATS, to_table, written_formats
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
 from ..vocabulary.refusal import Refusal
@@ -49,7 +48,7 @@ class ScanResult(NamedTuple):
 def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     """Return an output folder for each scan, named after its file; raise if two files have the same name."""
     chosen: dict[Path, Path] = {}
-    reserved = {f"{name}{ending}" for name in ("places", output.name) for ending in (".csv", ".xlsx")} | {_PAGE}
+    reserved = {f"{name}{ending}" for name in ("places", output.name) for ending in FORMATS} | {_PAGE}
     for scan in map(Path, scans):
         if scan.stem in reserved:
             raise Refusal(scan, f"another name than that of the runs' {scan.stem}: rename the scan")
@@ -94,8 +93,7 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
 
 def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:
     scan = run["scan"]
-    x_low, x_high, y_low, y_high = extent(scan)
-    size = np.array([x_high - x_low, y_high - y_low, max(schema.pixel(scan))])
+    size = np.array([*sides(scan), max(schema.pixel(scan))])
     places = report.by_place(run)
     return ScanResult(setting(run), pair_facts(scan), size, report.run_summary(run), places, report.cautions(run))
 
@@ -104,7 +102,7 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     """Write the tables of scans and of all places, and the summary page; return the pooled mean as scanned in words."""
     tables = [place_table(run.places, name) for name, run in finished.items()]
     all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
-    endings = (".csv", ".xlsx") if find_spec("openpyxl") else (".csv",)
+    endings = written_formats()
     for ending in endings:
         to_table(scan_table(finished), output / f"{output.name}{ending}")
         to_table(all_places, output / f"places{ending}")

@@ -69,7 +69,7 @@ def _images(path: Path, name: str, item: Any) -> list[Channel]:
     pixel = item.parent.get("pixel_to_nm_scaling") if item.dtype.kind == "f" else None  # TopoStats
     size = None if pixel is None else (item.shape[1] * float(pixel[()]), item.shape[0] * float(pixel[()]))
     units = "nm" if size else item.attrs.get("units", item.attrs.get("unit"))
-    return [Channel(name, units and str(units), item.shape, size, "nm", partial(_values, path, name, ...))]
+    return [Channel(name, units and str(units), item.shape, size, "nm", partial(_values, path, name))]
 
 
 def _text(value: Any) -> str:
@@ -90,7 +90,7 @@ def _nexus_images(path: Path, name: str, item: h5py.Dataset) -> list[Channel]:
     units = _text(item.attrs.get("units", "")) or None
     title = _text(item.attrs.get("long_name", name))
     if len(axes) != 2 or tuple(axis.size for axis in axes) != item.shape or min(item.shape) < 2:
-        return [Channel(title, units, item.shape, None, None, partial(_values, path, name, ...))]
+        return [Channel(title, units, item.shape, None, None, partial(_values, path, name))]
     y_axis, x_axis = (np.asarray(axis[()], dtype=float).ravel() for axis in axes)
     y_units, x_units = (_text(axis.attrs.get("units", "")) for axis in axes)
     width, height = (np.ptp(axis) * axis.size / (axis.size - 1) for axis in (x_axis, y_axis))
@@ -98,13 +98,8 @@ def _nexus_images(path: Path, name: str, item: h5py.Dataset) -> list[Channel]:
         height *= factor(y_units, x_units)
     rows = slice(None, None, -1 if y_axis[-1] > y_axis[0] else 1)
     columns = slice(None, None, 1 if x_axis[-1] > x_axis[0] else -1)
-    read = partial(_turned_values, path, name, (rows, columns))
-    return [Channel(title, units, item.shape, (float(width), float(height)), x_units or None, read)]
-
-
-def _turned_values(path: Path, name: str, order: tuple[slice, slice]) -> np.ndarray:
-    """Return a dataset with its rows and columns in an order."""
-    return _values(path, name, ...)[order]
+    size = (float(width), float(height))
+    return [Channel(title, units, item.shape, size, x_units or None, lambda: _values(path, name)[rows, columns])]
 
 
 def _jpk_frames(path: Path, name: str, item: Any, stated: dict[str, Any]) -> list[Channel]:
@@ -117,7 +112,7 @@ def _jpk_frames(path: Path, name: str, item: Any, stated: dict[str, Any]) -> lis
     direction = "retrace" if str(stated.get("retrace")).lower() in ("true", "1") else "trace"
     images = []
     for k in range(item.shape[1]):
-        read = partial(_values, path, name, (slice(None), k), scale, shape)
+        read = partial(_values, path, name, scale, shape, part=(slice(None), k))
         images.append(
             Channel(f"{title} {k + 1}" if item.shape[1] > 1 else title, units, shape, size, "m", read, direction)
         )
@@ -153,17 +148,17 @@ def _nanosurf_images(path: Path, name: str, item: Any, stated: dict[str, Any], k
     units = re.sub(r".*\[(.*)\].*", r"\1", str(stated.get(f"{kind}_unit", ""))) or None
     title = str(stated.get("signal_name", stated.get("name", name)))
     direction = stated_direction(str(item.parent.attrs.get("segment_name", item.parent.attrs.get("name", ""))))
-    read = partial(_values, path, name, ..., (factor, low - factor * least), shape, missing)
+    read = partial(_values, path, name, (factor, low - factor * least), shape, missing)
     return [Channel(title, units, shape, size, "m", read, direction)]
 
 
 def _values(
     path: Path,
     name: str,
-    part: Any,
     scale: tuple[float, float] = (1.0, 0.0),
     shape: tuple[int, int] | None = None,
     missing: float | None = None,
+    part: Any = ...,
 ) -> np.ndarray:
     """Return a dataset or a part of it, scaled; lines of a ``shape`` come from the lowest upwards."""
     with h5py.File(path) as file:

@@ -189,7 +189,7 @@ def _scan(
     stored = turned[name].variable.transpose(*dims)
     is_scan = name == "height" and dims == ("x", "y")
     mask = turned["mask"].variable.transpose(*dims) if name == "heights" and "mask" in ds.variables else None
-    width = max(float(np.ptp(values)) for values in centres.values())
+    width = max(np.ptp(values) for values in centres.values())
     image = indexing.LazilyIndexedArray(_Image(partial(_heights, path, stored, mask, ratio, width), stored.shape))
     height = xr.Variable(("x", "y"), image, {**(ds[name].attrs if is_scan else {}), "units": "nm"})
     coords = {a: (a, v, {**(ds[a].attrs if is_scan else {}), "units": "nm"}) for a, v in centres.items()}

@@ -41,7 +41,7 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
     A range over a thousand widths, or a thousandth of a nanometre, is impossible; heights may all be equal.
     """
-    low, high = (float(np.nanmin(height)), float(np.nanmax(height))) if np.isfinite(height).any() else (0.0, 0.0)
+    low, high = (np.nanmin(height), np.nanmax(height)) if np.isfinite(height).any() else (0.0, 0.0)
     if 0 < high - low < SMALLEST_LENGTH:
         raise UnreadableScan(
             path, f"expected heights over at least {SMALLEST_LENGTH:g} nm, found {high - low:.3g} nm: wrong units?"
@@ -94,14 +94,14 @@ def size_doubts(ds: xr.Dataset) -> list[str]:
 
 
 def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
-    relief = float(np.nanmax(height) - np.nanmin(height))
+    relief = np.nanmax(height) - np.nanmin(height)
     if relief == 0:
         return ["all heights are equal"]
     doubts = _missing_mark(height)
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
         doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
-    share = max(float(np.mean(np.abs(np.diff(height, axis=axis)) > step)) for axis, step in enumerate(steps))
+    share = max(np.mean(np.abs(np.diff(height, axis=axis)) > step) for axis, step in enumerate(steps))
     if share > 0.01:
         doubts.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
     doubts += faults(height)
@@ -137,8 +137,8 @@ def _clipped(height: np.ndarray) -> list[str]:
 
 def _wrapped(height: np.ndarray) -> list[str]:
     """Return a warning if neighbours lie at opposite ends of the range and most heights between: an overflow."""
-    low = float(np.nanmin(height))
-    high = float(np.nanmax(height))
+    low = np.nanmin(height)
+    high = np.nanmax(height)
     jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
     between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
     if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
@@ -154,7 +154,7 @@ def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.nda
     worst = []
     for axis, lines in zip("xy", (height, height.T)):
         far = deviations(lines)
-        worst.append((float(np.nanmax(far) / max(np.nanmedian(far), 1e-12)), int(np.nanargmax(far)), axis))
+        worst.append((np.nanmax(far) / max(np.nanmedian(far), 1e-12), int(np.nanargmax(far)), axis))
     return *max(worst), min(worst)[0]
 
 

@@ -122,6 +122,12 @@ def extent(ds: xr.Dataset) -> tuple[float, float, float, float]:
     return float(x[0] - dx / 2), float(x[-1] + dx / 2), float(y[0] - dy / 2), float(y[-1] + dy / 2)
 
 
+def sides(ds: xr.Dataset) -> tuple[float, float]:
+    """Return the sides of a scan along x and y, nm."""
+    x_low, x_high, y_low, y_high = extent(ds)
+    return x_high - x_low, y_high - y_low
+
+
 def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[Window], tuple[int, int]]:
     """Return each centre's window of half-width ``reach`` (nm), and the common shape of the full window."""
     (dx, dy), (x, y) = schema.pixel(ds), (ds["x"].values, ds["y"].values)

@@ -158,6 +158,13 @@ def place_numbers(ds: xr.Dataset) -> np.ndarray:
     return pd.MultiIndex.from_arrays([ds[axis].values for axis in PLACES["subregion"]]).factorize()[0]
 
 
+def place_order(places: Any, solved: Any) -> list[int | None]:
+    """Return the index of each place among those of another result, None for a place that it has not."""
+    positions = [zip(*(ds[axis].values.tolist() for axis in PLACES["subregion"])) for ds in (places, solved)]
+    order = {position: index for index, position in enumerate(positions[1])}
+    return [order.get(position) for position in positions[0]]
+
+
 def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
     """Return places with the first of the random surfaces of each."""
     return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])

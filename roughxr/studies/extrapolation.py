@@ -331,8 +331,7 @@ def _second_scan_factor(
     log, scatter = second_scan_ratio(ds, finer, law)
     below = one_scan_factor(lowering - log, max(schema.pixel(finer)), end)
     beyond = _RESTING_SCATTER if is_at_rest else second_scan_error(lowering)
-    x_low, x_high, y_low, y_high = regions.extent(finer)
-    width = number(min(x_high - x_low, y_high - y_low), "nm")
+    width = number(min(regions.sides(finer)), "nm")
     source = f"by a second scan, {width} wide on pixels of {number(max(schema.pixel(finer)), 'nm')}"
     return RoughnessFactor(log + below.log, float(np.hypot.reduce([scatter, beyond, below.error])), source)
 

@@ -25,7 +25,7 @@ from ..contact.rigid.bodies import rigid
 from ..scans import regions
 from ..specimen import specimen_of
 from ..statistics import bootstrap
-from ..statistics.sampling import by_share, shares
+from ..statistics.sampling import by_share, place_order, shares
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
 from ..vocabulary.error_sources import CHANGED, ERROR_SOURCES, MESH, RANGE, SAMPLING, THIN
@@ -224,8 +224,7 @@ def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:
 
 def _on_finer_mesh(solved: xr.Dataset, finer: xr.Dataset) -> FactorCase:
     """Return the change of the pull-off at the places of a simulation with cells and steps halved."""
-    at = [list(zip(ds["subregion_x"].values, ds["subregion_y"].values)) for ds in (solved, finer)]
-    base = solved.isel(subregion=[at[0].index(place) for place in at[1]])
+    base = solved.isel(subregion=place_order(finer, solved))
     change = mean_change(finer["pull_off_force"].values, base["pull_off_force"].values, shares(base).values)
     return FactorCase(MESH, 2, "2", change)
 
