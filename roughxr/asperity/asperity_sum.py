@@ -13,7 +13,7 @@ from ..bodies.pair_record import read_pair
 from ..jobs.spread import is_lazy
 from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import pull_off_search
-from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales
+from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales, subset
 from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
 from ..vocabulary import schema
@@ -150,8 +150,7 @@ def plain_asperities(catalogue: xr.Dataset, options: SumOptions) -> Asperities:
     peaks = np.isfinite(scales.P)
     x, y, depth, at_edge = (array[peaks] for array in (x, y, depth, at_edge))
     orientation = catalogue["orientation"].values[peaks]
-    scales = type(scales)(*(array[peaks] for array in scales))
-    field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), scales)
+    field = sums.Field(x, y, depth, orientation, at_edge, _nearest_neighbours(x, y), subset(scales, peaks))
     grid = None
     if options.law != HERTZ:
         grid = pull_off_search.build_grid(field, law, options.radius, options.profile)

@@ -13,6 +13,7 @@ from ..jobs import spread
 from ..jobs.records import Layout, converged, labelled, warn_unconverged
 from ..kernels.asperity import contact_sums as sums
 from ..kernels.asperity import rotation
+from ..kernels.asperity.asperity_laws import subset
 from ..scans import regions
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import ADHESION_LAWS, JKR
@@ -198,7 +199,7 @@ def _roll(x: float, y: float, prepared: Asperities, options: SumOptions, layout:
     if not np.isfinite(rest):
         return record
     supporting = near[offset[near] + field.scales.end[near] * field.scales.delta[near] <= rest]
-    scales = type(field.scales)(*(array[supporting] for array in field.scales))
+    scales = subset(field.scales, supporting)
     u = field.x[supporting] - x
     v = field.y[supporting] - y
     delta = rest - offset[supporting]
@@ -223,8 +224,7 @@ def _displacement_at_rest(
     reach = 4 * max(float(np.median(field.scales.delta)), 0.1)
     for _ in range(60):
         near = np.flatnonzero(onset <= start + reach)
-        scales = type(field.scales)(*(array[near] for array in field.scales))
-        rest = rotation.resting_displacement(offset[near], scales, load, start, spline)
+        rest = rotation.resting_displacement(offset[near], subset(field.scales, near), load, start, spline)
         if rest <= start + reach or near.size == offset.size:
             return near, rest
         reach *= 2

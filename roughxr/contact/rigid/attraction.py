@@ -27,6 +27,7 @@ class Options(NamedTuple):
 
     law: potentials.Potential
     area: float  # nm², of a pixel
+    mean_height: float  # nm, of the scan, which is its mean plane beyond the window
     menisci: Menisci | None = None  # the liquid between the bodies, if there is any
 
 
@@ -42,7 +43,8 @@ def read_options(specimen: Specimen, law: str) -> Options:
     potential = potentials.potential(law, w, length if w > 0 else DEFAULT_RANGE, pair.retardation)
     if menisci is not None:
         potential = potentials.with_liquid(potential, menisci.height, menisci.capillary_pressure, menisci.share)
-    return Options(law=potential, area=specimen.pixel**2, menisci=menisci)
+    mean_height = float(specimen.heights.mean())
+    return Options(potential, specimen.pixel**2, mean_height, menisci)
 
 
 def window_half_width(specimen: Specimen, problem: Problem) -> float:

@@ -15,8 +15,9 @@ from ...vocabulary.text import warn
 from ...vocabulary.units import Places, Quantities, whole_number
 from ..mesh import UnresolvedContact
 from ..problem import first_touches, read_problem
-from .attraction import Options, read_options
-from .rigid_places import solve_places
+from ..solving import solve
+from .attraction import Options, read_options, window_half_width
+from .rigid_places import rigid_layout, rigid_record
 
 #: Default displacements: their number, and the height (nm) above the first touch of all places where they start.
 _COUNT, _START_HEIGHT = 60, 10.0
@@ -109,7 +110,17 @@ def rigid(
     positions = specimen.centres(subregions)
     steps = _default_deltas(specimen) if delta is None else delta
     problem = read_problem(specimen, positions, delta=steps, datum=datum, refine=mesh)
-    out = solve_places(specimen, positions, problem, options, fields=fields)
+    out = solve(
+        rigid_record,
+        specimen,
+        problem,
+        rigid_layout(problem, is_humid="humidity" in specimen.bodies.coords),
+        options,
+        name="rigid",
+        positions=positions,
+        reach=window_half_width(specimen, problem),
+        fields=fields,
+    )
     length = {"closest_approach" if law == HAMAKER else "adhesion_range": options.law.length}
     out.attrs = {"datum": datum, "method": "rigid", "law": law, "mesh": mesh, **length}
     out.attrs["missing"] = "NaN where the bodies cannot come so close"

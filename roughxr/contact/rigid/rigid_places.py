@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from ...jobs import spread
-from ...jobs.records import Layout, labelled
+from ...jobs.records import Layout
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
 from .. import menisci
-from ..problem import Place, Problem, Surface, places, surface_at
-from ..solving import put_fields, window_axes
-from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, interpolated_pull_off, window_half_width
+from ..problem import Place, Problem, Surface, surface_at
+from ..solving import put_fields
+from .attraction import BEYOND_EDGE, NEAREST_GAPS, Options, interpolated_pull_off
 
 _EVENTS = {
     "pull_off_force": float,
@@ -29,18 +27,9 @@ _EVENTS = {
 _OF_LIQUID = {"meniscus_error": float, "work_of_separation": float}
 
 
-def solve_places(specimen, positions, problem, options, *, fields) -> xr.Dataset:
-    """Return the curves and events at given places."""
-    solved_places, shape = places(specimen, positions, window_half_width(specimen, problem))
-    cells = problem.refine * shape[0], problem.refine * shape[1]
-    liquid_names = _OF_LIQUID if "humidity" in specimen.bodies.coords else {}
-    layout = Layout({"delta": problem.steps}, {"force": float}, _EVENTS | liquid_names, cells if fields else None)
-    mean = specimen.heights.mean()
-    arguments = [(place, mean) for place in solved_places]
-    shared = problem, layout, options
-    records = spread.task_results(_solve_place, arguments, layout.dtype, *shared, name="rigid", lazy=specimen.lazy)
-    out = labelled(records, layout, specimen.bodies, positions)
-    return out.assign_coords(window_axes([place.window for place in solved_places], problem, cells)) if fields else out
+def rigid_layout(problem: Problem, *, is_humid: bool) -> Layout:
+    """Return the variables of a place."""
+    return Layout({"delta": problem.steps}, {"force": float}, _EVENTS | (_OF_LIQUID if is_humid else {}))
 
 
 class _Setting(NamedTuple):
@@ -75,13 +64,13 @@ class _Setting(NamedTuple):
         return float(self.surface.separation.min())
 
 
-def _solve_place(place: Place, mean: float, problem: Problem, layout: Layout, options: Options) -> np.ndarray:
-    """Solve one place, as a task."""
+def rigid_record(place: Place, problem: Problem, layout: Layout, options: Options) -> np.ndarray:
+    """Return the record of one place, as a task."""
     surface = surface_at(place, problem)
     low = [-(first + problem.pixel * (lost - 0.5)) for first, lost in zip(place.window.origin, place.window.missing)]
     sides = [(a, n * problem.pixel - a) for a, n in zip(low, place.height.shape)]
     rectangle = tuple(max(side, 1e-6) for pair in sides for side in pair)
-    mean_plane = float(place.datum) - float(mean)
+    mean_plane = float(place.datum) - options.mean_height
     cells = kernels.cells(surface.separation, options.law)
     setting = _Setting(surface, mean_plane, rectangle, problem, options, cells)
     record = layout.blank()

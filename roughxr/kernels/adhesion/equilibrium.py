@@ -211,15 +211,12 @@ def _tangent_step(body, delta, state, fixed):
 @kernel
 def _quick_gaps(convolution, separation, delta, state):
     """Compute the gaps from the pressures, in single precision."""
-    pressure = state.pressure
     box = convolution.box
-    for i in range(box.shape[0]):
-        for j in range(box.shape[1]):
-            box[i, j] = pressure[i, j] if j < pressure.shape[1] else 0.0
+    columns = state.pressure.shape[1]
+    box[:, :columns] = state.pressure
+    box[:, columns:] = 0.0
     convolve(convolution)
-    for i in range(pressure.shape[0]):
-        for j in range(pressure.shape[1]):
-            state.gap[i, j] = box[i, j] + (separation[i, j] - delta)
+    state.gap[:] = box[:, :columns] + (separation - delta)
 
 
 @kernel
@@ -295,17 +292,11 @@ def _apply_step(law, state, rows, columns, touching, x, image):
 @kernel
 def _coupled_cells(law, state):
     """Return rows and columns of the cells that touch, or whose traction changes with the gap."""
-    rows = np.empty(state.gap.size, np.int64)
-    columns = np.empty(state.gap.size, np.int64)
-    count = 0
-    for i in range(state.gap.shape[0]):
-        for j in range(state.gap.shape[1]):
-            gap = state.gap[i, j]
-            if state.touching[i, j] or gap < 0.0 or traction(gap, law)[1] >= _SMALLEST_SLOPE:
-                rows[count] = i
-                columns[count] = j
-                count = count + 1
-    return rows[:count], columns[:count]
+    is_coupled = state.touching | (state.gap < 0.0)
+    for i in range(is_coupled.shape[0]):
+        for j in range(is_coupled.shape[1]):
+            is_coupled[i, j] = is_coupled[i, j] or traction(state.gap[i, j], law)[1] >= _SMALLEST_SLOPE
+    return np.nonzero(is_coupled)
 
 
 @kernel

@@ -44,13 +44,10 @@ def workspace(products, count):
 @kernel
 def _precondition(near, touching, values, out):
     """Write into ``out`` approximate pressures that solve the system for a right side."""
-    for k in range(values.size):
-        out[k] = values[k] if touching[k] else 0.0
+    out[:] = np.where(touching, values, 0.0)
     if near.matrix.size == 0:
         convolve_cells(near.rows, near.columns, near.inverse, out, out)
-    for k in range(values.size):
-        if not touching[k]:
-            out[k] = values[k]
+    out[:] = np.where(touching, out, values)
 
 
 @kernel(reorder=True)
@@ -105,14 +102,12 @@ def _orthogonalise(touching, tau, room, m, h, e, left):
     z = room.preconditioned[m]
     y = room.images[m]
     new = room.basis[m]
-    for k in range(left.size):
-        new[k] = y[k] if touching[k] else z[k] - tau[k] * y[k]
+    new[:] = np.where(touching, y, z - tau * y)
     for i in range(m):
         h[i, m] = _dot(room.basis[i], new)
         _subtract(new, h[i, m], room.basis[i])
     h[m, m] = np.sqrt(_dot(new, new))
-    for k in range(left.size):
-        new[k] /= h[m, m]
+    new /= h[m, m]
     e[m] = _dot(new, left)
     _subtract(left, e[m], new)
 
@@ -120,9 +115,8 @@ def _orthogonalise(touching, tau, room, m, h, e, left):
 @kernel(reorder=True)
 def _combine(h, e, size, room, x, image):
     """Solve the triangular system, and combine the directions to the solution."""
-    for k in range(x.size):
-        x[k] = 0.0
-        image[k] = 0.0
+    x[:] = 0.0
+    image[:] = 0.0
     for m in range(size - 1, -1, -1):
         total = e[m]
         for i in range(m + 1, size):

@@ -112,19 +112,22 @@ def pick(scales, i):
     return Scales(scales.a[i], scales.P[i], scales.delta[i], scales.axis_ratio[i], scales.end[i], scales.row[i])
 
 
-@kernel
 def asperities_scales(A, B, E_star, w, law):
     """Return the ``Scales`` of many asperities: A, B and each field have shape (asperity,)."""
-    out = np.empty((6, A.size))
+    return Scales(*_scales_of_each(A, B, E_star, w, law).T.copy())
+
+
+@kernel
+def _scales_of_each(A, B, E_star, w, law):
+    out = np.empty((A.size, 6))
     for i in range(A.size):
-        scales = asperity_scales(A[i], B[i], E_star, w, law)
-        out[0, i] = scales.a
-        out[1, i] = scales.P
-        out[2, i] = scales.delta
-        out[3, i] = scales.axis_ratio
-        out[4, i] = scales.end
-        out[5, i] = scales.row
-    return Scales(out[0], out[1], out[2], out[3], out[4], out[5])
+        out[i] = asperity_scales(A[i], B[i], E_star, w, law)
+    return out
+
+
+def subset(scales, which):
+    """Return the scales of the asperities ``which``, in that order."""
+    return Scales(*(field[which] for field in scales))
 
 
 def branch_end(name, ratio):

@@ -31,6 +31,7 @@ import numpy as np
 
 from ..halfspace.separation import PARABOLA, profile_height
 from ..jit import kernel
+from .asperity_laws import subset
 from .branches import LENGTH, P, closed_force, collapse, line_force
 from .contact_sums import Field
 from .elliptic_table import LEAST, mark_at_row
@@ -118,7 +119,7 @@ def build_grid(field, law, radius, profile):
 
 def _subset(field, which):
     """Return the asperities ``which`` of a field, in that order."""
-    return Field(*(a[which] for a in field[:-1]), type(field.scales)(*(a[which] for a in field.scales)))
+    return Field(*(a[which] for a in field[:-1]), subset(field.scales, which))
 
 
 @kernel

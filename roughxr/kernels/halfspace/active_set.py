@@ -100,8 +100,7 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
             fewest, rounds_left = (violating, patience) if violating < fewest else (fewest, rounds_left - 1)
             changed = _exchange(pressure, gap, contact, cap, work.change, goal, rounds_left <= 0)
         if iterations >= max_iterations:
-            for k in range(depth.size):
-                pressure[k] = min(max(pressure[k], 0.0), cap)
+            pressure[:] = np.minimum(np.maximum(pressure, 0.0), cap)
             worst = _violations(pressure, gap, contact, cap, goal)[2]
             return Outcome(ITERATION_LIMIT, iterations, worst, shift)
 
@@ -110,9 +109,9 @@ def solve(operator, depth, pressure, gap, contact, goal, max_iterations, load, c
 def _count_as_change(depth, pressure, gap, change):
     """If gaps are unknown, set them as without pressures and count all pressures as a change; return whether so."""
     unknown = np.isnan(gap[0])
-    for k in range(depth.size if unknown else 0):
-        gap[k] = -depth[k]
-        change[k] = pressure[k]
+    if unknown:
+        gap[:-1] = -depth
+        change[:] = pressure
     return unknown
 
 
@@ -235,8 +234,7 @@ def _gap_violation(pressure, gap, cap):
 def _exchange(pressure, gap, contact, cap, change, goal, single):
     """Free cells beyond the bounds and add cells with a wrong gap, all or the first; return whether any was freed."""
     freed = False
-    for k in range(gap.size - 1):
-        change[k] = 0.0
+    change[:] = 0.0
     for k in range(gap.size - 1):
         if contact[k] and (pressure[k] < 0.0 or pressure[k] > cap):
             bound = 0.0 if pressure[k] < 0.0 else cap
@@ -257,8 +255,7 @@ def _exchange(pressure, gap, contact, cap, change, goal, single):
 def _displace(operator, gap, work):
     """Add the displacement under the change of pressures to the gaps."""
     multiply(operator, work.change, work.image)
-    for k in range(gap.size):
-        gap[k] += work.image[k]
+    gap += work.image
 
 
 @kernel
@@ -267,41 +264,28 @@ def _restore_load(operator, depth, pressure, gap, contact, work, changed, load, 
 
     If nothing yields the pressures are scaled; else the missing load is added as under a flat punch.
     """
-    total = 0.0
-    yields = False
-    carrying = 0
-    flat = 0.0
-    for k in range(depth.size):
-        total += pressure[k]
-        yields |= pressure[k] >= cap
-        carrying += contact[k]
-    if carrying == 0:
+    total = pressure.sum()
+    yields = (pressure >= cap).any()
+    if not contact.any():
         contact[_next_in_contact(pressure, gap, cap, load - total)] = True
-    for k in range(depth.size):
-        work.image[k] = 1.0 if contact[k] else 0.0
+    work.image[:] = contact
     _precondition(operator, work.neighbours, work.image, work.flat)
-    for k in range(depth.size):
-        work.flat[k] = work.flat[k] if contact[k] else 0.0
-        flat += work.flat[k]
+    work.flat[:] = np.where(contact, work.flat, 0.0)
     # relative rounding error of the load
     if yields and abs(load - total) > 1e-13 * load:
-        for k in range(depth.size):
-            pressure[k] += (load - total) / flat * work.flat[k]
-            work.change[k] += (load - total) / flat * work.flat[k]
+        added = (load - total) / work.flat.sum() * work.flat
+        pressure += added
+        work.change[:] += added
         changed = True
     if changed:
         _displace(operator, gap, work)
-    part = 1.0 if yields or total == 0.0 else load / total
-    mean = 0.0
-    carrying = 0
-    for k in range(depth.size):
-        pressure[k] *= part
-        gap[k] = (gap[k] + depth[k] + shift) * part - depth[k] - shift
-        carrying += contact[k]
-        mean += gap[k] if contact[k] else 0.0
-    for k in range(depth.size):
-        gap[k] -= mean / carrying
-    return changed, shift + mean / carrying
+    if total != 0.0 and not yields:
+        part = load / total
+        pressure *= part
+        gap[:-1] = (gap[:-1] + depth + shift) * part - depth - shift
+    mean = gap[contact].sum() / contact.sum()
+    gap[:-1] -= mean
+    return changed, shift + mean
 
 
 @kernel

@@ -138,9 +138,7 @@ def multiply(operator, pressure, out):
 def convolve_cells(rows, columns, convolution, values, out):
     """Write the convolution of compact values into ``out`` (compact)."""
     box = convolution.box
-    for i in range(box.shape[0]):
-        for j in range(box.shape[1]):
-            box[i, j] = 0.0
+    box[:] = 0.0
     for k in range(rows.size):
         box[rows[k], columns[k]] = values[k]
     convolve(convolution)
@@ -152,8 +150,7 @@ def convolve_cells(rows, columns, convolution, values, out):
 def _multiply(matrix, pressure, out):
     """Sum the matrix rows of loaded cells only: an active set leaves about half of the cells free."""
     count = matrix.shape[0]
-    for k in range(out.size):
-        out[k] = 0.0
+    out[:] = 0.0
     for k in range(count):
         p = pressure[k]
         if p != 0.0:

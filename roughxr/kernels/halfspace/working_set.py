@@ -51,20 +51,20 @@ def box_below(lowest, delta):
 
 def solve_contact(depth, tolerance, max_iterations, cap, guess=None, film=None):
     """Return the `Contact` in a box, from a guess or by nested iteration."""
-    slack = slack_of(film)
-    if guess is not None:
-        return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack)
-    levels = [depth]
-    while np.count_nonzero(levels[-1] > 0.0) > DENSE_LIMIT and min(levels[-1].shape) >= 4:
-        levels.append(halved(levels[-1]))
-    guess = half_deep(levels[-1])
-    for n in range(len(levels) - 1, 0, -1):
-        coarse_cap = cap * 2**n  # with the cells' side E*/dx halves
-        limits = (0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, coarse_cap)
-        thinner = film and film.on_cells(2**n)
-        coarse = solve_in_box(levels[n], guess, *limits, thinner, slack=slack)
-        guess = refined(coarse, levels[n - 1], 0.5 * coarse_cap)
-    return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack)
+    guess = _nested_guess(depth, cap, film) if guess is None else guess
+    return solve_in_box(depth, guess, 0.5 * tolerance, max_iterations, cap, film, slack=slack_of(film))
+
+
+def _nested_guess(depth, cap, film):
+    """Return a guess from the solution on cells twice as large, themselves solved from such a guess."""
+    if np.count_nonzero(depth > 0.0) <= DENSE_LIMIT or min(depth.shape) < 4:
+        return half_deep(depth)
+    coarser = halved(depth)
+    thinner = film and film.on_cells(2)
+    guess = _nested_guess(coarser, 2.0 * cap, thinner)  # with the cells' side E*/dx halves
+    limits = (0.5 * COARSE_TOLERANCE, COARSE_ITERATIONS, 2.0 * cap)
+    coarse = solve_in_box(coarser, guess, *limits, thinner, slack=slack_of(film))
+    return refined(coarse, depth, cap)
 
 
 def half_deep(depth):

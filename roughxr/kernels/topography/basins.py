@@ -174,23 +174,12 @@ def _plane(row, x, y, ball):
 def _planes(rows, x, y, ball, reach):
     """Return height, slopes, contact point and index of the patches that may be touched within a step."""
     out = np.zeros((len(rows), 6))
-    top = 0
     for n in range(len(rows)):
-        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = _plane(rows[n], x, y, ball)
+        out[n, :5] = _plane(rows[n], x, y, ball)
         out[n, 5] = n
-        if out[n, 0] > out[top, 0]:
-            top = n
-    number = 0
-    highest = out[top, 0]
-    along_x = out[top, 1]
-    along_y = out[top, 2]
-    for n in range(len(rows)):
-        rise = (abs(out[n, 1] - along_x) + abs(out[n, 2] - along_y)) * reach
-        if out[n, 0] + 1.1 * rise >= highest:
-            for column in range(6):
-                out[number, column] = out[n, column]
-            number += 1
-    return out[:number]
+    top = out[out[:, 0].argmax()]
+    rise = (np.abs(out[:, 1] - top[1]) + np.abs(out[:, 2] - top[2])) * reach
+    return out[out[:, 0] + 1.1 * rise >= top[0]]
 
 
 @kernel
@@ -313,7 +302,7 @@ def settle(surface, places):
     """Roll a sphere from each place to rest; return its x, y, height (nm), (places, 3), NaN if it leaves the scan."""
     out = np.zeros((len(places), 3))
     for n in range(len(places)):
-        out[n, 0], out[n, 1], out[n, 2] = _roll(surface, places[n, 0], places[n, 1])
+        out[n] = _roll(surface, places[n, 0], places[n, 1])
     return out
 
 
@@ -329,9 +318,7 @@ def settle_near(rows, places, ball, largest, farthest):
         height = np.inf
         while step >= _LAST_STEP * largest and max(abs(x - places[n, 0]), abs(y - places[n, 1])) < 0.7 * farthest:
             x, y, height, step = _step_down(near, x, y, ball, step, _LAST_STEP * largest)
-        out[n, 0] = x
-        out[n, 1] = y
-        out[n, 2] = height
+        out[n] = x, y, height
     return out
 
 
