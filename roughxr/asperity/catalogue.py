@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from ..kernels.asperity.ellipse import shape
 from ..kernels.jit import kernel
+from ..kernels.topography.interpolation import bicubic_spline
 from ..kernels.topography.paraboloid import Fit, fit_paraboloids
 from ..kernels.topography.peaks import Peaks, ascend, search
 from ..scans import regions, wavelength
@@ -184,10 +185,8 @@ def _fitted_peaks(height: np.ndarray, setup: _Setup) -> tuple[Peaks, Fit]:
 
 def _spline(height: np.ndarray) -> Any:
     """Return the bicubic spline through the pixel centres, whose coordinates are the pixels' numbers."""
-    from scipy.interpolate import RectBivariateSpline
-
-    order = [min(3, n - 1) for n in height.shape]
-    return RectBivariateSpline(*map(np.arange, height.shape), height, kx=order[0], ky=order[1])
+    rows, columns = height.shape
+    return bicubic_spline(np.arange(rows), np.arange(columns), height)
 
 
 def _repeated_ridges(height: np.ndarray, peaks: Peaks, fit: Fit, refine: int) -> np.ndarray:

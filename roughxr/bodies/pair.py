@@ -82,10 +82,7 @@ def contact_modulus(young_modulus: Quantities, poisson_ratio: Quantities) -> flo
     >>> round(roughxr.reference.contact_modulus(75, 0.22), 3)
     39.407
     """
-    both = _values_of_both(young_modulus, "GPa", "young_modulus")
-    moduli = [
-        np.inf if isinstance(value, float) and value == np.inf else _plausibly(value, "young_modulus") for value in both
-    ]
+    moduli = [_young_modulus(value) for value in _values_of_both(young_modulus, "GPa", "young_modulus")]
     ratios = [_ratio(value) for value in _values_of_both(poisson_ratio, "1", "poisson_ratio")]
     compliance = sum((1 - ratio**2) / modulus for modulus, ratio in zip(moduli, ratios))
     if compliance == 0:
@@ -199,12 +196,16 @@ def assign_pair(
     ds = schema.validate(ds, "scan") if schema.kind_of(ds) == "scan" else ds
     _exactly_one(sphere_radius=sphere_radius, indenter=indenter)
     _exactly_one(materials=materials, contact_modulus=contact_modulus, young_modulus=young_modulus)
+    if poisson_ratio is not None and young_modulus is None:
+        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
     bodies = None if materials is None else substances.named_pair(materials)
-    moduli = (young_modulus, poisson_ratio)
+    moduli: tuple[Any, ...] = (young_modulus, poisson_ratio)
+    if bodies is not None:
+        moduli = tuple(zip(*((body.young_modulus, body.poisson_ratio) for body in bodies)))
     coating = {}
     if layer is not None:
         layer = read_layer(layer)
-        moduli, coating = _coated(layer, bodies, contact_modulus, young_modulus, poisson_ratio)
+        moduli, coating = _coated(layer, contact_modulus, *moduli)
         named = () if layer.material is None else substances.named_pair(layer.material)[:1]
         bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
     between = 0.0 if medium is None else _own_constant(medium, substances.MEDIA, "medium")
@@ -219,7 +220,7 @@ def assign_pair(
     else:
         adhesion = _work_of_adhesion(surface_energy, work_of_adhesion)
     values = _stated(
-        contact_modulus=_contact_modulus(bodies if layer is None else None, contact_modulus, *moduli),
+        contact_modulus=_contact_modulus(contact_modulus, *moduli),
         sphere_radius=None if sphere_radius is None else _radius(sphere_radius, ds),
         **_attraction(bodies, adhesion, hamaker_constant, between),
         adhesion_range=_plausibly(adhesion_range, "adhesion_range"),
@@ -235,9 +236,9 @@ def assign_pair(
     if indenter is not None:
         out = out.assign(indenter_height=_indenter(indenter))
     arguments = {"materials": materials, "young_modulus": young_modulus, "poisson_ratio": poisson_ratio}
-    arguments |= {"medium": medium}
-    arguments |= {"layer_material": layer.material} if isinstance(layer, Layer) else {}
-    arguments |= {"surface_energy": surface_energy} | (vars(air) | {"humidity": None} if air else {})
+    arguments |= {"medium": medium, "surface_energy": surface_energy}
+    arguments |= {"layer_material": getattr(layer, "material", None)}
+    arguments |= vars(air) | {"humidity": None} if air else {}
     return schema.record(schema.label(out), "assign_pair", **(arguments | values))
 
 
@@ -331,22 +332,16 @@ def indenter_map(ds: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray] | 
     return x, y, height
 
 
-def _contact_modulus(bodies: tuple | None, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any) -> float:
-    if poisson_ratio is not None and young_modulus is None:
-        raise Refusal("poisson_ratio", "none without young_modulus", poisson_ratio, "leave it out")
-    if bodies is not None:
-        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
-    if (modulus := _plausibly(stated_modulus, "contact_modulus")) is not None:
-        return modulus
+def _contact_modulus(stated_modulus: Any, young_modulus: Any, poisson_ratio: Any) -> float:
+    if stated_modulus is not None:
+        return _plausibly(stated_modulus, "contact_modulus")
     if poisson_ratio is None:
         raise Refusal("poisson_ratio", "one with young_modulus", "none")
     return contact_modulus(young_modulus, poisson_ratio)
 
 
-def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any):
+def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio: Any):
     """Return the moduli of layer and indenter, two pairs, and the coordinates of the layer and its base."""
-    if bodies is not None:
-        young_modulus, poisson_ratio = zip(*((body.young_modulus, body.poisson_ratio) for body in bodies))
     if stated_modulus is not None or poisson_ratio is None:
         stated = "no poisson_ratio" if stated_modulus is None else "their contact_modulus"
         raise Refusal(
@@ -364,7 +359,7 @@ def _coated(layer: Layer, bodies: tuple | None, stated_modulus: Any, young_modul
         "layer_thickness": _plausibly(layer.thickness, "layer_thickness"),
         "layer_modulus": _plausibly(material.young_modulus, "young_modulus"),
         "layer_poisson_ratio": _ratio(material.poisson_ratio),
-        "base_modulus": np.inf if isinstance(base, float) and base == np.inf else _plausibly(base, "young_modulus"),
+        "base_modulus": _young_modulus(base),
         "base_poisson_ratio": _ratio(ratios[1]),
     }
     # A layer may be at most so many times as stiff as its base
@@ -406,6 +401,11 @@ def elastic(ds: xr.Dataset) -> xr.Dataset:
 def _stated(**values: float | None) -> dict[str, float]:
     """Return the values that are known."""
     return {name: value for name, value in values.items() if value is not None}
+
+
+def _young_modulus(stated: Any) -> float:
+    """Return a modulus (GPa), inf of a rigid body; raise or warn where it is implausible."""
+    return np.inf if isinstance(stated, float) and stated == np.inf else _plausibly(stated, "young_modulus")
 
 
 def _plausibly(stated: Any, name: str) -> Any:

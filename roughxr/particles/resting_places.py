@@ -73,8 +73,7 @@ def resting(
         start = np.array(surface.first) + minima * np.array(surface.pixel)
         spheres = np.bincount(labels.ravel(), minlength=len(minima) + 1)[1:] / labels.size
     else:
-        grid = regions.centres(scan, landings)
-        start = np.stack([grid["subregion_x"].values, grid["subregion_y"].values], axis=-1)
+        start = _positions(regions.centres(scan, landings))
         spheres = np.full(len(start), 1 / len(start))
     # resting positions closer than this (pixels) are one
     places, share = _distinct(basins.settle(surface, start), spheres, 0.05 * max(surface.pixel))
@@ -101,9 +100,7 @@ def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
     """Return the places to which the sphere of this pair rolls from former resting positions, NaN off the scan."""
     scan = schema.validate(ds, "scan")
     _, surface = _dilated_surface(scan, schema.sphere_radius(scan))
-    former = np.stack([places["subregion_x"].values, places["subregion_y"].values], axis=-1)
-    x, y, _ = basins.settle(surface, former).T
-    return places.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))
+    return places.assign_coords(_coordinates(basins.settle(surface, _positions(places))))
 
 
 def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.DilatedSurface]:
@@ -140,8 +137,7 @@ def _distinct(rolled: np.ndarray, spheres: np.ndarray, distance: float) -> tuple
 def _described(scan: xr.Dataset, surface: basins.DilatedSurface, places: np.ndarray) -> xr.Dataset:
     """Return resting positions (x, y, height) with their supports."""
     x, y, height = places.T
-    out = xr.Dataset(coords={"subregion": np.arange(x.size)})
-    out = out.assign_coords(subregion_x=("subregion", x), subregion_y=("subregion", y))
+    out = xr.Dataset(coords={"subregion": np.arange(x.size), **_coordinates(places)})
     # motion of the sphere, in pixels, within which a summit counts as a support
     number, at = basins.supports(places, surface, 0.05)
     at = at[:, : max(int(number.max(initial=0)), 1)]
@@ -159,7 +155,7 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
-    places = np.column_stack([out["subregion_x"].values, out["subregion_y"].values])
+    places = _positions(out)
     points = dilation.Ball(surface.ball.radius, 0.0, 0.0)
     largest = max(surface.pixel)
     # largest distance (cells) between a resting position and the one on the vertices of asperities
@@ -169,5 +165,14 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     outside = (moved[:, :2] < surface.first) | (moved[:, :2] > last) | (np.abs(moved[:, :2] - places) > 0.5 * farthest)
     stays = outside.any(axis=1)  # no resting position on vertices is near
     moved[stays] = np.column_stack([places, out["rest_height"].values])[stays]
-    out = out.assign_coords({f"subregion_{axis}": ("subregion", moved[:, k]) for k, axis in enumerate("xy")})
-    return out.assign(rest_height=("subregion", moved[:, 2]))
+    return out.assign_coords(_coordinates(moved)).assign(rest_height=("subregion", moved[:, 2]))
+
+
+def _coordinates(places: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
+    """Return the coordinates of contact centres at positions (x, y, …)."""
+    return {"subregion_x": ("subregion", places[:, 0]), "subregion_y": ("subregion", places[:, 1])}
+
+
+def _positions(centres: xr.Dataset) -> np.ndarray:
+    """Return the positions (x, y) of contact centres, nm."""
+    return np.column_stack([centres["subregion_x"].values, centres["subregion_y"].values])

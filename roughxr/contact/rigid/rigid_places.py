@@ -9,6 +9,7 @@ import numpy as np
 from ...jobs.records import Layout
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
+from ...kernels.topography import dilation
 from .. import menisci
 from ..problem import Place, Problem, Surface, surface_at
 from ..solving import put_fields
@@ -106,18 +107,15 @@ def minimum_below_cells(separation: np.ndarray) -> float:
     0.34
     """
     i, j = np.unravel_index(np.argmin(separation), separation.shape)
-    if not (0 < i < separation.shape[0] - 1 and 0 < j < separation.shape[1] - 1):
+    if not np.isfinite(separation[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]).all():
         return 0.0
-    near = separation[i - 1 : i + 2, j - 1 : j + 2]
-    if not np.isfinite(near).all():
+    patch = np.zeros(dilation.RISE + 1)
+    dilation.put_patch(patch, separation, i, j, (1.0, 1.0), np.inf)
+    slope = patch[[dilation.GX, dilation.GY]]
+    bend = patch[[[dilation.HXX, dilation.HXY], [dilation.HXY, dilation.HYY]]]
+    if bend[0, 0] * bend[1, 1] <= bend[0, 1] ** 2 or bend[0, 0] <= 0:  # also at the rim, where the patch is level
         return 0.0
-    slope = 0.5 * np.array([near[2, 1] - near[0, 1], near[1, 2] - near[1, 0]])
-    bend = np.array([near[2, 1] + near[0, 1], near[1, 2] + near[1, 0]]) - 2 * near[1, 1]
-    mixed = 0.25 * (near[2, 2] - near[2, 0] - near[0, 2] + near[0, 0])
-    if bend[0] * bend[1] <= mixed**2 or bend[0] <= 0:
-        return 0.0
-    matrix = np.array([[bend[0], mixed], [mixed, bend[1]]])
-    return float(0.5 * slope @ np.linalg.solve(matrix, slope))
+    return float(0.5 * slope @ np.linalg.solve(bend, slope))
 
 
 def _contact_attraction(setting: _Setting, delta: float) -> float:

@@ -171,10 +171,9 @@ def pull_offs(x, y, grid, table, radius, profile):
         row[FORCE] = least.F
         row[DELTA] = least.delta
         row[FIRST_TOUCH] = near.touch if near.touch < np.inf else np.nan
-        for k in range(near.onset.size):
-            if near.onset[k] <= least.delta:
-                row[CONTACTS] += 1.0
-                row[AT_EDGE] += grid.field.at_edge[near.index[k]]
+        in_contact = near.onset <= least.delta
+        row[CONTACTS] = in_contact.sum()
+        row[AT_EDGE] = grid.field.at_edge[near.index[in_contact]].sum()
     return out
 
 
@@ -203,21 +202,14 @@ def nearby(x, y, reach, grid, table, radius, profile):
                 index[n] = k
                 n += 1
     order = np.argsort(onset[:n], kind="mergesort")  # stable
-    begins = np.empty(n)
-    offsets = np.empty(n)
-    which = np.empty(n, np.int64)
+    index = index[order]
+    offset = offset[order]
     adhesion = np.zeros(n + 1)
+    adhesion[1:] = np.cumsum(grid.adhesion[index])
     lines = np.empty((n if table.size else 0, LENGTH))
-    touch = np.inf
-    for k in range(n):
-        begins[k] = onset[order[k]]
-        offsets[k] = offset[order[k]]
-        which[k] = index[order[k]]
-        touch = min(touch, offsets[k])
-        adhesion[k + 1] = adhesion[k] + grid.adhesion[which[k]]
-        if table.size:
-            collapse(table, grid.field.scales.row[which[k]], P, lines[k])
-    return Near(begins, offsets, which, adhesion, lines, touch)
+    for k in range(len(lines)):
+        collapse(table, field.scales.row[index[k]], P, lines[k])
+    return Near(onset[order], offset, index, adhesion, lines, offset.min() if n else np.inf)
 
 
 @kernel
@@ -235,16 +227,18 @@ def _square(x, y, r, cells):
     """Return the ranges of cells that contain the square of half-width r around (x, y)."""
     nx = cells.first.shape[0]
     ny = cells.first.shape[1] - 1
-    i0 = np.floor((x - r - cells.x) / cells.side)
-    i1 = np.floor((x + r - cells.x) / cells.side) + 1.0
-    j0 = np.floor((y - r - cells.y) / cells.side)
-    j1 = np.floor((y + r - cells.y) / cells.side) + 1.0
     return (
-        int(min(max(i0, 0.0), nx)),
-        int(min(max(i1, 0.0), nx)),
-        int(min(max(j0, 0.0), ny)),
-        int(min(max(j1, 0.0), ny)),
+        _cell(x - r - cells.x, cells.side, nx),
+        _cell(x + r - cells.x + cells.side, cells.side, nx),
+        _cell(y - r - cells.y, cells.side, ny),
+        _cell(y + r - cells.y + cells.side, cells.side, ny),
     )
+
+
+@kernel
+def _cell(distance, side, count):
+    """Return the number of the cell at a distance from the corner, between 0 and their count."""
+    return int(min(max(np.floor(distance / side), 0.0), count))
 
 
 @kernel

@@ -165,13 +165,7 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
         far_y = max(row[Y] - y0, y1 - row[Y])
         highest[n] = row[H] + row[RISE] - _sphere_rise(near_x * near_x + near_y * near_y, radius)
         floor = max(floor, row[H] - _sphere_rise(far_x * far_x + far_y * far_y, radius))
-    visible = np.zeros(candidates.size, np.int64)
-    count = 0
-    for n in range(candidates.size):
-        if highest[n] >= floor and highest[n] > -np.inf:
-            visible[count] = candidates[n]
-            count += 1
-    return visible[:count].copy()
+    return candidates[(highest >= floor) & (highest > -np.inf)]
 
 
 @kernel
@@ -193,7 +187,7 @@ def _raise_bounds(part, first, wide, margin, heights, best, over):
 
 @kernel
 def _fill_box(rows, visible, x, y, box, ball, z):
-    """Fill a box with the sphere's heights; move patches touched within the margin to the front, return how many."""
+    """Fill a box with the sphere's heights; return the patches that are touched within the margin."""
     heights = np.zeros(visible.size)
     over = np.full(visible.size, -np.inf)
     farthest = 0.0
@@ -211,21 +205,14 @@ def _fill_box(rows, visible, x, y, box, ball, z):
     for i in range(box[0], box[1]):
         for j in range(box[2], box[3]):
             _sphere_heights(part, x[i], y[j], ball.radius, heights)
-            first = 0
-            for n in range(1, visible.size):
-                first = n if heights[n] > heights[first] else first
+            first = heights.argmax()
             best = touch(rows[visible[first]], x[i], y[j], ball)[0]
             for n in range(visible.size):
                 if n != first and heights[n] + part[3, n] > best:
                     best = max(best, touch(rows[visible[n]], x[i], y[j], ball)[0])
             z[i, j] = best
             _raise_bounds(part, first, wide, margin, heights, best, over)
-    count = 0
-    for n in range(visible.size):
-        if over[n] >= 0:
-            visible[count] = visible[n]
-            count += 1
-    return count
+    return visible[over >= 0]
 
 
 @kernel
@@ -253,15 +240,14 @@ def dilation(rows, x, y, ball):
         edges = x[i0] - wide_x, x[i1 - 1] + wide_x, y[j0] - wide_y, y[j1 - 1] + wide_y
         visible = _visible(rows, candidates, edges[0], edges[1], edges[2], edges[3], ball.radius)
         if i1 - i0 <= SIDE and j1 - j0 <= SIDE:
-            visible = visible[: _fill_box(rows, visible, x, y, (i0, i1, j0, j1), ball, z)]
+            visible = _fill_box(rows, visible, x, y, (i0, i1, j0, j1), ball, z)
             while size + visible.size > lists.size:
                 longer = np.zeros(2 * lists.size, np.int32)
                 longer[:size] = lists[:size]
                 lists = longer
             bounds[i0 // SIDE, j0 // SIDE, 0] = size
             bounds[i0 // SIDE, j0 // SIDE, 1] = size + visible.size
-            for n in range(visible.size):
-                lists[size + n] = visible[n]
+            lists[size : size + visible.size] = visible
             size += visible.size
         elif i1 - i0 >= j1 - j0:
             middle = _middle(i0, i1)

@@ -11,6 +11,8 @@ tenth of their height.
 ring less. The difference between both estimates the effect of heights that no pixel shows.
 """
 
+from typing import Any
+
 import numpy as np
 
 
@@ -35,11 +37,15 @@ def band_limited(height: np.ndarray, n: int) -> np.ndarray:
 
 def splined(height: np.ndarray, n: int) -> np.ndarray:
     """Return heights (nx, ny) on n × n cells for each pixel, by bicubic splines through the pixel centres."""
+    coarse, fine = ([_centred(size, k) for size in height.shape] for k in (1, n))
+    return np.ascontiguousarray(bicubic_spline(*coarse, height)(*fine))
+
+
+def bicubic_spline(x: np.ndarray, y: np.ndarray, height: np.ndarray) -> Any:
+    """Return the bicubic spline through heights (nx, ny), of a lower degree through few."""
     from scipy.interpolate import RectBivariateSpline
 
-    coarse, fine = ([_centred(size, k) for size in height.shape] for k in (1, n))
-    order = [min(3, size - 1) for size in height.shape]
-    return np.ascontiguousarray(RectBivariateSpline(*coarse, height, kx=order[0], ky=order[1])(*fine))
+    return RectBivariateSpline(x, y, height, kx=min(3, x.size - 1), ky=min(3, y.size - 1))
 
 
 def _centred(size: int, n: int) -> np.ndarray:
