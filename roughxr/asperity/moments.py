@@ -176,7 +176,7 @@ def _labelled_moments(out: xr.Dataset, ds: xr.Dataset, method: str, arguments: d
 def _asperity_moments(summands: Summands, angles, load, subregions) -> xr.Dataset:
     """Roll the sphere off the asperities at each contact centre."""
     positions = regions.centres(summands.ds, subregions)
-    centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
+    centres = [tuple(point) for point in regions.points(positions).tolist()]
     layout = Layout({"direction": angles}, _STATES, _EVENTS | _ASPERITY_STATES)
     solve = partial(spread.task_results, name="rolling", lazy=summands.lazy)
     records = solve(_roll, centres, layout.dtype, summands.prepared, summands.options, layout, load)

@@ -89,7 +89,7 @@ def _places(ds: xr.Dataset, subregions: Places) -> tuple[xr.Dataset, np.ndarray,
     """Return the contact centres as coordinates, and x and y of each, nm."""
     if not isinstance(subregions, str):
         places = regions.centres(ds, subregions)
-        return places, places["subregion_x"].values.astype(float), places["subregion_y"].values.astype(float)
+        return places, *regions.points(places).T.copy()
     schema.one_of(subregions, (EVERY_PIXEL,), "subregions")
     if "x" not in ds.dims:
         raise Refusal(f"subregions={EVERY_PIXEL!r}", "a scan", "a catalogue, which has no pixels")

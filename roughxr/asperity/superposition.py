@@ -128,7 +128,7 @@ def superpose(
             "which let the bodies yield, or drop the hardness",
             DoubtfulAsperities,
         )
-    centres = list(zip(positions["subregion_x"].values.tolist(), positions["subregion_y"].values.tolist()))
+    centres = [tuple(point) for point in regions.points(positions).tolist()]
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law != HERTZ else {})
     layout = Layout({"delta": deltas}, _STATES, events)

@@ -215,7 +215,7 @@ def updated_liquid_share(ds: xr.Dataset, work: float) -> dict[str, float]:
     pair = {name: float(ds[name]) for name in ("hamaker_constant", "work_of_adhesion") if name in ds.coords}
     share = float(ds["share_under_liquid"])
     for medium in MEDIA.values():
-        dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
+        dry = _hamaker_constant(pair)
         if dry and math.isclose(combined(dry, dry, medium) / dry, share, rel_tol=1e-9):
             return {"share_under_liquid": _share(pair | {"work_of_adhesion": work}, medium)}
     return {}
@@ -294,13 +294,18 @@ def _liquid(liquid: Any) -> tuple[float, float]:
     return positive(liquid[0], "J/m^2", "liquid"), positive(liquid[1], "cm^3/mol", "liquid")
 
 
+def _hamaker_constant(pair: dict[str, float]) -> float:
+    """Return the assigned Hamaker constant (nN nm), or that of the work of adhesion."""
+    return pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
+
+
 def _share(pair: dict[str, float], medium: float | None) -> float:
     """Return the share of the work of adhesion that remains under a liquid, for two bodies of one material.
 
     (1 − √(A₃/A))² with the liquid's Hamaker constant A₃ and the bodies' A, or that of their work of adhesion; 1 where
     the liquid's constant is not known or nothing attracts. Raise where it is above 1: A₃ is more than four times A.
     """
-    dry = pair.get("hamaker_constant") or 12 * math.pi * CUT_OFF**2 * pair.get("work_of_adhesion", 0.0)
+    dry = _hamaker_constant(pair)
     share = combined(dry, dry, medium) / dry if dry and medium is not None else 1.0
     if share > 1:
         raise Refusal(

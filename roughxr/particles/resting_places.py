@@ -73,7 +73,7 @@ def resting(
         start = np.array(surface.first) + minima * np.array(surface.pixel)
         spheres = np.bincount(labels.ravel(), minlength=len(minima) + 1)[1:] / labels.size
     else:
-        start = _positions(regions.centres(scan, landings))
+        start = regions.points(regions.centres(scan, landings))
         spheres = np.full(len(start), 1 / len(start))
     # resting positions closer than this (pixels) are one
     places, share = _distinct(basins.settle(surface, start), spheres, 0.05 * max(surface.pixel))
@@ -100,7 +100,7 @@ def resettled(ds: xr.Dataset, places: xr.Dataset) -> xr.Dataset:
     """Return the places to which the sphere of this pair rolls from former resting positions, NaN off the scan."""
     scan = schema.validate(ds, "scan")
     _, surface = _dilated_surface(scan, schema.sphere_radius(scan))
-    return places.assign_coords(_coordinates(basins.settle(surface, _positions(places))))
+    return places.assign_coords(_coordinates(basins.settle(surface, regions.points(places))))
 
 
 def _dilated_surface(scan: xr.Dataset, radius: float) -> tuple[np.ndarray, basins.DilatedSurface]:
@@ -155,7 +155,7 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
     rows = np.zeros((summits.sizes["asperity"], dilation.RISE + 1))
     for column, name in ((dilation.X, "x"), (dilation.Y, "y"), (dilation.H, "height")):
         rows[:, column] = summits[name].values
-    places = _positions(out)
+    places = regions.points(out)
     points = dilation.Ball(surface.ball.radius, 0.0, 0.0)
     largest = max(surface.pixel)
     # largest distance (cells) between a resting position and the one on the vertices of asperities
@@ -171,8 +171,3 @@ def _move_to_vertices(out: xr.Dataset, catalogue: xr.Dataset, surface: basins.Di
 def _coordinates(places: np.ndarray) -> dict[str, tuple[str, np.ndarray]]:
     """Return the coordinates of contact centres at positions (x, y, …)."""
     return {"subregion_x": ("subregion", places[:, 0]), "subregion_y": ("subregion", places[:, 1])}
-
-
-def _positions(centres: xr.Dataset) -> np.ndarray:
-    """Return the positions (x, y) of contact centres, nm."""
-    return np.column_stack([centres["subregion_x"].values, centres["subregion_y"].values])

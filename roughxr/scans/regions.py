@@ -83,6 +83,11 @@ def sample(positions: xr.Dataset, count: int) -> xr.Dataset:
     return positions.isel(subregion=np.unique(np.linspace(0, last, count).round().astype(int)))
 
 
+def points(positions: xr.Dataset) -> np.ndarray:
+    """Return x and y of contact centres, (place, axis), nm."""
+    return np.column_stack([positions["subregion_x"].values, positions["subregion_y"].values])
+
+
 #: Scalar coordinates of a catalogue: its scan's outer edges.
 EDGES = ("scan_x_min", "scan_x_max", "scan_y_min", "scan_y_max")
 
@@ -134,7 +139,7 @@ def windows(ds: xr.Dataset, positions: xr.Dataset, reach: float) -> tuple[list[W
     ahead = np.ceil(np.array([reach / dx, reach / dy])).astype(int) + 1
     shape = tuple(2 * ahead + 1)
     cut = []
-    for cx, cy in zip(positions["subregion_x"].values, positions["subregion_y"].values):
+    for cx, cy in points(positions):
         first = [int(np.floor((c - axis[0]) / d + 0.5)) - a for c, axis, d, a in zip((cx, cy), (x, y), (dx, dy), ahead)]
         rows, columns = (slice(max(f, 0), min(f + n, axis.size)) for f, n, axis in zip(first, shape, (x, y)))
         origin = x[0] + first[0] * dx - cx, y[0] + first[1] * dy - cy

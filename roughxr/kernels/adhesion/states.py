@@ -42,9 +42,6 @@ _FOUR_NEIGHBOURS = ndimage.generate_binary_structure(2, 1)
 #: Mark of cells that have touched; cells within the opening of their edge are marked 1.
 _TOUCHED = 2
 
-#: Part of the largest traction above which a cell's tension counts for the size of a box.
-_LEAST_TENSION = 2e-3
-
 
 class SolvedState(NamedTuple):
     """One state: on the box of the cells within range, at (rows, columns) of the window."""
@@ -191,14 +188,14 @@ class Solver:
         beyond = max(delta - self.lowest[0].min(), 0.0) if self.bulges else 0.0
         within = [lowest < delta + beyond + self.law.range for lowest in self.lowest]
         if last is not None:
-            loaded = np.abs(last.state.pressure) > _LEAST_TENSION * self.law.strength
+            loaded = last.state.pressure != 0.0
             within[0][last.rows] |= loaded.any(axis=1)
             within[1][last.columns] |= loaded.any(axis=0)
         return tuple(_rounded_slice(np.flatnonzero(axis), axis.size, margin) for axis in within)
 
     def _tension_at_edge(self, solved):
         """Return whether cells are loaded at a side of the box that is not the window's."""
-        loaded = np.abs(solved.state.pressure) > _LEAST_TENSION * self.law.strength
+        loaded = solved.state.pressure != 0.0
         for side, part, size in zip((loaded, loaded.T), (solved.rows, solved.columns), self.separation.shape):
             if (part.start > 0 and side[:1].any()) or (part.stop < size and side[-1:].any()):
                 return True

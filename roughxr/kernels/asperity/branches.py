@@ -36,12 +36,9 @@ def line_force(line, above_end):
     j = min(int(along), CELLS_ALONG - 1)
     t = along - j
     u = 1.0 - t
-    c0 = line[j]
-    c1 = line[j + 1]
-    c2 = line[j + 2]
-    c3 = line[j + 3]
-    f = spline_value(spline_weights(t), c0, c1, c2, c3)
-    df = 0.5 * (u * u * (c1 - c0) + t * t * (c3 - c2)) + (0.5 + t * u) * (c2 - c1)
+    f = spline_value(spline_weights(t), line, j)
+    rises = line[j + 1] - line[j], line[j + 2] - line[j + 1], line[j + 3] - line[j + 2]
+    df = 0.5 * (u * u * rises[0] + t * t * rises[2]) + (0.5 + t * u) * rises[1]
     return f * size * size * size, (3.0 * f - 0.5 * along * df) * size * size / (2.0 * q)
 
 
@@ -60,9 +57,9 @@ def line_contact(lines, above_end):
     along = CELLS_ALONG / sqrt(size)
     j = min(int(along), CELLS_ALONG - 1)
     w = spline_weights(along - j)
-    p = spline_value(w, lines[P, j], lines[P, j + 1], lines[P, j + 2], lines[P, j + 3])
-    a = spline_value(w, lines[A, j], lines[A, j + 1], lines[A, j + 2], lines[A, j + 3])
-    b = spline_value(w, lines[B, j], lines[B, j + 1], lines[B, j + 2], lines[B, j + 3])
+    p = spline_value(w, lines[P], j)
+    a = spline_value(w, lines[A], j)
+    b = spline_value(w, lines[B], j)
     return p * size * size * size, a * size, b * size
 
 

@@ -62,9 +62,9 @@ def spline_weights(t):
 
 
 @kernel
-def spline_value(w, c0, c1, c2, c3):
-    """Return the spline with coefficients c0 … c3 around a cell, for the weights ``w``."""
-    return w[0] * c0 + w[1] * c1 + w[2] * c2 + w[3] * c3
+def spline_value(w, coefficients, j):
+    """Return the spline in the ``j``-th cell, for the weights ``w`` there."""
+    return w[0] * coefficients[j] + w[1] * coefficients[j + 1] + w[2] * coefficients[j + 2] + w[3] * coefficients[j + 3]
 
 
 @kernel
@@ -77,18 +77,14 @@ def table_row(ratio):
 def mark_at_row(marks, row, column):
     """Return a column of ``marks``, interpolated at the position ``row``."""
     i = min(int(row), marks.shape[0] - 4)
-    w = spline_weights(row - i)
-    return spline_value(w, marks[i, column], marks[i + 1, column], marks[i + 2, column], marks[i + 3, column])
+    return spline_value(spline_weights(row - i), marks[:, column], i)
 
 
 @kernel
 def coefficient_at_row(spline, row, j, column):
     """Return a coefficient along the branch, for the asperity at the position ``row``."""
     i = min(int(row), spline.shape[0] - 4)
-    w = spline_weights(row - i)
-    return spline_value(
-        w, spline[i, j, column], spline[i + 1, j, column], spline[i + 2, j, column], spline[i + 3, j, column]
-    )
+    return spline_value(spline_weights(row - i), spline[:, j, column], i)
 
 
 @kernel
@@ -106,13 +102,10 @@ def lookup(spline, row, above_end):
 
 @kernel
 def _branch_value(spline, row, j, column, w):
-    return spline_value(
-        w,
-        coefficient_at_row(spline, row, j, column),
-        coefficient_at_row(spline, row, j + 1, column),
-        coefficient_at_row(spline, row, j + 2, column),
-        coefficient_at_row(spline, row, j + 3, column),
-    )
+    total = 0.0
+    for n in range(4):
+        total += w[n] * coefficient_at_row(spline, row, j + n, column)
+    return total
 
 
 @cache

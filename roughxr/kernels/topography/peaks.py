@@ -48,12 +48,11 @@ def search(z: np.ndarray) -> Peaks:
     is_peak = np.ones(count + 1, np.bool_)
     is_peak[plateaus[shelf]] = False
     ix, iy = np.nonzero(top & is_peak[plateaus])
-    _, first, number = np.unique(plateaus[ix, iy], return_index=True, return_inverse=True)
-    n, sum_x, sum_y = (np.bincount(number, weights).astype(np.int64) for weights in (None, ix, iy))
-    off_x, off_y = (n[number] * at - total[number] for at, total in ((ix, sum_x), (iy, sum_y)))
-    off_centroid = off_x.astype(float) ** 2 + off_y.astype(float) ** 2  # n² times the square, exact: ties stay ties
-    nearest = np.lexsort((off_centroid, first[number]))  # stable: of equally near pixels the first comes first
-    nearest = nearest[np.concatenate([[True], np.diff(first[number][nearest]) > 0])] if nearest.size else nearest
+    number = plateaus[ix, iy]  # in the order in which the rows meet them
+    n, sum_x, sum_y = (np.bincount(number, weights) for weights in (None, ix, iy))
+    off_centroid = (n[number] * ix - sum_x[number]) ** 2 + (n[number] * iy - sum_y[number]) ** 2  # n² times the square
+    order = np.lexsort((off_centroid, number))  # stable: of equally near pixels the first comes first
+    nearest = order[np.unique(number[order], return_index=True)[1]]
     return Peaks(ix[nearest], iy[nearest], n[number[nearest]])
 
 
