@@ -117,10 +117,7 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
             shutil.copyfile(path, temporary)
         with open_locked_raw(temporary, "a" if onto else "w") as file:
             file.setncatts(present)
-        with uninterrupted():
-            encoding = {f"/{name}": _encoding(ds) for name, ds in loaded.items()}
-            tree = xr.DataTree.from_dict(loaded)
-            tree.to_netcdf(temporary, "a", encoding, engine="netcdf4", write_inherited_coords=True)
+            _write_groups(file, loaded)
         for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
             # one variable at a time: chunks that several variables share would otherwise all stay in memory
             single = groups[name][[key]]
@@ -136,6 +133,35 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
                 file.delncattr(name)
             file.comment = f"in groups, open with xarray.open_datatree: {', '.join(group_names(file))}"
     return path
+
+
+class _LateWriter:
+    """Writes values once all variables are defined: the library stores all definitions anew for each change of mode."""
+
+    def __init__(self) -> None:
+        self.values: list[tuple[Any, Any]] = []
+
+    def add(self, source: Any, target: Any, region: Any = None) -> None:
+        """Note the values of a variable, as xarray's writers do."""
+        self.values.append((source, target))
+
+    def write(self) -> None:
+        """Write all values."""
+        for source, target in self.values:
+            target[...] = source
+
+
+def _write_groups(file: netCDF4.Dataset, groups: Mapping[str, xr.Dataset]) -> None:
+    """Write Datasets in memory as groups of an open file."""
+    writer = _LateWriter()
+    for name, ds in groups.items():
+        encoding = _encoding(ds)
+        variables, attrs = xr.conventions.encode_dataset_coordinates(ds)
+        for key, options in encoding.items():
+            variables[key].encoding = options
+        store = xr.backends.NetCDF4DataStore(file.createGroup(name), mode="a", lock=False)
+        store.store(variables, attrs, set(encoding), writer)
+    writer.write()
 
 
 def _encoding(ds: xr.Dataset) -> dict[str, dict]:
