@@ -165,11 +165,9 @@ def _branch_curves(case: xr.Dataset, retraction: xr.Dataset | None, offset: np.n
 def _loops(run: Run, solved: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
     """Return approach and retraction around the pull-off of each place; none where they were not computed."""
     curves = run["solutions/curves"]
-    indices = place_order(solved, curves)
-    computed = [index is not None for index in indices]
-    at_places = curves[["force"]].isel(subregion=[index for index in indices if index is not None])
-    lines = iter(_branch_curves(at_places, None, offset[computed]))
-    return [next(lines) if is_computed else [] for is_computed in computed]
+    shifts = offset[np.array(place_order(curves, solved), dtype=int)]
+    lines = _branch_curves(curves[["force"]], None, shifts)
+    return [[] if index is None else lines[index] for index in place_order(solved, curves)]
 
 
 def _events(case: xr.Dataset, offset: np.ndarray) -> list[list[dict[str, Any]]]:
