@@ -62,11 +62,11 @@ def test_an_interrupted_run_reads_says_what_is_missing_and_resumes(surface, whol
         with pytest.warns(UserWarning, match=r"not finished, missing: .*detachment|not finished, missing: its"):
             groups = archive.load(path)
         assert stored in groups and "log" not in groups
-        assert cli.main(["report", str(path)]) == 0
-        assert cli.main(["info", str(path)]) == 0
-        printed = capsys.readouterr()
-        assert "is not finished" in printed.err and "run: not finished, missing: " in printed.out
-        assert "The run is not finished" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert cli.main(["report", str(path)]) == 0
+    assert cli.main(["info", str(path)]) == 0
+    printed = capsys.readouterr()
+    assert "is not finished" in printed.err and "run: not finished, missing: " in printed.out
+    assert "The run is not finished" in (tmp_path / "report.html").read_text(encoding="utf-8")
     with warnings.catch_warnings():
         warnings.filterwarnings("error", ".*not finished")
         groups = roughxr.run(surface, path, **OPTIONS)
