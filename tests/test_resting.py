@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import roughxr
 from roughxr.asperity.catalogue import DoubtfulAsperities
+from roughxr.kernels.halfspace.separation import SPHERE, profile_radius
 from roughxr.kernels.topography import dilation
 from roughxr.kernels.topography.interpolation import band_limited
 from roughxr.particles.resting_places import resettled, resting
@@ -224,7 +225,7 @@ def _patches(surface, radius):
     """Return what a sphere may touch of a scan of 10 nm pixels, on cells of half a pixel."""
     z = band_limited(surface.height.values, 2)
     axes = [(axis.values[:, None] + [-2.5, 2.5]).ravel() for axis in (surface.x, surface.y)]
-    reach = dilation.contact_distance(radius, np.ptp(z))
+    reach = profile_radius(np.ptp(z), radius, SPHERE)
     return dilation.patches(z, *axes, (5.0, 5.0), radius, reach), dilation.Ball(radius, 2.5, 2.5)
 
 

@@ -1,5 +1,8 @@
 """The states of a path, and the steps between them."""
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 #: States whose fields are returned.
@@ -36,19 +39,17 @@ EQUAL_DELTA = 1e-9
 _NOT_COUNTED = -1, np.nan
 
 
+@dataclass(slots=True)
 class Visit:
     """A state of the path: its row and, while a larger tension may lie beyond, the state itself."""
 
-    __slots__ = ("gap", "most", "pressure", "residual_height", "row", "solved", "stiffness")
-
-    def __init__(self, row, solved, stiffness, pressure=None, residual_height=None):
-        self.row = row
-        self.solved = solved
-        self.stiffness = stiffness
-        self.pressure = pressure
-        self.gap = None
-        self.residual_height = residual_height
-        self.most = -np.inf  # the largest tension that may lie between this state and the next
+    row: np.void
+    solved: Any
+    stiffness: float
+    pressure: np.ndarray | None = None
+    residual_height: np.ndarray | None = None
+    gap: np.ndarray | None = None
+    most: float = -np.inf  # the largest tension that may lie between this state and the next
 
 
 class Stepper:

@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..halfspace.separation import PARABOLA, profile_height
+from ..halfspace.separation import PARABOLA, profile_height, profile_radius
 from ..jit import kernel
 from .asperity_laws import subset
 from .branches import LENGTH, P, closed_force, collapse, line_force
@@ -182,7 +182,7 @@ def nearby(x, y, reach, grid, table, radius, profile):
     """Return the asperities whose branch begins at or below the displacement ``reach``, in the order of onsets."""
     field = grid.field
     cells = grid.cells
-    i0, i1, j0, j1 = _square(x, y, _profile_radius(reach - grid.highest, radius, profile), cells)
+    i0, i1, j0, j1 = _square(x, y, profile_radius(reach - grid.highest, radius, profile), cells)
     count_in_square = 0
     for i in range(i0, i1):
         count_in_square += cells.first[i, j1] - cells.first[i, j0]
@@ -210,16 +210,6 @@ def nearby(x, y, reach, grid, table, radius, profile):
     for k in range(len(lines)):
         collapse(table, field.scales.row[index[k]], P, lines[k])
     return Near(onset[order], offset, index, adhesion, lines, offset.min() if n else np.inf)
-
-
-@kernel
-def _profile_radius(height, radius, profile):
-    """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
-    if height <= 0.0:
-        return 0.0
-    if profile == PARABOLA:
-        return np.sqrt(2.0 * radius * height)
-    return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
 
 
 @kernel
@@ -352,7 +342,7 @@ def _is_bounded_beyond(x, y, reach, total, near, least, grid, radius, profile):
     delta = reach
     step = 0.05 * (reach - grid.highest)
     while True:
-        r = _profile_radius(delta + step - grid.highest, radius, profile)
+        r = profile_radius(delta + step - grid.highest, radius, profile)
         i0, i1, j0, j1 = _square(x, y, r, cells)
         a = cells.adhesion
         unknown = a[i1, j1] - a[i0, j1] - a[i1, j0] + a[i0, j0] - known_adhesion

@@ -163,17 +163,10 @@ def _precondition(operator, neighbours, r, preconditioned):
 @kernel
 def _project(gap, contact, work):
     """Remove the net load from the preconditioned residual, and the corresponding shift from the gaps."""
-    total = 0.0
-    whole = 0.0
-    for k in range(gap.size - 1):
-        if contact[k]:
-            total += work.preconditioned[k]
-            whole += work.flat[k]
-    excess = total / whole
-    for k in range(gap.size - 1):
-        gap[k] += excess
-        work.preconditioned[k] -= excess * work.flat[k]
-        work.image[k] = -gap[k] if contact[k] else 0.0
+    excess = work.preconditioned[contact].sum() / work.flat.sum()
+    gap[:-1] += excess
+    work.preconditioned[:-1] -= excess * work.flat[:-1]
+    work.image[:] = np.where(contact, -gap, 0.0)
     return -excess
 
 

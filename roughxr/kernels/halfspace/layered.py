@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from .love import love_coefficients
+from .love import cell_integrals, love_coefficients
 
 #: Number of images, their least depth, and the greatest at m ≤ 1; values of s at which they are fitted.
 _IMAGES, _SHALLOW, _DEEP, _FITTED_AT = 50, 1.2, 60.0, np.geomspace(1e-5, 30.0, 1500)
@@ -126,7 +126,7 @@ def influence_coefficients(rows, columns, film=None):
         far = CubicSpline(np.log(r), parts @ _distant(r, depths, 1.0 / 24.0))
         table[:] = far(np.log(np.maximum(distance, _NEAR)))
     near = table[:_NEAR, :_NEAR]
-    near[:] = np.tensordot(parts, _square(*near.shape, depths[..., None]), 1)
+    near[:] = np.tensordot(parts, cell_integrals(*near.shape, depths[..., None]), 1)
     out = love_coefficients(rows, columns) + film.share / np.pi * table
     out.setflags(write=False)
     return out
@@ -136,13 +136,3 @@ def _distant(r, depths, curvature):
     """Return 1/√(r² + d²) of images at each depth, and ``curvature`` times its Laplacian: 1/24 for means over cells."""
     inverse = 1.0 / np.hypot(r, depths)
     return inverse + curvature * inverse**5 * (r**2 - 2.0 * depths**2)
-
-
-def _square(rows, columns, depths):
-    """Return the integral of 1/√(r² + d²) over the cell at each offset, for depths (image, 1, 1)."""
-    s = np.arange(rows + 1)[:, None] - 0.5
-    t = np.arange(columns + 1) - 0.5
-    far = np.sqrt(s**2 + t**2 + depths**2)
-    corners = s * np.arcsinh(t / np.hypot(s, depths)) + t * np.arcsinh(s / np.hypot(t, depths))
-    corners -= depths * np.arctan(s * t / (depths * far))
-    return corners[:, 1:, 1:] - corners[:, 1:, :-1] - corners[:, :-1, 1:] + corners[:, :-1, :-1]

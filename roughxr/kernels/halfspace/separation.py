@@ -26,6 +26,16 @@ def profile_height(r2, radius, profile):
 
 
 @kernel
+def profile_radius(height, radius, profile):
+    """Return the distance from the axis (nm) at which the sphere's profile has this height (nm)."""
+    if height <= 0.0:
+        return 0.0
+    if profile == PARABOLA:
+        return np.sqrt(2.0 * radius * height)
+    return radius if height >= radius else np.sqrt(height * (2.0 * radius - height))
+
+
+@kernel
 def sphere_separation(height, datum, x, y, radius, profile):
     """Return S (nm), shape (x.size, y.size), of a sphere over heights (nm) at x, y from the contact centre."""
     separation = np.empty((x.size, y.size))

@@ -192,17 +192,12 @@ def _touching_height(rows, x, y, ball):
 
 
 @kernel
-def _plane_height(plane, dx, dy):
-    return plane[0] + plane[1] * dx + plane[2] * dy
-
-
-@kernel
 def _highest_plane(planes, dx, dy):
     """Return the greatest height of planes at a step, and the index of that plane."""
     highest = -np.inf
     at = 0
     for n in range(len(planes)):
-        height = _plane_height(planes[n], dx, dy)
+        height = planes[n, 0] + planes[n, 1] * dx + planes[n, 2] * dy
         if height > highest:
             highest = height
             at = n

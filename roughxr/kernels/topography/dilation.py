@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..halfspace.separation import SPHERE, profile_height
 from ..jit import kernel
 
 #: Side of a box that is not divided further, and width of the margin in which its list also holds, both in pixels.
@@ -32,11 +33,6 @@ class Ball(NamedTuple):
     radius: float
     half_x: float
     half_y: float
-
-
-def contact_distance(radius, height_range):
-    """Return the largest distance (nm) from its axis at which a sphere touches heights of a range (nm)."""
-    return radius if height_range >= radius else float(np.sqrt(height_range * (2 * radius - height_range)))
 
 
 @kernel
@@ -105,12 +101,6 @@ def patches(z, x, y, pixel, radius, reach):
 
 
 @kernel
-def _sphere_rise(r2, radius):
-    """Return the rise (nm) of the sphere's profile at a squared distance from its axis; inf beyond it."""
-    return r2 / (radius + np.sqrt(radius * radius - r2)) if r2 < radius * radius else np.inf
-
-
-@kernel
 def _clip(value, half):
     return min(max(value, -half), half)
 
@@ -149,7 +139,7 @@ def touch(row, x, y, ball):
     height = row[H] + row[GX] * u + row[GY] * v + 0.5 * (row[HXX] * u * u + row[HYY] * v * v) + row[HXY] * u * v
     rx = rx - u
     ry = ry - v
-    return min(height - _sphere_rise(rx * rx + ry * ry, ball.radius), largest_height), row[X] + u, row[Y] + v
+    return min(height - profile_height(rx * rx + ry * ry, ball.radius, SPHERE), largest_height), row[X] + u, row[Y] + v
 
 
 @kernel
@@ -163,8 +153,8 @@ def _visible(rows, candidates, x0, x1, y0, y1, radius):
         near_y = max(y0 - row[Y], row[Y] - y1, 0.0)
         far_x = max(row[X] - x0, x1 - row[X])
         far_y = max(row[Y] - y0, y1 - row[Y])
-        highest[n] = row[H] + row[RISE] - _sphere_rise(near_x * near_x + near_y * near_y, radius)
-        floor = max(floor, row[H] - _sphere_rise(far_x * far_x + far_y * far_y, radius))
+        highest[n] = row[H] + row[RISE] - profile_height(near_x * near_x + near_y * near_y, radius, SPHERE)
+        floor = max(floor, row[H] - profile_height(far_x * far_x + far_y * far_y, radius, SPHERE))
     return candidates[(highest >= floor) & (highest > -np.inf)]
 
 
