@@ -35,9 +35,6 @@ _SMALLEST_SLOPE = 1e-3
 #: double precision.
 _TANGENT_RESIDUAL, _EXACT_RESIDUAL = 1.0, 1e-3
 
-#: A Newton step is too long if it opens a gap by more than this many lengths of the law.
-_LARGEST_OPENING = 3.0
-
 #: Largest number of products for a linear system, and the part to which its residual is reduced.
 _MOST_PRODUCTS, _SYSTEM_TOLERANCE = 12, 0.2
 
@@ -322,15 +319,12 @@ def _linear_system(law, state, rows, columns):
 
 @kernel
 def _is_downhill(law, state, rows, columns, touching, x, image, work):
-    """Return whether a step x of the pressures and A x of the gaps lowers the potential and is short enough."""
+    """Return whether a step x of the pressures and A x of the gaps lowers the potential."""
     rise = 0.0
-    longest = _LARGEST_OPENING * law.length
     for k in range(rows.size):
         rise += 0.5 * x[k] * image[k]
         if touching[k]:
             continue
-        if abs(image[k]) > longest:
-            return False
         gap = state.gap[rows[k], columns[k]]
         pressure = state.pressure[rows[k], columns[k]]
         rise += pressure * image[k] - _work_from(gap + image[k], law) + work[k]

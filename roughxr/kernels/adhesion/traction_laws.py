@@ -46,7 +46,6 @@ class SmoothLaw(NamedTuple):
     work: float  # whole work of separation, nm²
     strength: float  # largest traction, nm
     steepest: float  # largest |dt/du|, which the mesh must resolve
-    length: float  # gap over which the traction changes, a limit of Newton's steps, nm
     onset: float  # gap at which loading begins, nm
     range: float  # gap beyond which the traction is 0, nm
     cut: float  # remaining work at the range, which is neglected, nm²
@@ -61,7 +60,6 @@ def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     strengths = e.size / e.near, _STRENGTH * v.size / v.near, s.size
     slopes = e.size / e.near**2, WALL * v.size / v.near**2, 2.0 * s.size / (s.far - s.near)
     is_given = [term.size > 0.0 for term in (e, v, s)]
-    lengths = (e.near, v.near, s.far - s.near)
     # gap at which loading begins and retraction ends, in lengths of the exponential or of the second term
     onset = 8.0
     onsets = (onset * e.near, onset * v.near, s.far)
@@ -69,7 +67,6 @@ def smooth_law(*, exponential=_NONE, waals=_NONE, step=_NONE, cut=None):
     work = e.size + v.size + s.size * (2.0 * s.near + s.far) / 3.0
     whole = SmoothLaw(
         *(e, v, s, work, sum(strengths), sum(slopes)),
-        min((x for x, present in zip(lengths, is_given) if present), default=1.0),
         max((x for x, present in zip(onsets, is_given) if present), default=0.0),
         np.inf,
         0.0,
