@@ -144,8 +144,9 @@ class Retraction(Stepper):
     def _forget(self):
         """Free the memory of states beyond which no larger tension can lie, except the last two, and the largest."""
         for visit, following in zip(self.visited[:-2], self.visited[1:]):
-            is_largest = -min(visit.row["force"], following.row["force"]) >= self.largest
-            if visit.most <= (1.0 + _TENSION_ERROR) * self.largest and not is_largest:
+            if visit.solved is None or visit.most > (1.0 + _TENSION_ERROR) * self.largest:
+                continue
+            if -min(visit.row["force"], following.row["force"]) < self.largest:
                 visit.solved = None
 
     def _doubtful_state(self):
@@ -281,9 +282,10 @@ class Retraction(Stepper):
         last = self.last
         if last.state.touching.any():
             return False
+        if last.delta <= self.first or -last.force >= _LEAST_TENSION * self.largest:
+            return last.delta <= self.first
         largest_at = min(self.visited, key=lambda visit: visit.row["force"]).row["delta"] if self.visited else np.inf
-        past = last.delta < largest_at  # the force also vanishes before it turns to a tension
-        return last.delta <= self.first or (-last.force < _LEAST_TENSION * self.largest and past)
+        return last.delta < largest_at  # the force also vanishes before it turns to a tension
 
     def _may_miss_tension(self, solved):
         """Return whether a step may have passed over a larger tension.
