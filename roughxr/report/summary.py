@@ -155,7 +155,8 @@ def critical_median(critical: xr.Dataset) -> tuple[float, float, float]:
         return (float(detaching[name].median()), np.nan, np.nan)
     median = bootstrap(detaching, name, statistics=["q50"], within=first_surfaces).isel(statistic=0)
     value, low, high = (float(median[part]) for part in ("estimate", "low", "high"))
-    shared = float(np.log1p(np.nan_to_num(by_share(critical["shared_load_error"]).quantile(0.5))))
+    errors = critical["shared_load_error"].dropna("subregion")
+    shared = float(np.log1p(by_share(errors).quantile(0.5))) if errors.size else 0.0
     if value == 0.0:  # at most places the sphere rolls off by itself
         return (value, low, high * float(np.exp(shared)))
     with np.errstate(divide="ignore"):
