@@ -33,6 +33,11 @@ _FIRST = (
     "test_cli",
     "test_report",
     "test_examples",
+    "test_soft_bodies",
+    "test_layered_verbs",
+    "test_humidity",
+    "test_resting",
+    "test_yielding_adhesive",
 )
 
 
