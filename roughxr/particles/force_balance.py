@@ -362,9 +362,10 @@ def critical_strength(kind: Load, body: Body, limit: Resistance) -> tuple[np.nda
 
 def _strength_error(kind: Load, body: Body, limit: Resistance, strength: np.ndarray) -> np.ndarray:
     """Return the relative change of the critical strengths by the error of the moments, the larger of both signs."""
-    changes = []
-    for sign in (-1, 1):
-        moment = limit.moment + sign * np.nan_to_num(limit.moment_error)
+    error = np.nan_to_num(limit.moment_error)
+    changes = [np.zeros(strength.shape)]
+    for sign in (-1, 1) if error.any() else ():
+        moment = limit.moment + sign * error
         changed = np.nan_to_num(critical_strength(kind, body, limit._replace(moment=moment))[0])  # 0: it rolls off
         changes.append(np.abs(changed / strength - 1))
     has_error = np.isfinite(limit.moment_error).all(axis=1) & (strength > 0)

@@ -95,7 +95,9 @@ def resuspension(
     out["remaining_at_place"] = at_place
     out["in_range"] = ("friction_velocity", LOADS["wall_shear"].push(speed, body).in_range)
     growth = 1 + pull_off_part(ds)
-    if_pull_offs_err = [at_place.copy(data=remains(_scaled(limit, factor))) for factor in (1 / growth, growth)]
+    if_pull_offs_err = [at_place, at_place]
+    if (growth > 1).any():
+        if_pull_offs_err = [at_place.copy(data=remains(_scaled(limit, factor))) for factor in (1 / growth, growth)]
     out = _with_band(out, if_pull_offs_err, int(limit.known.sum()))
     out.attrs = {"confidence": _CONFIDENCE, "places": int(limit.known.sum())}
     out.attrs |= {"missing": "NaN where nothing is in contact or the sphere does not rest", "comment": scope_words(ds)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from ..scans.regions import points
 from ..vocabulary import schema
 
 #: Threshold above the median, in median absolute deviations: four standard deviations of a normal law.
@@ -56,7 +57,7 @@ def debris(catalogue: xr.Dataset, subregions: xr.Dataset | None = None) -> xr.Da
     if subregions is not None:
         source = subregions
         dim = "subregion"
-        tree = cKDTree(np.c_[subregions["subregion_x"].values, subregions["subregion_y"].values])
+        tree = cKDTree(points(subregions))
         highest = np.full(tree.n, -np.inf)
         np.maximum.at(highest, tree.query(np.c_[catalogue["x"].values, catalogue["y"].values])[1], values)
         values = np.where(np.isfinite(highest), highest, np.nan)  # NaN for an empty tile
