@@ -22,22 +22,30 @@ sys.dont_write_bytecode = False
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
 
-#: Files that run first, in this order: the longest, those that compile most kernels beside those that need few.
+#: Files that run first, in this order: the longest, and beside those that compile a kernel some that do not need it, since
+#: two workers that need it at once both compile it.
 _FIRST = (
     "test_adhesive",
     "test_statistics_uncertainty",
     "test_curve_fit",
-    "test_direct",
+    "test_scans_damage",
+    "test_container",
     "test_extrapolated",
     "test_runs",
-    "test_cli",
-    "test_report",
-    "test_examples",
+    "test_direct",
     "test_soft_bodies",
+    "test_report",
+    "test_cli",
+    "test_examples",
+    "test_resting",
     "test_layered_verbs",
     "test_humidity",
-    "test_resting",
+    "test_figures",
+    "test_measured_fitting",
+    "test_error_budget",
+    "test_site",
     "test_yielding_adhesive",
+    "test_identities",
 )
 
 
