@@ -107,7 +107,8 @@ def test_an_active_client_is_used_and_counts_subregions(surface, capsys):
         n_workers=1, threads_per_worker=2, processes=False, protocol="inproc://", **NO_DASHBOARD
     )
     with cluster, distributed.Client(cluster):
-        with progress():
+        # of windows that are sent, dask would warn
+        with progress(), dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 kB"}):
             solved = direct(surface, **options)
         lazy = direct(surface.chunk(), **options)
         assert lazy.chunks

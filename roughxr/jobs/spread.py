@@ -168,8 +168,10 @@ def _compute_locally(work: Tasks, batches: Sequence[Sequence[int]], finished: Ca
 
 def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[int]], finished: Callable) -> None:
     _expect_workers(client)
-    # how often a cluster computes a lost batch again
-    futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=3)
+    # each window of the scan is sent once, with its task: scattered instead, it would be lost with a worker
+    with dask.config.set({"distributed.admin.large-graph-warning-threshold": "1 TB"}):
+        # how often a cluster computes a lost batch again
+        futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=3)
     batch_of = dict(zip((future.key for future in futures), batches))
     try:
         for future in _as_completed(client, futures):
