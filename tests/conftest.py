@@ -22,8 +22,8 @@ sys.dont_write_bytecode = False
 #: Compiles on import, which is for the children of ``test_runs`` alone, not for whoever looks for doctests.
 collect_ignore = ["a_run_compiled.py"]
 
-#: Files that run first, in this order: the longest, and beside those that compile a kernel some that do not need it, since
-#: two workers that need it at once both compile it.
+#: Files that run first, in this order: the longest, and beside those that compile a kernel some that do not need it,
+#: since two workers that need it at once both compile it.
 _FIRST = (
     "test_adhesive",
     "test_statistics_uncertainty",
