@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -43,6 +44,13 @@ def test_the_wheel_holds_what_runs_and_nothing_else():
     files = released(WheelBuilder)
     assert files == written("roughxr") | {f"roughxr/{name}" for name in written("datasets")}
     assert {"roughxr/py.typed", "roughxr/LICENSE", "roughxr/report/web/explorer.js"} <= files
+
+
+def test_python_runs_the_package_as_the_command_does(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["roughxr", "--version"])
+    with pytest.raises(SystemExit, match=r"^0$"):
+        runpy.run_module("roughxr", run_name="__main__")
+    assert capsys.readouterr().out.startswith(f"roughxr {roughxr.__version__};")
 
 
 def test_the_version_stands_in_one_place():
