@@ -511,9 +511,16 @@ def open_locked(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]
         yield ds
 
 
+def check_name(path: str | os.PathLike) -> None:
+    """Raise unless the NetCDF library, which knows UTF-8 alone, can take the path."""
+    if any("\udc80" <= character <= "\udcff" for character in os.fspath(path)):  # bytes that are no UTF-8
+        raise Refusal(path, "a path in UTF-8, as NetCDF files need", "another", "rename the file or its folder")
+
+
 @contextmanager
 def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a", "w"] = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `open_locked` does, but without xarray."""
+    check_name(path)
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
 

@@ -324,3 +324,5 @@ def test_a_solution_without_fields_is_refused():
     surface = glass_pair(scan(rough(32, seed=1)))
     with pytest.raises(ValueError, match="fields=True"):
         surface.contact.superpose(delta=[0.0, 1.0]).contact.rolling()
+    with pytest.raises(ValueError, match="fields=True"):
+        surface.contact.superpose(delta=[0.0, 1.0]).contact.pull_off().contact.rolling()

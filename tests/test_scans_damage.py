@@ -282,6 +282,10 @@ def test_a_file_name_that_is_no_utf8_is_read_and_stored(tmp_path):
     assert opened.attrs["source_file"] == r"5\udcb5m.gwy"
     to_netcdf(opened, tmp_path / "copy.nc")
     assert describe(latin).attrs["source_file"] == r"5\udcb5m.gwy"
+    copy = (tmp_path / "copy.nc").rename(latin.with_suffix(".nc"))
+    for call in (open_scan, lambda path: to_netcdf(opened, path)):
+        with pytest.raises(ValueError, match="expected a path in UTF-8"):
+            call(copy)
 
 
 @pytest.mark.parametrize("axis", ["x", "y"])

@@ -128,7 +128,8 @@ def rolling(
     count = whole_number(directions, "directions", least=1) if is_whole(directions) else 0
     angles = 2 * np.pi * np.arange(count) / count if count else schema.ascending(directions, "rad", "directions")
     push = float(magnitude(normal_force, "nN", "normal_force"))
-    if "height" not in ds and "force" in ds:
+    is_solution = "force" in ds or "pull_off_force" in ds
+    if is_solution and "height" not in ds:
         if subregions is not None:
             raise Refusal("subregions", "none with a solution", "some", "leave it out")
         method = "rigid" if ds.attrs.get("method") == "rigid" else "adhesive"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..archive import as_characters, atomic_write, uninterrupted
+from ..archive import as_characters, atomic_write, check_name, uninterrupted
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from .channel import optional
@@ -49,6 +49,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
         for name in ("x", "y", "height")
     }
     encoding["height"]["_FillValue"] = np.nan
+    check_name(path)
     with atomic_write(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
