@@ -308,7 +308,7 @@ def _damage_explained(path: Path) -> Iterator[None]:
             raise Refusal(
                 path,
                 "the archive of a run",
-                "another kind of file, or damage at its beginning",
+                "another kind of file, such as a scan, or damage at its beginning",
                 "roughxr run makes an archive of a scan",
             ) from error
         reason = getattr(error, "strerror", None) or error

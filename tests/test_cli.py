@@ -526,7 +526,9 @@ def test_a_method_that_a_run_does_not_have_is_refused(finished, capsys):
         (["detach", "run", "--load", "tilt"], "what detaches the sphere is --cause: wall_shear, tilt"),
         (["compare", "run", "forces.csv", "-o", "table.csv"], "roughxr compare: unknown option -o"),
         (["rnu", "a.nc"], r"unknown command rnu \(did you mean run\?\)"),
-        (["run", "@wafer.toml"], "read by --config wafer.toml"),
+        (["run", "@wafer.toml"], r"read by --config wafer.toml; a file of this name is \./@wafer.toml"),
+        (["run", "a.nc", "--budget", "1.5"], "expected a whole number, found '1.5'"),
+        (["detach", "run", "--friction-coefficient", "0.3 N"], "expected a number without a unit, found '0.3 N'"),
         (["run", "a.nc", "--diameter", "5 um"], "give half of it, --sphere-radius"),
         (["run", "a.nc", "--radius", "3um", "--subregions", "many"], "such as 8 8 or 8x8, found 'many'"),
         (["run", "a.nc", "--radius", "3um", "--delta", "5 nN"], "argument --delta: "),
@@ -558,7 +560,10 @@ def test_numbers_are_read_as_people_write_them(arguments, name, expected):
 def test_another_file_is_no_damaged_archive(tmp_path, capsys):
     (tmp_path / "m.csv").write_text("pull_off_force [nN]\n1\n")
     assert main(["report", str(tmp_path / "m.csv")]) == 1
-    assert "m.csv: expected the archive of a run, found another kind of file" in capsys.readouterr().err
+    assert (
+        "m.csv: expected the archive of a run, found another kind of file, such as a scan, or damage"
+        in capsys.readouterr().err
+    )
 
 
 def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import re
-from pathlib import Path
 from typing import Any
 
 from .._version import __version__
@@ -95,8 +94,10 @@ class Parser(argparse.ArgumentParser):
                 if option not in (names := self.commands.choices):
                     self.error(f"unknown command {option}{did_you_mean(option, names)}: {', '.join(names)}")
                 break  # the options after the command are its own
-            if word.startswith("@") and not Path(word).exists():
-                self.error(f"{word}: expected a file; options in a file are read by --config {word[1:]}")
+            if word.startswith("@"):
+                self.error(
+                    f"{word}: options in a file are read by --config {word[1:]}; a file of this name is ./{word}"
+                )
             (usual, advice) = _OTHER_NAMES.get(option, ("", ""))
             if usual in options and option not in options:
                 self.error(f"unknown option {option}: {advice}")
@@ -119,6 +120,8 @@ class Parser(argparse.ArgumentParser):
         if lacking:
             values = re.search(rf"{lacking[1]} ([A-Z ]+)", " ".join(self.format_usage().split()))
             message = f"{message}, {values[1].strip()}" if values else message
+        for kind, meant in (("float", "a number without a unit"), ("int", "a whole number")):
+            message = message.replace(f"invalid {kind} value:", f"expected {meant}, found")
         self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
