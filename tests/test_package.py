@@ -48,6 +48,7 @@ def test_the_wheel_holds_what_runs_and_nothing_else():
 
 def test_python_runs_the_package_as_the_command_does(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["roughxr", "--version"])
+    monkeypatch.delitem(sys.modules, "roughxr.__main__", raising=False)  # walks through the package import it
     with pytest.raises(SystemExit, match=r"^0$"):
         runpy.run_module("roughxr", run_name="__main__")
     assert capsys.readouterr().out.startswith(f"roughxr {roughxr.__version__};")
