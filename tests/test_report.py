@@ -148,6 +148,32 @@ def test_the_command_line_says_how_the_sphere_of_a_run_comes_off(written, run, t
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 
+def test_places_that_a_cause_never_detaches_are_no_part_of_its_median(run, tmp_path, capsys):
+    """Where they hold a ten-millionth, the weight of the sphere exceeds its adhesion."""
+    pull = run["statistics/adhesive"]
+    weak = pull.assign(pull_off_force=pull.pull_off_force * np.where(np.arange(9) < 4, 1e-7, 1))
+    read = {name: run[name] for name in ("scan", *report.DETACHMENT, "solutions/rolling")}
+    path = str(archive.save(read | {"statistics/adhesive": weak}, tmp_path / "run.nc"))
+    tilted = ["--cause", "tilt", "--particle-density", "19300 kg/m^3"]
+    assert cli.main(["detach", path, "--method", "adhesive", *tilted]) == 0
+    printed = capsys.readouterr().out
+    assert "  of the 4 of 9 places that this cause detaches:\n  median " in printed
+    assert "none at 5" in printed and "none: the sphere stays at any strength of this cause" in printed
+    everywhere = str(archive.save(read, tmp_path / "none.nc"))
+    assert cli.main(["detach", everywhere, "--method", "adhesive", *tilted]) == 0
+    assert "median" not in capsys.readouterr().out
+
+
+def test_detach_says_what_a_fluid_and_single_contacts_leave_out(written, run, capsys):
+    assert cli.main(["detach", str(written.parent), "--fluid", "water"]) == 0
+    printed = capsys.readouterr().out
+    single = int((run["solutions/rolling"].contacts == 1).sum())
+    assert single == 0 or f"on a single contact at {single}: rolling is then an upper bound\n" in printed
+    assert printed.endswith("adhesion is that of the run: in water if it was run with --medium water\n")
+    assert cli.main(["detach", str(written.parent)]) == 0
+    assert "--medium" not in capsys.readouterr().out
+
+
 def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     assert cli.main(["detach", str(written.parent)]) == 0
     name = "critical_friction_velocity"

@@ -26,7 +26,10 @@ from ..vocabulary.text import without_warnings
 from . import words
 from .file_commands import save_picture
 
-_NO_REST_OF_PLACES = "the sphere rolls off by itself; roughxr run --particle analyses resting positions"
+_NO_REST_OF_PLACES = (
+    "the contact lies to one side of the sphere, which rolls off by itself; roughxr run --particle analyses resting "
+    "positions"
+)
 _NO_REST_OF_PARTICLES = (
     "the summits on which rigid bodies rest are not those of the simulated contact, from which it rolls"
 )
@@ -55,6 +58,8 @@ def detach(options: Namespace) -> None:
     if len(runs) > 1:
         print(f"{_strength(critical).attrs['long_name']} ({title}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
+    if options.fluid:
+        print(f"adhesion is that of the run: in {options.fluid} if it was run with --medium {options.fluid}")
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
@@ -124,22 +129,27 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     of = "particles" if "landing_share" in critical.coords else "places"
     values = strength_of_places(critical)
     print(f"{strength.attrs['long_name']} ({title}):")
-    if bool(values.notnull().any()):  # over particles, where places hold shares of them, else over places
+    if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
         median = with_interval(*critical_median(critical), units)
         fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
+        detaching = int(values.notnull().sum())
+        if detaching < values.size:
+            print(f"  of the {detaching} of {values.size} {of} that this cause detaches:")
         print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
+    if single := int((moments["contacts"] == 1).sum()):
+        print(f"on a single contact at {single}: rolling is then an upper bound")
     if NO_REST in modes:
         print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
     if "none" in modes:
         print("none: the sphere stays at any strength of this cause")
-    if strength.name == "critical_friction_velocity":
-        valid = percent(critical["in_range"].mean())
-        print(f"drag formulas valid at {valid} of them")
+    if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
+        valid = percent(critical["in_range"].where(values > 0).mean())
+        print(f"drag formulas valid at {valid} of the {of} that need a flow")
     print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
 
 

@@ -123,7 +123,7 @@ def critical_load(
     Raises
     ------
     ValueError
-        If ``ds`` has no resting moments, a density is missing, or both ways to slide are stated.
+        If ``ds`` has no resisting moments, a density is missing, or both ways to slide are stated.
 
     Notes
     -----
