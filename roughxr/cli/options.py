@@ -200,7 +200,7 @@ def _run(commands: Any) -> None:
     group = command.add_argument_group("places and displacements")
     help = "number of places along x and y, or one number for both; default: 8 8"
     options += _add(group, ("--subregions", "N...", help), type=_counts, default=(8, 8))
-    help = "a second scan of the surface on finer pixels, 1 to 2 radii wide, for the best estimate"
+    help = "a second scan of the surface on finer pixels, 0.8 to 1.6 radii wide, for the best estimate"
     options += _add(group, ("--finer", "FILE", help))
     help = "a free particle, which rolls from each place to rest and is analysed there; default: a fixed probe"
     options.append(_flag(group, "--particle", help))

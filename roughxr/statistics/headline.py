@@ -317,7 +317,8 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
         words = f"The mean as scanned is {share} of the pull-off from a smooth flat, {_excess_words(summary)}."
         sentences.append(words)
     is_solved = np.isnan(value["debris_share"]) and "measured" not in summary.attrs
-    if np.isfinite(value["low"]) and is_solved and value["places"] < FEWEST_SAMPLES:
+    has_interval = np.isfinite(value["low"]) and np.isfinite(value["independent_places"])
+    if has_interval and is_solved and value["places"] < FEWEST_SAMPLES:
         sentences.append(not_shown(int(value["places"]), value["independent_places"]))
     return sentences
 
