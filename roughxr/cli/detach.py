@@ -15,7 +15,7 @@ from .. import archive, figures, particles, report
 from .. import tables as exports
 from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
-from ..particles.force_balance import NO_REST, fluid_of, places_in_words, strength_of_places
+from ..particles.force_balance import NEITHER, NO_REST, fluid_of, places_in_words, strength_of_places
 from ..particles.loads import fluid_in_words, read_flow
 from ..report.run_tables import METHOD_WORDS
 from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
@@ -138,6 +138,15 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
         if detaching < values.size:
             print(f"  of the {detaching} of {values.size} {of} that this cause detaches:")
         print(f"  median {median}; {fewest}, 95 % of {of} below {largest}")
+    _print_modes(critical, moments, of)
+    if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
+        valid = percent(critical["in_range"].where(values > 0).mean())
+        print(f"drag formulas valid at {valid} of the {of} that need a flow")
+    print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
+
+
+def _print_modes(critical: xr.Dataset, moments: xr.Dataset, of: str) -> None:
+    """Print the modes of detachment of places or particles, and what they mean."""
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     first = ", ".join(f"{mode} at {count}" for mode, count in zip(modes, counts))
     print(f"first mode of detachment, of {places_in_words(critical)}: {first}")
@@ -145,12 +154,8 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
         print(f"on a single contact at {single}: rolling is then an upper bound")
     if NO_REST in modes:
         print(f"{NO_REST}: {_NO_REST_OF_PARTICLES if of == 'particles' else _NO_REST_OF_PLACES}")
-    if "none" in modes:
-        print("none: the sphere stays at any strength of this cause")
-    if strength.name == "critical_friction_velocity" and bool((values > 0).any()):
-        valid = percent(critical["in_range"].where(values > 0).mean())
-        print(f"drag formulas valid at {valid} of the {of} that need a flow")
-    print(f"with the run's work of adhesion, {number(moments['work_of_adhesion'], 'J/m²')}")
+    if NEITHER in modes:
+        print(f"{NEITHER}: the sphere stays at any strength of this cause")
 
 
 def _draw(critical: xr.Dataset, moments: xr.Dataset, path: str, title: str) -> None:

@@ -1,13 +1,16 @@
-"""A cycle with the exponential law on rough places, beside ContactMechanics' and Adhesion's free-boundary solver.
+"""A cycle with the exponential law on rough places, beside other solvers of adhesive contact.
 
-    python tests/benchmarks/adhesive_peers.py [--peer-python PYTHON] [--places 20 …] [--rounds 1]
+    python tests/benchmarks/adhesive_peers.py [--peer NAME] [--peer-python PYTHON] [--places 20 …] [--rounds 1]
 
-PYTHON is that of an environment with both (`pip install ContactMechanics Adhesion`), by default this one. Either side
-gets the same window of 192 × 192 cells, a quarter of the twin's pixel wide, and the same law: 1.35 J/m² over 0.3 nm.
-The sphere is pressed by 4 nm from first contact in steps of 0.25 nm and taken back until nothing touches. The peer,
-with a hard wall, finds each state from the one before by L-BFGS, in a process of its own with one thread.
+NAME is `adhesion`, the free-boundary solver of ContactMechanics and Adhesion, or `tamaas`, and PYTHON the interpreter
+of an environment with it (`pip install ContactMechanics Adhesion` or `pip install tamaas`), by default this one. Either
+side gets the same window of 192 × 192 cells, a quarter of the twin's pixel wide, and the same law: 1.35 J/m² over
+0.3 nm. The sphere is pressed by 4 nm from first contact in steps of 0.25 nm and taken back until nothing touches. The
+peer, with a hard wall, finds each state from the one before in a process of its own with one thread: Adhesion by
+L-BFGS in the same steps; Tamaas, whose window is repeated periodically, at mean gaps, back in steps of a quarter of
+that. Kernels are compiled before the series; libraries are loaded before a peer's time begins.
 
-Printed are the processor times in an alternating series, their ratio, and the largest pull at the peer's displacements
+Printed are the processor times in an alternating series, their ratio, and the largest pull at Adhesion's displacements
 by either side; ours also closes in on the largest pull between two of them, which is what it reports.
 """
 
@@ -32,8 +35,11 @@ RANGE = 0.3
 #: Places of the 8 × 8, one in each row.
 PLACES = (2, 9, 20, 27, 38, 45, 52, 61)
 
-#: Gradient at which the peer's minimisation ends, over the largest traction; ours ends at 1e-5 of it, 1e-3 on the way.
+#: Gradient at which Adhesion's minimisation ends, over the largest traction; ours ends at 1e-5 of it, 1e-3 on the way.
 PEER_TOLERANCE = 1e-4
+
+#: Error at which an iteration of Tamaas ends, and their number where it has lost contact and does not converge.
+TAMAAS_TOLERANCE, TAMAAS_ITERATIONS = 1e-4, 1000
 
 
 def window(place):
@@ -72,8 +78,8 @@ def ours(separation, dx, deltas=(DEPTH,)):
     return -back["force"].min() * MODULUS * dx, time.process_time() - began
 
 
-def peers(separation, dx):
-    """Return the peer's pull-off force (nN), processor time (s), and numbers of states and of those not converged."""
+def adhesion(separation, dx):
+    """Return Adhesion's pull-off force (nN), processor time (s), and numbers of states and of those not converged."""
     from Adhesion.Interactions import Exponential
     from Adhesion.System import BoundedSmoothContactSystem, make_system
     from SurfaceTopography import Topography
@@ -104,51 +110,86 @@ def peers(separation, dx):
     return -min(forces[there.size :]), time.process_time() - began, len(forces), missed
 
 
-def asked_of(python, separation, dx):
-    """Run the peer with another interpreter; return what it prints."""
+def tamaas(separation, dx):
+    """Return Tamaas' pull-off force (nN), processor time (s), and numbers of states and of those not converged."""
+    import tamaas as tm
+
+    tm.set_log_level(tm.LogLevel.error)
+    began = time.process_time()
+    area = separation.size * dx**2
+    sides = [n * dx for n in separation.shape]
+    model = tm.ModelFactory.createModel(tm.model_type.basic_2d, sides, list(separation.shape))
+    model.E, model.nu = MODULUS, 0.0
+    surface = np.ascontiguousarray(-separation)
+    law = tm.ExponentialAdhesionFunctional(surface)
+    law.parameters = {"rho": RANGE, "surface_energy": WORK}
+    gap = tm.PolonskyKeerRey.gap
+    solver = tm.PolonskyKeerRey(model, surface, TAMAAS_TOLERANCE, gap, gap)
+    solver.max_iter = TAMAAS_ITERATIONS
+    solver.addFunctionalTerm(law)
+    there = np.arange(0.0, DEPTH, STEP)
+    forces = []
+    missed = 0
+    for delta in [*there, *np.arange(DEPTH, -60.0, -STEP / 4)]:
+        converged = solver.solve(separation.mean() - delta) <= TAMAAS_TOLERANCE
+        if delta < 0 and not converged:  # contact is lost
+            break
+        missed += not converged
+        forces.append(float(model.traction.mean()) * area)
+        seconds = time.process_time() - began  # without the last one
+    return -min(forces[there.size :]), seconds, len(forces), missed
+
+
+def asked_of(peer, python, separation, dx):
+    """Run a peer with another interpreter; return what it prints."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "window.npz"
         np.savez(file, separation=separation, dx=dx)
         threads = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
         environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | threads
-        command = [python, __file__, "--peer", str(file)]
+        command = [python, __file__, "--peer", peer, "--window", str(file)]
         out = subprocess.run(command, capture_output=True, text=True, env=environment)
     if out.returncode:
-        raise SystemExit(f"the peer failed (pip install ContactMechanics Adhesion):\n{out.stderr[-2000:]}")
+        raise SystemExit(f"the peer failed (pip install ContactMechanics Adhesion, or tamaas):\n{out.stderr[-2000:]}")
     return [float(value) for value in out.stdout.split()[-4:]]
+
+
+PEERS = {"adhesion": adhesion, "tamaas": tamaas}
 
 
 def main():
     """Print rows for each place, and the ratios of the processor times."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--peer", choices=PEERS, default="adhesion", help="default: %(default)s")
     parser.add_argument("--peer-python", default=sys.executable, help="default: this one")
     parser.add_argument("--places", type=int, nargs="+", default=PLACES, help="of the 8 × 8; default: %(default)s")
     parser.add_argument("--rounds", type=int, default=1, help="default: %(default)s")
-    parser.add_argument("--peer", help=argparse.SUPPRESS)
+    parser.add_argument("--window", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if arguments.peer:
-        with np.load(arguments.peer) as file:
-            print(*peers(file["separation"], float(file["dx"])))
+    if arguments.window:
+        with np.load(arguments.window) as file:
+            print(*PEERS[arguments.peer](file["separation"], float(file["dx"])))
         return
     ours(*window(arguments.places[0]))  # compiles
-    ratios = [ratio for place in arguments.places for ratio in beside(place, arguments.rounds, arguments.peer_python)]
+    peer = arguments.peer, arguments.peer_python
+    ratios = [ratio for place in arguments.places for ratio in beside(place, arguments.rounds, *peer)]
     ratio_text = f"from {min(ratios):.1f} to {max(ratios):.1f}, median {np.median(ratios):.1f}"
     print(f"{len(arguments.places)} places: ratio {ratio_text}")
 
 
-def beside(place, rounds, python):
+def beside(place, rounds, peer, python):
     """Print a row for each round at a place; return the ratios of the processor times."""
     separation, dx = window(place)
     same, _ = ours(separation, dx, np.arange(-16.0, DEPTH + STEP, STEP))
     ratios = []
     for _ in range(rounds):
         pull, seconds = ours(separation, dx)
-        other, peer_seconds, states, missed = asked_of(python, separation, dx)
+        other, peer_seconds, states, missed = asked_of(peer, python, separation, dx)
         ratios.append(peer_seconds / seconds)
         print(
-            f"place {place}: ours {seconds:.2f} s, the peer {peer_seconds:.1f} s ({states:.0f} states, "
+            f"place {place}: ours {seconds:.2f} s, {peer} {peer_seconds:.1f} s ({states:.0f} states, "
             f"{missed:.0f} not converged), ratio {ratios[-1]:.1f}; "
-            f"at its displacements ours {same:.1f} nN, the peer's {other:.1f} nN; between them ours {pull:.1f} nN",
+            f"at its displacements ours {same:.1f} nN, its {other:.1f} nN; between them ours {pull:.1f} nN",
             flush=True,
         )
     return ratios

@@ -8,7 +8,8 @@ mesh at the shortest range that its cells bear, and at 1.5 times that range. A s
 pair's range of 0.3 nm. The uncertainty of this reference is the way from the shorter range, and 2 % for the cells. If
 both ranges lead to different contacts, the cells are halved, up to 16 to a pixel; then the shorter range counts alone.
 Printed are the pull-off of "auto" with its stated error, or its range, the reference with its uncertainty, and whether
-both together cover the difference. At the end the coverage, that without ranges and the median error of these.
+both together cover the difference; the first row's processor time includes compiling. At the end the coverage, that
+without ranges and the median error of these.
 """
 
 import argparse

@@ -1,7 +1,8 @@
 """How right the Griffith limit is on a mesh, and whether the stated error covers what it is off by.
 
 ``python tests/benchmarks/without_range.py`` prints one row per case: the pull-off over the exact one, that of a finer
-mesh where there is no formula, and the stated relative error. Half an hour on two cores.
+mesh where there is no formula, the stated relative error, and processor time; that of the first row includes compiling.
+Half an hour on two cores.
 """
 
 import sys
