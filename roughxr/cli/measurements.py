@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +15,7 @@ from matplotlib.figure import Figure
 
 from .. import archive, figures, statistics
 from .. import tables as exports
-from ..contact.mesh import Mesh
+from ..contact.mesh import Mesh, UnresolvedContact
 from ..measured import compare, curves_pull_off, fit_curve, fit_pair, open_curves, open_pull_off
 from ..measured.comparison import AS_SCANNED
 from ..report.summary import PLACES, with_few_digits
@@ -167,7 +168,9 @@ def fit_to_run(options: Namespace) -> None:
         how["preload"] = schema.history(solved)[-1]["arguments"].get("preload", 0.0)
     estimate = groups["statistics/extrapolated"] if best_estimate(groups) else None
     measured = measurement(options.file, options)
-    fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_std=options.force_std, **how)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnresolvedContact)  # the mesh is the run's, which stated its error
+        fit = fit_pair(groups["scan"], measured, extrapolation=estimate, force_std=options.force_std, **how)
     print(fit.attrs["sentence"])
     if options.picture:
         save_picture(figures.plot(fit).figure, options.picture)
