@@ -119,7 +119,8 @@ def _row(critical: xr.Dataset) -> dict[str, str]:
     units = _strength(critical).attrs["units"].replace("^2", "²")
     median, interval = value_and_interval(*critical_median(critical), units)
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
-    return {"median": median, "95 % interval": interval, "first mode of most": modes[np.argmax(counts)]}
+    most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
+    return {"median": median, "95 % interval": interval, "first mode of most": most}
 
 
 def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:

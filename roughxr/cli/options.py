@@ -321,12 +321,10 @@ def _detach(commands: Any) -> None:
         ),
     )
     slides = command.add_mutually_exclusive_group()
-    _add(
-        slides,
-        ("--friction-coefficient", "MU", "friction coefficient; without it the sphere does not slide"),
-        type=float,
-    )
-    _add(slides, ("--shear-strength", "TAU", "shear strength of the contact, GPa, or text such as '5 MPa'"))
+    help = "friction coefficient (PTFE 0.05, glass 0.5, gold on gold 1); without it the sphere does not slide"
+    _add(slides, ("--friction-coefficient", "MU", help), type=float)
+    help = "shear strength of the contact, GPa, or text such as '5 MPa' (polymers 10 MPa, mica and metals 20 to 1000)"
+    _add(slides, ("--shear-strength", "TAU", help))
     help = (
         "pull-off forces of the simulation, with finer roughness (extrapolated) or as scanned (adhesive); default: "
         "extrapolated if the run contains it"

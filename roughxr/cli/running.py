@@ -82,7 +82,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
 
 def _print_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
     """Print the output path of a run, and its answer on the last line."""
-    print(f"written to {output}" + ": report.html, places.csv, table.txt, figures" * Path(output).is_dir())
+    print(f"written to {output}" + ": report.html, places.csv, table.txt, overview.png" * Path(output).is_dir())
     if answer := report.headline(groups):
         print(sentences_on_lines(answer))
 
