@@ -34,6 +34,14 @@ def groups(folder):
     return archive.load(folder / "run.nc")
 
 
+def test_a_run_of_a_probe_is_no_continuation_of_one_of_particles(folder, groups, capsys):
+    command = ["run", str(folder.with_name("scan.nc")), "--subregions", "3", "2", *PAIR, *QUICK, "-o", str(folder)]
+    assert main(command) == 1
+    assert (
+        "run.nc: expected no file or the same run, found a run with other subregions; choose" in capsys.readouterr().err
+    )
+
+
 def median(values, share):
     """Return the median of numbers repeated by whole numbers of particles."""
     return np.median(np.repeat(values, np.round(6 * share).astype(int)))

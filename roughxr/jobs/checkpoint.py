@@ -415,17 +415,16 @@ def _with_hash(array: np.ndarray) -> str:
 def _refuse_other(stored: Mapping[str, Any], wanted: Mapping[str, Any], path: Path) -> None:
     """Raise if the run on disk is another one; the message lists the differences."""
     different = [key for key in {**wanted, **stored} if stored.get(key) != wanted.get(key)]
-    if different:
-        plain = [key for key in different if not {type(run.get(key)) for run in (wanted, stored)} & {list, dict}]
-        named = [key for key in plain if key != "scan_sha256" and " values from " not in str(wanted.get(key))]
-        shown = (named or different)[:4]
-        expected, existing = (
-            ", ".join(textwrap.shorten(f"{key} {run.get(key)}", 80, placeholder="…") for key in shown)
-            for run in (wanted, stored)
-        )
-        raise Refusal(
-            path,
-            "no file or the same run",
-            f"a run with other settings: {existing}, instead of {expected}",
-            "choose another output, or remove the file",
-        )
+    if not different:
+        return
+    plain = [key for key in different if not {type(run.get(key)) for run in (wanted, stored)} & {list, dict}]
+    named = [key for key in plain if key != "scan_sha256" and " values from " not in str(wanted.get(key))]
+    shown = (named or different)[:4]
+    expected, existing = (
+        ", ".join(textwrap.shorten(f"{key} {run.get(key)}", 80, placeholder="…") for key in shown)
+        for run in (wanted, stored)
+    )
+    difference = f"a run with other settings: {existing}, instead of {expected}"
+    if not any(key in wanted and key in stored for key in shown):  # such as resting positions in place of a grid
+        difference = f"a run with other {', '.join(dict.fromkeys(key.partition('.')[0] for key in shown))}"
+    raise Refusal(path, "no file or the same run", difference, "choose another output, or remove the file")
