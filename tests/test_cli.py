@@ -557,6 +557,14 @@ def test_numbers_are_read_as_people_write_them(arguments, name, expected):
     assert (_both(read) if name == "subregions" else read) == expected
 
 
+@pytest.mark.parametrize("shortened", [["--humid", "20 %"], ["--humid=20 %"]])
+def test_a_shortened_option_replaces_that_of_a_file(shortened, tmp_path):
+    file = tmp_path / "wafer.toml"
+    file.write_text("sphere_radius = 3\nhumidity = '60 %'\n")
+    options = command_line().parse_args(["run", "a.nc", "--conf", str(file), *shortened])
+    assert (options.sphere_radius, options.humidity) == ("3", "20 %")
+
+
 def test_another_file_is_no_damaged_archive(tmp_path, capsys):
     (tmp_path / "m.csv").write_text("pull_off_force [nN]\n1\n")
     assert main(["report", str(tmp_path / "m.csv")]) == 1

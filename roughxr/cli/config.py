@@ -59,7 +59,7 @@ def with_file(words: Any, parser: argparse.ArgumentParser) -> Any:
     options = parser.get_default(_FILE_OPTIONS)
     if options is None or words is None:
         return words
-    only_config = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    only_config = argparse.ArgumentParser(add_help=False)
     only_config.add_argument("--config")
     path = only_config.parse_known_args(words)[0].config
     return words if path is None else [*words, *_file_words(Path(path), options, parser, words)]
@@ -74,13 +74,14 @@ def _file_words(path: Path, options: Sequence[argparse.Action], parser: argparse
         parser.error(f"{path}: {str(error.strerror).lower()}")
     except ValueError as error:
         parser.error(f'{path}: expected lines such as sphere_radius = "3 um", found: {error}')
-    stated = {word.partition("=")[0] for word in words}
+    stated = tuple(word.partition("=")[0] for word in words if word.startswith("--") and word != "--")
     added: list[str] = []
     for name, value in entries.items():
         dest = name.replace("-", "_")
         if dest not in flags:
             parser.error(f"{path}: {name}: no option of a file{did_you_mean(dest, flags)}")
-        if value is False or stated & set(flags[dest]):
+        is_stated = any(flag.startswith(stated) for flag in flags[dest])  # also shortened, as --humid
+        if value is False or is_stated:
             continue
         values = [] if value is True else value if isinstance(value, list) else [value]
         added += [flags[dest][0], *map(str, values)]
