@@ -452,6 +452,9 @@ def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, c
             assert "flow of water" in text or page == "explore.html"
             assert "flow of air" not in text
         assert pd.read_csv(f"wafer/{Path(name).stem}/places.csv").columns[0] == "scan"
+        repeated = f"roughxr run {name} --sphere-radius '0.3 um' --materials glass/silicon --subregions 2 1 "
+        repeated += f"--fluid water --law Griffith --mesh 1 --budget 0 -o wafer/{Path(name).stem}"
+        assert summary.attrs["command"] == repeated
     assert main(["detach", "wafer", "-o", "moved.csv"]) == 0
     heading, _, *rows = capsys.readouterr().out.splitlines()
     assert heading.startswith("critical friction velocity (flow of water; ")
@@ -578,6 +581,7 @@ def test_options_that_need_humidity_are_named_as_typed(tmp_path, capsys):
     scan(rough(32), pixel=10.0).to_netcdf(tmp_path / "a.nc")
     arguments = ["run", str(tmp_path / "a.nc"), "--radius", "300", "--materials", "glass"]
     assert main([*arguments, "--film", "5nm", "-o", str(tmp_path / "o")]) == 1
-    assert "--humidity: expected one with --film, found none" in capsys.readouterr().err
+    printed = capsys.readouterr().err
+    assert "--humidity: expected one with --film, found none" in printed and "a solid film is a --layer" in printed
     assert main([*arguments, "--humidity", "160%", "-o", str(tmp_path / "o")]) == 1
     assert capsys.readouterr().err.rstrip().endswith("found '160%'")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -52,6 +53,20 @@ def file_text(options: Sequence[argparse.Action]) -> str:
         value = json.dumps(list(default) if isinstance(default, tuple) else default, ensure_ascii=False)
         entries.append(f"\n# {str(option.help) % vars(option)}\n# {option.dest} = {value}\n")
     return _HEADER + "".join(entries)
+
+
+def repeating_command(options: argparse.Namespace, file: str, output: str | Path) -> str:
+    """Return the command that repeats the run of one file, with the options of a ``--config`` file written out."""
+    words = ["roughxr", "run", file]
+    for option in getattr(options, _FILE_OPTIONS):
+        value = getattr(options, option.dest)
+        if value == option.default:
+            continue
+        words.append(option.option_strings[0])
+        if value is not True:
+            values = value if isinstance(value, list) else [value]
+            words += [str(single) for part in values for single in (part if isinstance(part, tuple) else [part])]
+    return shlex.join([*words, "-o", str(output)])
 
 
 def with_file(words: Any, parser: argparse.ArgumentParser) -> Any:

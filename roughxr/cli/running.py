@@ -21,6 +21,7 @@ from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import sentences_on_lines, without_warnings
+from .config import repeating_command
 from .file_commands import read_scan
 from .options import AIR, BODIES, FLUIDS
 from .words import EXPECTED_ERRORS, error_text, numbers, print_error
@@ -67,6 +68,7 @@ def _run_each(options: Namespace, output: Path) -> None:
 def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, xr.Dataset]:
     scan = paired(on_square_pixels(read_scan(file, options)), options)
     same = ("particle", "delta", "preload", "law", "mesh", "budget")
+    is_put_together = len(options.scan) > 1 or options.config is not None
     with use_scheduler(options.scheduler):
         return analysis.run(
             scan,
@@ -75,7 +77,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
             levelling=options.level,
             finer=read_scan(options.finer, options) if options.finer else None,
             flow=options.fluid or (options.medium if options.medium in FLUIDS else "air"),
-            command=options.line,
+            command=repeating_command(options, file, output) if is_put_together else options.line,
             **{name: getattr(options, name) for name in same},
         )
 
@@ -113,7 +115,8 @@ def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
         pair["humidity"] = HumidAir(**air)
     elif air:
         flags = ", ".join("--" + name.replace("_", "-") for name in air)
-        raise Refusal("humidity", f"one with {flags}", "none", "give it, or leave these options out")
+        advice = "give it, or leave these options out" + "; a solid film is a --layer" * ("film" in air)
+        raise Refusal("humidity", f"one with {flags}", "none", advice)
     scan = assign_pair(scan, **pair)
     if options.indenter:
         scan = scan.assign_attrs(indenter_file=Path(options.indenter).name)
