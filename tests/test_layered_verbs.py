@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 import roughxr
-from roughxr import Layer
+from roughxr import Layer, report
 from roughxr.bodies.layer import film_of, stiffened
-from roughxr.report.report_page import pair_facts
+from roughxr.report.report_page import methods, pair_facts
 from roughxr.scans.synthetic import self_affine
 from roughxr.studies.assumptions import pair_factors
 
@@ -75,7 +75,7 @@ def test_a_rigid_base_and_indenter(scan, tmp_path):
             "of material, poisson_ratio",
         ),
         ({"materials": "glass/silicon", "layer": Layer(-1, "silica")}, "layer_thickness"),
-        ({"materials": "glass/silicon", "layer": Layer(20, "quartz")}, "quartz"),
+        ({"materials": "glass/silicon", "layer": Layer(20, "quartz")}, "layer: expected a layer of .*, found 'quartz'"),
     ],
 )
 def test_a_layer_that_is_not_known_is_refused(scan, options, message):
@@ -207,13 +207,17 @@ def test_a_run_on_a_layer_does_all_but_the_sums_over_half_spaces(scan, tmp_path,
     assert (moments.resisting_moment > 0).any() and (groups["solutions/direct"].force > 0).any()
     facts = dict(pair_facts(groups["scan"]))
     assert facts["layer thickness"] == "5 nm"
+    assert any(caution.startswith("Left out, since they hold for half spaces") for caution in report.cautions(groups))
+    assert "half space below a layer of 5 nm was solved with adhesion (" in methods(groups)
+    with pytest.raises(ValueError, match="expected 'lammps' for bodies without a layer"):
+        roughxr.particles.to_dem(moments, code="lammps")
     assert "resisting moment" in capsys.readouterr().out
 
 
 def test_text_is_a_layer_of_a_thickness_and_a_material(scan):
     pair = {"sphere_radius": 500, "materials": "glass/silicon"}
     as_text = scan.contact.assign_pair(**pair, layer="20 nm silica")
-    assert film_of(as_text) == film_of(scan.contact.assign_pair(**pair, layer=Layer("20 nm", "silica")))
+    assert film_of(as_text) == film_of(scan.contact.assign_pair(**pair, layer=Layer("20 nm", "Silica")))
     for wrong in ("20 nm", "silica", 20, "20 nm sillica"):
         with pytest.raises(ValueError, match=r"layer: expected thickness and one of .*, such as '5 nm silica', found"):
             scan.contact.assign_pair(**pair, layer=wrong)

@@ -52,6 +52,7 @@ def read_layer(layer: Layer | str) -> Layer:
     if isinstance(layer, Layer):
         return layer
     thickness, _, material = str(layer).strip().rpartition(" ")
+    material = material.lower()
     if not isinstance(layer, str) or not thickness or material not in MATERIALS:
         raise Refusal(
             "layer",

@@ -50,7 +50,9 @@ _RANGES = {
     "hardness": _Range("GPa", 1e-6, 1e-3, 100.0, 1e3, "PTFE has 0.05 GPa, gold 1, glass 6, diamond 100"),
     "adhesion_range": _Range("nm", 0.01, 0.1, 50.0, 1e4, "dry solids have 0.2 to 0.4 nm, capillary bridges some nm"),
     "retardation": _Range("nm", 1.0, 10.0, 1e3, 1e5, "bodies absorb light of some 100 nm"),
-    "hamaker_constant": _Range("nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ"),
+    "hamaker_constant": _Range(
+        "nN nm", 1e-4, 1e-3, 1.0, 5.0, "solids have 0.03 to 0.5 nN nm, which are 30 to 500 zJ, as '6.5e-20 J'"
+    ),
     "work_of_adhesion": _Range("J/m^2", 0.0, 1e-6, 6.0, 30.0, "dry glass has 0.06 J/m², cleaved diamond 11"),
 }
 
@@ -352,7 +354,7 @@ def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio
         )
     _exactly_one(material=layer.material, young_modulus=layer.young_modulus)
     _exactly_one(material=layer.material, poisson_ratio=layer.poisson_ratio)
-    material = layer if layer.material is None else substances.named_pair(layer.material)[0]
+    material = layer if layer.material is None else _layer_material(layer.material)
     indenter, base = _values_of_both(young_modulus, "GPa", "young_modulus")
     ratios = _values_of_both(poisson_ratio, "1", "poisson_ratio")
     values = {
@@ -371,6 +373,18 @@ def _coated(layer: Layer, stated_modulus: Any, young_modulus: Any, poisson_ratio
             f"{values['layer_modulus']:g} GPa",
         )
     return ((indenter, values["layer_modulus"]), (ratios[0], material.poisson_ratio)), values
+
+
+def _layer_material(name: str) -> substances.Material:
+    material = substances.MATERIALS.get(name.strip().lower())
+    if material is None:
+        raise Refusal(
+            "layer",
+            f"a layer of {', '.join(substances.MATERIALS)}",
+            f"{name!r}",
+            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2)",
+        )
+    return material
 
 
 def _work_of_adhesion(surface_energy: Any, work_of_adhesion: Any) -> float | None:

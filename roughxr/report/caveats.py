@@ -155,6 +155,15 @@ def _share_above_hardness(ds: xr.Dataset, where: str) -> str:
     return f"{where}, {percent(area)} of the contact area with {percent(force)} of the force"
 
 
+def _left_out(run: Run) -> Iterator[str]:
+    """Yield what a run omits because a layer covers the surface."""
+    if "solutions/adhesive" in run and schema.is_coated(run["scan"]):
+        yield (
+            "Left out, since they hold for half spaces without a layer: superposed asperities, the common formulas and "
+            "the choice of a model."
+        )
+
+
 def _resolution(run: Run) -> Iterator[str]:
     """Yield cautions on contacts smaller than two pixels, and on asperities sharper than the tip."""
     solved = run.get("solutions/adhesive", xr.Dataset())
@@ -184,5 +193,6 @@ _FINDERS: tuple[Callable[[Run], Iterable[str]], ...] = (
     _settling,
     _yielding,
     _resolution,
+    _left_out,
     superposition_notes,
 )

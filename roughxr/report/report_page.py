@@ -190,9 +190,13 @@ def methods(run: Run) -> str:
     if "sphere_radius" in scan.coords:
         indenter = f"a sphere of radius {number(scan['sphere_radius'], 'nm')}"
     materials = f" ({facts['materials']})" if "materials" in facts else ""
+    medium = f" across {facts['medium']}" if "medium" in facts else ""
+    body = "half space"
+    if schema.is_coated(scan):
+        body += f" below a layer of {number(scan['layer_thickness'], 'nm')}"
     text = (
         f"Pull-off forces of {indenter}{materials} were computed with roughxr {__version__} on a scan "
-        f"of {facts['size']}, at {facts['places']}. The contact of the elastic half space was solved with adhesion "
+        f"of {facts['size']}, at {facts['places']}. The contact of the elastic {body} was solved with adhesion{medium} "
         f"(law: {facts['law of adhesion']}; contact modulus {number(scan['contact_modulus'], 'GPa')}; work of adhesion "
         f"{number(scan['work_of_adhesion'], 'J/m²')}), on {facts['mesh']}, after a preload of {facts['preload']}."
     )
