@@ -17,6 +17,7 @@ from ..figures.maps import critical_map
 from ..particles.adhesion_parameters import adhesion_by_place
 from ..particles.force_balance import NEITHER, NO_REST, fluid_of, places_in_words, strength_of_places
 from ..particles.loads import fluid_in_words, read_flow
+from ..report.report_page import setting
 from ..report.run_tables import METHOD_WORDS
 from ..report.summary import best_method, critical_flow, critical_median, place_table, scan_label, with_few_digits
 from ..statistics.sampling import by_share, one_of_each_place
@@ -44,11 +45,15 @@ def detach(options: Namespace) -> None:
     runs = _runs(Path(options.run))
     tables = {}
     rows = {}
+    media = set[str]()
     files = [f"--{name}" for name in ("parameters", "dem", "picture") if getattr(options, name)]
     if files and len(runs) > 1:
         raise Refusal(", ".join(files), "one run", f"several in {options.run}", "name one of them")
     for name, path in runs.items():
-        critical, moments, title, label = _critical_load(options, path)
+        groups = _load(path)
+        critical, moments, title = _critical_load(options, groups)
+        label = scan_label(groups)
+        media.add(setting(groups)["medium"] or "air")
         table = adhesion_by_place(moments).merge(critical, compat="override", combine_attrs="override")
         tables[name] = place_table(table, label)
         rows[name] = _row(critical)
@@ -59,7 +64,7 @@ def detach(options: Namespace) -> None:
         print(f"{_strength(critical).attrs['long_name']} ({title}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
     if options.fluid:
-        print(f"adhesion is that of the run: in {options.fluid} if it was run with --medium {options.fluid}")
+        print(f"adhesion is that of the run, in {' or '.join(media)}; the flow of {options.fluid} does not change it")
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:
@@ -74,9 +79,8 @@ def _runs(path: Path) -> dict[str, Path]:
     return {path.name: path}
 
 
-def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Dataset, str, str]:
-    """Return the critical load of one run, its resisting moments, both in words, and the name of the scan."""
-    groups = _load(path)
+def _critical_load(options: Namespace, groups: Mapping[str, xr.Dataset]) -> tuple[xr.Dataset, xr.Dataset, str]:
+    """Return the critical load of one run, its resisting moments, and both in words."""
     method = options.method or best_method(groups)
     if report.CRITICAL[method] not in groups:
         raise Refusal(
@@ -88,7 +92,7 @@ def _critical_load(options: Namespace, path: Path) -> tuple[xr.Dataset, xr.Datas
     slides = {"friction_coefficient": options.friction_coefficient, **numbers}
     critical = without_warnings(particles.critical_load, moments, options.cause, flow=flow, **slides)
     cause = f"flow of {fluid_in_words(read_flow(flow))}" if options.cause == "wall_shear" else options.cause
-    return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}", scan_label(groups)
+    return critical, moments, f"{cause}; pull-off forces: {METHOD_WORDS[method]}"
 
 
 def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from ..contact.refinement import coarser_mesh_error
 from ..particles.force_balance import fluid_of, strength_of_places
@@ -251,12 +252,12 @@ def place_table(places: xr.Dataset, label: str) -> xr.Dataset:
 def with_few_digits(table: xr.Dataset) -> xr.Dataset:
     """Return the numbers of a table rounded to the digits of a published one."""
     return table.map(
-        lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" and c.ndim == 1 else c,
+        lambda c: c.copy(data=few_digits(c.values, c.name)) if c.dtype.kind == "f" and c.ndim < 2 else c,
         keep_attrs=True,
     )
 
 
-def few_digits(values: np.ndarray, name: str) -> list[float]:
-    """Return the numbers of a column rounded to the digits of a published table."""
+def few_digits(values: ArrayLike, name: str) -> np.ndarray:
+    """Return a number, or those of a column, rounded to the digits of a published table."""
     digits = _ERROR_DIGITS if str(name).endswith(("_error", "independent_places")) else _DIGITS
-    return [float(f"{value:.{digits}g}") for value in values]
+    return np.vectorize(lambda value: float(f"{value:.{digits}g}"), otypes=[float])(values)

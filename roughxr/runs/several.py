@@ -144,12 +144,13 @@ def scan_table(finished: Mapping[str, ScanResult]) -> xr.Dataset:
     return out.assign(path=("scan", [f"{Path(name).stem}/report.html" for name in finished]))
 
 
-def _pair_columns(finished: Mapping[str, ScanResult]) -> dict[str, tuple[list[float], dict[str, str]]]:
+def _pair_columns(finished: Mapping[str, ScanResult]) -> dict[str, tuple[np.ndarray, dict[str, str]]]:
     """Return the numbers of the pair of bodies with their units; NaN where a run has none."""
     coordinates = [run.summary.coords for run in finished.values()]
     names = [name for name in schema.TRAVELLING if any(name in coords for coords in coordinates)]
     return {
-        name: ([float(coords.get(name, np.nan)) for coords in coordinates], schema.attributes(name)) for name in names
+        name: (few_digits([float(coords.get(name, np.nan)) for coords in coordinates], name), schema.attributes(name))
+        for name in names
     }
 
 

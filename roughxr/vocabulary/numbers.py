@@ -108,7 +108,7 @@ def value_and_interval(value: float, low: float, high: float, units: str = "nN")
     unit, size = prefixed(value, units)
     error = (high - low) / 2
     if not math.isfinite(error):
-        return number(value / size, unit), "–" if math.isnan(value) else "too few independent places"
+        return number(float(f"{value / size:.3g}"), unit), "–" if math.isnan(value) else "too few independent places"
     if is_too_wide(low, high):
         return number(value / size, unit, 2), _TOO_WIDE
     value_text, _, lower, upper = with_error(value / size, error / size, low / size, high / size, unit=unit)
