@@ -324,6 +324,8 @@ def test_any_result_draws_itself(run):
     assert pulls.contact.plot("pull_off_delta", on="map").get_ylabel().startswith("y of the contact centre")
     assert len(run["asperities"].contact.plot()) == 4
     assert run["solutions/contact"].contact.plot().get_aspect() == 1
+    with pytest.raises(ValueError, match="found 'pressure'; fields=True of direct and adhesive computes it"):
+        figures.plot(xr.Dataset({"force": ("subregion", [1.0])}), "pressure")
     with pytest.raises(ValueError, match=r"expected one of the variables .* found 'forse'"):
         solution.contact.plot("forse")
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..jobs.records import FIELDS
 from ..scans.regions import extent
 from ..vocabulary import schema
 from ..vocabulary.numbers import number
@@ -82,7 +83,8 @@ def plot(
         name = _main_variable(ds)
     if name not in ds:
         names = ", ".join(map(str, ds.data_vars))
-        raise Refusal("", f"one of the variables {names}", f"{name!r}{did_you_mean(name, ds.data_vars)}")
+        how = "fields=True of direct and adhesive computes it" if name in FIELDS else ""
+        raise Refusal("", f"one of the variables {names}", f"{name!r}{did_you_mean(name, ds.data_vars)}", how)
     return _variable(ds, name, ax, options)
 
 

@@ -164,8 +164,9 @@ def execute(
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
         pixels = " x ".join(map(str, specimen.heights.shape))
+        places = f"{task.places} place{'s' * (task.places > 1)}"
         print_line(
-            f"{task.places} places on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer "
+            f"{places} on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer "
             "on sharp or soft summits and for the first run on a machine. If it is interrupted, the same call "
             "continues it."
         )

@@ -206,7 +206,7 @@ def real_pull_off(
         raise Refusal(
             "subregions",
             "enough independent places for an interval",
-            f"{places} that adhere, {number(independent, digits=2)} of them independent",
+            f"{places} that adhere" + f", {number(independent, digits=2)} of them independent" * (places > 1),
             "take a larger grid or a larger scan",
         )
     lowering = -float(np.log(scanned["smooth_share"]))
