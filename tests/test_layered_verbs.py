@@ -190,8 +190,13 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
     bare = scan.contact.assign_pair(sphere_radius=500, materials="glass/silica")
     delta = np.linspace(0, 3, 7)
     np.testing.assert_allclose(thick.contact.superpose(delta=delta).force, bare.contact.superpose(delta=delta).force)
-    with pytest.raises(ValueError, match="for which it counts as a half space"):
+    with pytest.raises(ValueError, match=r"counts as a half space, found .* nm \(JKR's at pull-off"):
         thin.contact.superpose(delta=delta)
+    sweeps = [thick.contact.superpose(delta=np.linspace(0, end, 7)) for end in (3, 400)]
+    assert bool(sweeps[0].force.notnull().all()) and "wider than 100 nm" in sweeps[1].attrs["missing"]
+    deep = sweeps[1].force.isel(subregion=0)
+    assert bool(deep[0].notnull()) and bool(deep[-1].isnull())
+    np.testing.assert_array_equal(sweeps[1].pull_off_force, bare.contact.superpose(delta=delta).pull_off_force)
     for refused in ("pull_off_map", "rolling", "regime"):
         with pytest.raises(ValueError, match="layer: expected a half space, found a layer of 20 nm"):
             getattr(thin.contact, refused)()
@@ -202,7 +207,8 @@ def test_sums_over_asperities_need_contacts_far_smaller_than_the_layer(scan):
 def test_a_run_on_a_layer_does_all_but_the_sums_over_half_spaces(scan, tmp_path, capsys):
     ds = scan.contact.assign_pair(sphere_radius=30, materials="silica/silicon", layer="5 nm silica")
     groups = roughxr.run(ds, tmp_path / "run.nc", subregions=(2, 1), budget=0, mesh=1)
-    assert not {"statistics/energy", "solutions/hertz", "statistics/regime", "statistics/formulas"} & set(groups)
+    assert not {"statistics/energy", "solutions/hertz", "statistics/regime"} & set(groups)
+    assert float(groups["statistics/formulas"].pull_off_force.sel(formula="bradley")) > 0  # of rigid bodies
     moments = groups["solutions/rolling"]
     assert (moments.resisting_moment > 0).any() and (groups["solutions/direct"].force > 0).any()
     facts = dict(pair_facts(groups["scan"]))

@@ -181,3 +181,10 @@ def test_a_catalogue_has_no_pixels(surface):
         pull_off_map(asperities(surface))
     with pytest.raises(ValueError, match="subregions: expected one of 'every pixel'"):
         pull_off_map(surface, subregions="all")
+
+
+def test_a_default_sweep_ends_though_some_places_have_no_asperity_below_the_sphere():
+    summit = one_asperity(1 / 200, 1 / 200).contact.assign_pair(sphere_radius=40, materials="glass")
+    swept = superpose(summit, subregions=([0.0, 120.0], [0.0, 120.0]))
+    np.testing.assert_array_equal(swept.delta, superpose(summit, subregions=([0.0], [0.0])).delta)
+    assert np.isfinite(swept.force).all() and (swept.force.isel(subregion=1) == 0).all()

@@ -7,7 +7,8 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from ..bodies.layer import need_small_contacts
+from ..bodies.layer import largest_contact, need_small_contacts
+from ..bodies.pair_record import read_pair
 from ..jobs import spread
 from ..jobs.records import Layout, labelled
 from ..kernels.asperity import contact_sums as sums
@@ -89,7 +90,8 @@ def superpose(
     Raises
     ------
     ValueError
-        If contacts are wider than a tenth of an assigned layer: the sum takes the surface as a half space.
+        If JKR's contact of the median asperity at pull-off is wider than a tenth of an assigned layer: the sum takes
+        the surface as a half space. States with wider contacts are NaN.
 
     Warns
     -----
@@ -128,6 +130,8 @@ def superpose(
             "which let the bodies yield, or drop the hardness",
             DoubtfulAsperities,
         )
+    if schema.is_coated(ds) and law != HERTZ:
+        need_small_contacts(ds, _median_contact(summands))
     centres = [tuple(point) for point in regions.points(positions).tolist()]
     deltas = _default_sweep(summands, centres) if delta is None else schema.ascending(delta, "nm", "delta")
     events = _EVENTS | (_PULL_OFF if law != HERTZ else {})
@@ -143,10 +147,32 @@ def superpose(
     arguments = {"subregions": subregions, **named}
     out = schema.record(out, "superpose", ds, delta=deltas, **arguments)
     out = spread.finish(out)
-    need_small_contacts(ds, out["contact_area"])
+    if schema.is_coated(ds):
+        out = _without_wide_contacts(out, largest_contact(ds))
     if law != HERTZ and not lazy:
         warn_above_smooth(out["pull_off_force"].values, summands.catalogue, law)
     return out
+
+
+def _median_contact(summands: Summands) -> float:
+    """Return the radius (nm) of JKR's contact of the median asperity at pull-off."""
+    options = summands.options
+    sphere = 1 / options.radius if options.composite else 0.0
+    least, largest = (summands.catalogue[f"curvature_{end}"].values for end in ("min", "max"))
+    peaks = least > 0
+    radii = 1 / np.sqrt((least[peaks] + sphere) * (largest[peaks] + sphere))
+    contacts, _ = read_pair(summands.ds).contact_at_pull_off(radii, options.work_of_adhesion)
+    return float(np.median(contacts)) if contacts.size else 0.0
+
+
+def _without_wide_contacts(ds: xr.Dataset, limit: float) -> xr.Dataset:
+    """Return a sum without the states whose contacts have a larger mean radius (nm)."""
+    is_small = ds["contact_area"] <= np.pi * limit**2 * ds["contacts"]
+    if bool(is_small.all()):
+        return ds
+    states = ds[["force", "contact_area"]].where(is_small)
+    reason = f"NaN where contacts are wider than {limit:.3g} nm, a tenth of the layer"
+    return ds.assign(states).assign_attrs(missing=reason)
 
 
 def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np.ndarray:
@@ -159,6 +185,9 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
         return np.linspace(-1, 1, steps)
     offsets = np.array([sums.offsets(field, x, y, options.radius, options.profile) for x, y in centres])
     touches = offsets.min(axis=1)
+    touches = touches[np.isfinite(touches)]  # of places where an asperity is below the sphere
+    if touches.size == 0:
+        return np.linspace(-1, 1, steps)
     reaches = np.abs(field.scales.end * field.scales.delta)
     first = (offsets - 1.2 * reaches).min()
     last = touches.max() + (4 * np.median(reaches) or np.median(touches))

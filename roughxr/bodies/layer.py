@@ -102,18 +102,18 @@ def need_computable(film: Film, width: float, *, yields: bool) -> None:
         )
 
 
-def need_small_contacts(ds: xr.Dataset, contact_area: xr.DataArray) -> None:
-    """Raise unless contacts (nm² at a place) are far smaller than the layer, which then counts as a half space."""
-    if not schema.is_coated(ds):
-        return
-    radius = float(np.sqrt(contact_area.max() / np.pi))
-    thickness = float(ds["layer_thickness"])
-    # largest contact radius, in thicknesses, for which the layer counts as a half space
-    small_contact = 0.1
-    if not radius <= small_contact * thickness:
+def largest_contact(ds: xr.Dataset) -> float:
+    """Return the largest contact radius (nm) for which a layer counts as a half space; infinite without a layer."""
+    return 0.1 * float(ds["layer_thickness"]) if schema.is_coated(ds) else np.inf
+
+
+def need_small_contacts(ds: xr.Dataset, radius: float) -> None:
+    """Raise unless contacts of a radius (nm) are far smaller than the layer, which then counts as a half space."""
+    limit = largest_contact(ds)
+    if not radius <= limit:
         raise Refusal(
             "layer",
-            f"contacts up to {small_contact * thickness:.3g} nm, for which it counts as a half space",
-            f"{radius:.3g} nm",
+            f"contacts up to {limit:.3g} nm, for which it counts as a half space",
+            f"{radius:.3g} nm (JKR's at pull-off, of the median asperity)",
             "take direct or adhesive",
         )

@@ -159,8 +159,8 @@ def _left_out(run: Run) -> Iterator[str]:
     """Yield what a run omits because a layer covers the surface."""
     if "solutions/adhesive" in run and schema.is_coated(run["scan"]):
         yield (
-            "Left out, since they hold for half spaces without a layer: superposed asperities, the common formulas and "
-            "the choice of a model."
+            "Left out, since they hold for half spaces without a layer: superposed asperities and the choice of a "
+            "model."
         )
 
 

@@ -83,7 +83,7 @@ class Task(NamedTuple):
 
     @property
     def is_coated(self) -> bool:
-        """Whether a layer is bonded to the scan's body: sums over asperities and formulas take half spaces."""
+        """Whether a layer is bonded to the scan's body: sums over asperities and `regime` take half spaces."""
         return self.specimen.pair.layer is not None
 
     @property
@@ -233,9 +233,10 @@ def _rigid_bodies(task: Task) -> dict[str, xr.Dataset]:
     # without warnings about the cell size, which the report gives for all methods
     summed = without_warnings(rigid, specimen, delta=[0.0], mesh=mesh, **task.options)
     groups = {"solutions/rigid": summed, "statistics/rigid": without_warnings(pull_off, summed)}
-    if task.has_sphere and not task.is_coated:
+    if task.has_sphere:
         sampled = regions.sample(specimen.centres(task.plan.subregions), _FORMULA_PLACES)
-        groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, mesh=mesh)
+        if not task.is_coated:
+            groups["statistics/regime"] = without_warnings(regime, specimen, subregions=sampled, mesh=mesh)
         groups["statistics/formulas"] = without_warnings(formulas, specimen, subregions=sampled, mesh=mesh)
     return groups
 
