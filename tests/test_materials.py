@@ -241,7 +241,7 @@ def test_named_bodies_adhere_across_a_medium_by_hamakers_rule():
     [
         ({"materials": "ptfe/silica", "medium": "ethanol"}, "they do not adhere"),
         ({"materials": "silica", "medium": "water", "work_of_adhesion": 0.1}, "under the medium instead"),
-        ({"materials": "silica", "medium": "water", "humidity": 0.5}, "without medium and humidity"),
+        ({"materials": "silica", "medium": "water", "humidity": 0.5}, "found both; leave medium or humidity out"),
         ({"contact_modulus": 40, "medium": "water"}, "named materials alone"),
         ({"materials": "silica", "medium": "watr"}, "medium: .*water"),
     ],

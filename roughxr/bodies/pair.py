@@ -212,7 +212,9 @@ def assign_pair(
         bodies = (bodies[0], *named) if named and bodies else None  # those that face each other
     between = 0.0 if medium is None else _own_constant(medium, substances.MEDIA, "medium")
     if between > 0:
-        _refuse_medium(bodies, surface_energy, work_of_adhesion, hamaker_constant, humidity)
+        _refuse_medium(bodies, surface_energy, work_of_adhesion, hamaker_constant)
+        if humidity is not None:
+            raise Refusal("medium", "a dry pair across a medium, or humid air", "both", "leave medium or humidity out")
     air = humidity if humidity is None or isinstance(humidity, HumidAir) else HumidAir(humidity)
     under_liquid: dict[str, float] = {}
     if air is not None and _is_several(work_of_adhesion):  # without and under the liquid
@@ -297,7 +299,7 @@ def _refuse_medium(bodies: tuple | None, *stated: Any) -> None:
         raise Refusal(
             "medium",
             "named materials alone, whose attraction across it is known",
-            advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium and humidity",
+            advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium",
         )
 
 
