@@ -197,3 +197,9 @@ def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):
         archive.writestr("index.json", json.dumps({"surfaces": [{"topographies": [topography]}]}))
     with pytest.raises(UnreadableScan, match="content of at most 4 MiB, found 47"):
         roughxr.scans.open_container(path)
+
+
+def test_a_container_is_no_single_scan_and_is_opened_in_python(tmp_path):
+    path = container(tmp_path / "film.zip", META)
+    with pytest.raises(ValueError, match="several topographies; in Python, open it with"):
+        roughxr.open_scan(path)

@@ -188,3 +188,4 @@ def test_a_default_sweep_ends_though_some_places_have_no_asperity_below_the_sphe
     swept = superpose(summit, subregions=([0.0, 120.0], [0.0, 120.0]))
     np.testing.assert_array_equal(swept.delta, superpose(summit, subregions=([0.0], [0.0])).delta)
     assert np.isfinite(swept.force).all() and (swept.force.isel(subregion=1) == 0).all()
+    assert pull_off(swept).attrs["missing"].endswith("at any displacement of the exact search")

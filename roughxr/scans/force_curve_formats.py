@@ -53,7 +53,8 @@ def refuse_curves(path: Path) -> None:
     if set(METADATA) & set(_zip_names(path)):
         raise UnreadableScan(
             path,
-            "expected one image, found a container of several topographies; open it with roughxr.scans.open_container",
+            "expected one image, found a container of several topographies; in Python, open it with "
+            "roughxr.scans.open_container",
         )
     if kind:
         raise UnreadableScan(

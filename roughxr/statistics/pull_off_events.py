@@ -57,7 +57,7 @@ def pull_off(ds: xr.Dataset) -> xr.Dataset:
     ds = schema.entered_dataset(ds, "result")
     if "pull_off_force" in ds and ("complete" in ds or "force" in ds):
         out = _solver_pull_off(ds)
-        method = "cycle" if "complete" in ds else "exact"
+        method = "cycle" if "complete" in ds else "exact search"
     else:
         force = _adhesive_force(ds)
         method = "sweep"
