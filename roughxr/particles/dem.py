@@ -67,13 +67,6 @@ def to_dem(ds: xr.Dataset, *, code: str, classes: int = 5, poisson_ratio: float 
             "code", f"one of {', '.join(CODES)}", f"{code!r}", "for other codes write the table of parameters"
         )
     refuse_varied(ds)
-    if code == LAMMPS and schema.is_coated(ds):
-        raise Refusal(
-            "code",
-            "'lammps' for bodies without a layer: its jkr has one modulus",
-            f"a layer of {float(ds['layer_thickness']):.3g} nm",
-            "take 'rock_n_roll', or the table of parameters",
-        )
     ds = reduction(ds)
     if code == TABLE:
         return _distribution(ds)
@@ -105,6 +98,13 @@ def _header(ds: xr.Dataset, force: xr.DataArray) -> list[str]:
 
 
 def _lammps_lines(ds: xr.Dataset, forces: list[float], poisson_ratio: float) -> list[str]:
+    if schema.is_coated(ds):
+        raise Refusal(
+            "code",
+            "'lammps' for bodies without a layer: its jkr has one modulus",
+            f"a layer of {float(ds['layer_thickness']):.3g} nm",
+            "take 'rock_n_roll', or the table of parameters",
+        )
     count = len(forces)
     radius = float(ds["sphere_radius"]) * _METRE
     modulus = read_pair(ds, "contact_modulus").contact_modulus
