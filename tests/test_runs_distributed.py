@@ -183,3 +183,13 @@ def test_an_error_of_any_kind_at_one_scan_ends_no_batch(monkeypatch):
 def test_a_scan_with_the_name_of_a_batchs_own_file_is_refused_first(name):
     with pytest.raises(ValueError, match=rf"{name}: expected another name .*: rename the scan"):
         several.scan_folders([name], Path("out/wafer"))
+
+
+@pytest.mark.parametrize("output", [".", "lot/.."])
+def test_a_batch_written_here_names_its_table_after_the_folder(output, tmp_path, monkeypatch):
+    folder = tmp_path / "wafer"
+    (folder / "lot").mkdir(parents=True)
+    monkeypatch.chdir(folder)
+    assert several.table_name(Path(output)) == "wafer"
+    with pytest.raises(ValueError, match=r"wafer\.xlsx\.nc: expected another name"):
+        several.scan_folders(["wafer.xlsx.nc"], Path(output))

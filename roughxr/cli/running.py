@@ -58,7 +58,8 @@ def _run_each(options: Namespace, output: Path) -> None:
     pooled_mean = several.write_summary(finished, unread | refused, output)
     for name, reason in refused.items():
         print_error(f"{name}: left out: {reason}")
-    print(f"written to {output}: {output.name}.csv (a row a scan), places.csv, index.html, a folder for each scan")
+    table = several.table_name(output)
+    print(f"written to {output}: {table}.csv (a row a scan), places.csv, index.html, a folder for each scan")
     left_out = len(unread) + len(refused)
     print(f"{pooled_mean} {left_out} of {len(options.scan)} files were left out.".lstrip() if left_out else pooled_mean)
     for name, run in finished.items():

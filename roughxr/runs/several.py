@@ -45,10 +45,15 @@ class ScanResult(NamedTuple):
     cautions: list[str]
 
 
+def table_name(output: Path) -> str:
+    """Return the name of the table of scans: the folder's, also where it is given as "." or ".."."""
+    return output.resolve().name
+
+
 def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
     """Return an output folder for each scan, named after its file; raise if two files have the same name."""
     chosen: dict[Path, Path] = {}
-    reserved = {f"{name}{ending}" for name in ("places", output.name) for ending in FORMATS} | {_PAGE}
+    reserved = {f"{name}{ending}" for name in ("places", table_name(output)) for ending in FORMATS} | {_PAGE}
     for scan in map(Path, scans):
         if scan.stem in reserved:
             raise Refusal(scan, f"another name than that of the runs' {scan.stem}: rename the scan")
@@ -104,13 +109,13 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = written_formats()
     for ending in endings:
-        to_table(scan_table(finished), output / f"{output.name}{ending}")
+        to_table(scan_table(finished), output / f"{table_name(output)}{ending}")
         to_table(all_places, output / f"places{ending}")
     pooled_mean = _pooled_words(finished)
     page = render_template(
         _PAGE,
         title=f"{len(finished)} scans",
-        table=f"{output.name}{endings[-1]}",
+        table=f"{table_name(output)}{endings[-1]}",
         pooled=pooled_mean,
         pair=next(iter(finished.values())).pair,
         fluid=next(iter(finished.values())).summary.attrs.get("fluid", ""),
