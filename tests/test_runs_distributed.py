@@ -158,7 +158,7 @@ def test_a_run_says_that_it_waits_where_its_last_worker_is_lost(monkeypatch):
 
         monkeypatch.setattr(spread, "print_line", note)
         future = client.submit(sum, [1, 2])
-        assert [done.result() for done in spread._as_completed(client, [future])] == [3]
+        assert [result for _, result in spread._as_completed(client, [future])] == [3]
     assert lines and "no worker is left; the run waits for one" in lines[0]
 
 

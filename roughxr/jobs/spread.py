@@ -174,11 +174,7 @@ def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[in
         futures = client.compute(tasks, traverse=False, optimize_graph=False, retries=3)
     batch_of = dict(zip((future.key for future in futures), batches))
     try:
-        for future in _as_completed(client, futures):
-            try:
-                result = future.result()
-            except Exception as error:  # such as a worker that was killed at every attempt
-                result = Failure(error)
+        for future, result in _as_completed(client, futures):
             finished(batch_of[future.key], result)
             future.release()
     finally:
@@ -186,12 +182,18 @@ def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[in
 
 
 def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[Any]:
-    """Yield futures as they finish; say so while they wait without workers."""
-    completed = sys.modules["distributed"].as_completed(futures)
+    """Yield futures and their results (or failures) as they finish; say so while they wait without workers."""
+    # with results: one that is lost with its worker before it is fetched is waited for here, not in silence
+    completed = sys.modules["distributed"].as_completed(futures, with_results=True, raise_errors=False)
     last = time.monotonic()
     while completed.count():
         if completed.has_ready():
-            yield next(completed)
+            future, result = next(completed)
+            if future.status == "error":  # such as a worker that was killed at every attempt
+                result = Failure(result[1])
+            elif future.status == "cancelled":
+                result = Failure(result)
+            yield future, result
         elif time.monotonic() - last < _PATIENCE:
             time.sleep(_POLL)
             continue
