@@ -70,6 +70,7 @@ def solve(path, surface, scheduler):
 
 
 @pytest.mark.soak
+@pytest.mark.filterwarnings("ignore::roughxr.asperity.catalogue.DoubtfulAsperities")
 def test_a_killed_worker_is_replaced_by_the_other(tmp_path, surface, cluster, monkeypatch):
     """Its subregions are done again elsewhere; the file is that of a local run; no worker opened a NetCDF file."""
     monkeypatch.setattr(checkpoint, "_BETWEEN_FILES", -1.0)  # each batch has its file
@@ -145,21 +146,15 @@ def test_a_cluster_without_workers_is_told(surface):
 
 
 def test_a_run_says_that_it_waits_where_its_last_worker_is_lost(monkeypatch):
-    lines = []
     monkeypatch.setattr(spread, "_PATIENCE", 0.2)
     with (
         distributed.LocalCluster(n_workers=0, processes=False, protocol="inproc://", **NO_DASHBOARD) as cluster,
         distributed.Client(cluster) as client,
+        pytest.warns(UserWarning, match="no worker is left; the run waits for one"),
     ):
-
-        def note(line):
-            lines.append(line)
-            cluster.scale(1)
-
-        monkeypatch.setattr(spread, "print_line", note)
+        threading.Timer(1.0, cluster.scale, [1]).start()
         future = client.submit(sum, [1, 2])
         assert [result for _, result in spread._as_completed(client, [future])] == [3]
-    assert lines and "no worker is left; the run waits for one" in lines[0]
 
 
 def test_an_error_of_any_kind_at_one_scan_ends_no_batch(monkeypatch):
@@ -168,13 +163,15 @@ def test_an_error_of_any_kind_at_one_scan_ends_no_batch(monkeypatch):
             raise MemoryError("of 40 GiB")
         if scan.stem == "stopped":
             raise SystemError from KeyboardInterrupt()
+        if scan.stem == "repelled":
+            return types.SimpleNamespace(summary=xr.Dataset(attrs={"missing": "The sphere adheres at no place."}))
         return types.SimpleNamespace(summary={"pull_off_force": 1.0})
 
     monkeypatch.setattr(several, "_scan_result", lambda run: run)
-    scans = {Path(f"{name}.nc"): Path(name) for name in ("good", "bad", "better")}
+    scans = {Path(f"{name}.nc"): Path(name) for name in ("good", "bad", "repelled", "better")}
     finished, refused = several.run_each(scans, run_one)
     assert list(finished) == ["good.nc", "better.nc"]
-    assert refused == {"bad.nc": "MemoryError: of 40 GiB"}
+    assert refused == {"bad.nc": "MemoryError: of 40 GiB", "repelled.nc": "The sphere adheres at no place."}
     with pytest.raises(SystemError):
         several.run_each(scans | {Path("stopped.nc"): Path("stopped")}, run_one)
 

@@ -1,5 +1,6 @@
 """What is written opens elsewhere with the same numbers, and is written whole or not at all."""
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -68,6 +69,19 @@ def test_a_flipped_height_in_our_own_file_is_noticed(holed, tmp_path):
     content[place + 3] ^= 1
     path.write_bytes(content)
     with pytest.raises(ValueError, match=r"scan\.nc: damaged, its heights cannot be read"):
+        open_scan(path).load()
+
+
+def test_heights_larger_than_memory_are_not_called_damaged(tmp_path):
+    """Chunks that were never written take no space: 800 TB of heights in some kB."""
+    path = tmp_path / "large.nc"
+    with netCDF4.Dataset(path, "w") as file:
+        for name in ("x", "y"):
+            file.createDimension(name, 10**7)
+            file.createVariable(name, "f4", (name,))[:] = np.arange(10**7)
+            file[name].units = "nm"
+        file.createVariable("height", float, ("x", "y"), chunksizes=(1000, 1000)).units = "nm"
+    with pytest.raises(ValueError, match=r"large\.nc: expected heights that fit into memory, found more"):
         open_scan(path).load()
 
 

@@ -30,7 +30,8 @@ from dask.delayed import Delayed
 from dask.system import CPU_COUNT
 
 from ..vocabulary.refusal import Refusal
-from .progress import print_line, subregion_bar
+from ..vocabulary.text import warn
+from .progress import subregion_bar
 
 #: Time (s) without a result after which workers are counted, and between two looks for results.
 _PATIENCE, _POLL = 15.0, 0.02
@@ -198,7 +199,7 @@ def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[Any]:
             time.sleep(_POLL)
             continue
         elif not client.scheduler_info()["workers"]:
-            print_line(
+            warn(
                 f"{client.scheduler.address}: no worker is left; the run waits for one (dask worker "
                 f"{client.scheduler.address}), or interrupt it: finished places are kept"
             )

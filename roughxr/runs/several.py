@@ -91,9 +91,12 @@ def run_each(scans: Mapping[Path, Path], run_one: Callable[[Path, Path], Mapping
             continue
         if not resumed:
             took[scan.name] = time.monotonic() - begun
-    if not any(_FORCE in run.summary for run in finished.values()):
+    adhering = {name: run for name, run in finished.items() if _FORCE in run.summary}
+    without = {name: run.summary.attrs for name, run in finished.items() if name not in adhering}
+    refused |= {name: attrs.get("missing", "its run has no pull-off force") for name, attrs in without.items()}
+    if not adhering:
         raise Refusal("", "at least one scan with a pull-off", f"none: {'; '.join(refused.values())}")
-    return {name: run for name, run in finished.items() if _FORCE in run.summary}, refused
+    return adhering, refused
 
 
 def _scan_result(run: Mapping[str, xr.Dataset]) -> ScanResult:

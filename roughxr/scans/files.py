@@ -101,6 +101,8 @@ def guarded(path: Path, read: Callable[..., Any], *args: Any, **options: Any) ->
         return read(*args, **options)
     except (UnreadableScan, ImportError):
         raise
+    except MemoryError as error:
+        raise UnreadableScan(path, f"expected heights that fit into memory, found more: {error}") from error
     except Exception as error:
         error_text = " ".join(str(error).split())[:300] or "no reason given"
         reason = f"it lacks {error_text}" if isinstance(error, KeyError) else f"{type(error).__name__}: {error_text}"

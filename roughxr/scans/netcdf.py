@@ -52,7 +52,9 @@ def _heights(path: Path, stored: xr.Variable, mask: xr.Variable | None, ratio: f
         heights = stored.values.astype(float) * ratio
         if mask is not None:
             heights[mask.values != 0] = np.nan
-    except (OSError, RuntimeError, MemoryError) as error:  # HDF5's words on a wrong checksum, without the file's name
+    except MemoryError as error:
+        raise UnreadableScan(path, f"expected heights that fit into memory, found more: {error}") from error
+    except (OSError, RuntimeError) as error:  # HDF5's words on a wrong checksum, without the file's name
         raise UnreadableScan(path, f"damaged, its heights cannot be read: {error}") from error
     refuse_absurd(heights, width, path)
     return heights
