@@ -4,6 +4,8 @@ import contextlib
 import io
 import multiprocessing
 import os
+import sys
+import time
 
 import dask
 import numpy as np
@@ -12,6 +14,7 @@ import xarray as xr
 
 from roughxr.contact.elastic import direct
 from roughxr.jobs import spread
+from roughxr.jobs.interrupts import delivered_interrupts, is_interrupt
 from roughxr.jobs.progress import Stages, print_line, progress, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
@@ -129,3 +132,32 @@ def test_a_process_that_forks_after_a_solve_solves_on_threads_of_its_own(surface
     child.kill()
     assert not alive
     np.testing.assert_array_equal(queue.get(), expected)
+
+
+class Dropping:
+    """What Python drops: an error in a destructor."""
+
+    def __init__(self, error):
+        self.error = error
+
+    def __del__(self):
+        raise self.error
+
+
+def test_an_interrupt_that_a_destructor_drops_arrives_later(monkeypatch):
+    reported = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda dropped: reported.append(dropped.exc_type))
+    with pytest.raises(KeyboardInterrupt), delivered_interrupts():
+        Dropping(KeyboardInterrupt())
+        time.sleep(10)
+    with delivered_interrupts():
+        Dropping(ValueError())
+    assert reported == [ValueError]
+
+
+def test_an_interrupt_is_known_by_the_errors_of_kernels_and_their_compiler():
+    outer = SystemError("a kernel")
+    outer.__cause__ = SystemError("within it")
+    outer.__cause__.__cause__ = KeyboardInterrupt()
+    assert is_interrupt(outer) and is_interrupt(RuntimeError("no compiled object yet for <Library 'shape'>"))
+    assert not is_interrupt(RuntimeError("of a place")) and not is_interrupt(SystemError("of Python"))

@@ -21,6 +21,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stdout
 
+from ..jobs.interrupts import delivered_interrupts, is_interrupt
 from ..jobs.progress import progress
 from .options import command_line
 from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error
@@ -46,24 +47,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _flush()  # of --help
     options.line = shlex.join(["roughxr", *words])
     try:
-        with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)):
+        with warnings.catch_warnings(), redirect_stdout(Printable(sys.stdout)), delivered_interrupts():
             printed: set[str] = set()
             warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
             warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
                 module, _, name = options.command.partition(":")
                 getattr(importlib.import_module(f".{module}", __package__), name)(options)
-    except (KeyboardInterrupt, SystemError) as error:
-        from ..jobs.spread import is_interrupt
-
-        if not is_interrupt(error):
-            raise
-        continues = words[:1] in (["paper"], ["run"])
-        print_error("interrupted" + "; finished places are kept, and the same command continues from there" * continues)
-        return _INTERRUPTED
     except BrokenPipeError:
         pass
-    except Exception as error:
+    except (KeyboardInterrupt, Exception) as error:
+        if is_interrupt(error):
+            continues = words[:1] in (["paper"], ["run"])
+            advice = "; finished places are kept, and the same command continues from there" * continues
+            print_error(f"interrupted{advice}")
+            return _INTERRUPTED
         if options.debug or not isinstance(error, EXPECTED_ERRORS):
             raise
         print_error(in_shell(error_text(error), options))

@@ -31,6 +31,7 @@ from dask.system import CPU_COUNT
 
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
+from .interrupts import is_interrupt
 from .progress import subregion_bar
 
 #: Time (s) without a result after which workers are counted, and between two looks for results.
@@ -250,13 +251,6 @@ def _attempt(*arguments: Any) -> Any:
         if is_interrupt(error):
             raise KeyboardInterrupt from error
         return Failure(error)
-
-
-def is_interrupt(error: BaseException | None) -> bool:
-    """Return whether an error comes from an interrupt, which Numba raises from a kernel as nested SystemErrors."""
-    while isinstance(error, SystemError):
-        error = error.__cause__
-    return isinstance(error, KeyboardInterrupt)
 
 
 def active_client() -> Any:

@@ -12,8 +12,8 @@ import xarray as xr
 
 from .. import report
 from ..archive import atomic_write
+from ..jobs.interrupts import is_interrupt
 from ..jobs.progress import TimeLeft, print_line, rough_duration
-from ..jobs.spread import is_interrupt
 from ..report.report_page import pair_facts, render_template, setting
 from ..report.summary import few_digits, place_table
 from ..scans.regions import sides
