@@ -31,7 +31,7 @@ def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
     same = {"estimate": not options.no_estimate, "budget": options.budget, "command": options.line}
     groups = reproduction.paper(options.output, **same)
-    _print_answer(groups, options.output)
+    _print_answer(groups, options.output, pictures="figures")
 
 
 def run(options: Namespace) -> None:
@@ -83,9 +83,9 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
         )
 
 
-def _print_answer(groups: Mapping[str, xr.Dataset], output: str) -> None:
+def _print_answer(groups: Mapping[str, xr.Dataset], output: str, pictures: str = "overview.png") -> None:
     """Print the output path of a run, and its answer on the last line."""
-    print(f"written to {output}" + ": report.html, places.csv, table.txt, overview.png" * Path(output).is_dir())
+    print(f"written to {output}" + f": report.html, places.csv, table.txt, {pictures}" * Path(output).is_dir())
     if answer := report.headline(groups):
         print(sentences_on_lines(answer))
 
