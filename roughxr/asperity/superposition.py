@@ -181,10 +181,8 @@ def _default_sweep(summands: Summands, centres: list[tuple[float, float]]) -> np
     options = summands.options
     # number of displacements of a default sweep
     steps = 301
-    if field.x.size == 0:
-        return np.linspace(-1, 1, steps)
     offsets = np.array([sums.offsets(field, x, y, options.radius, options.profile) for x, y in centres])
-    touches = offsets.min(axis=1)
+    touches = offsets.min(axis=1, initial=np.inf)
     touches = touches[np.isfinite(touches)]  # of places where an asperity is below the sphere
     if touches.size == 0:
         return np.linspace(-1, 1, steps)

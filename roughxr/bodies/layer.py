@@ -103,8 +103,8 @@ def need_computable(film: Film, width: float, *, yields: bool) -> None:
 
 
 def largest_contact(ds: xr.Dataset) -> float:
-    """Return the largest contact radius (nm) for which a layer counts as a half space; infinite without a layer."""
-    return 0.1 * float(ds["layer_thickness"]) if schema.is_coated(ds) else np.inf
+    """Return the largest contact radius (nm) for which the layer of a coated pair counts as a half space."""
+    return 0.1 * float(ds["layer_thickness"])
 
 
 def need_small_contacts(ds: xr.Dataset, radius: float) -> None:

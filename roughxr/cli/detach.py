@@ -64,7 +64,8 @@ def detach(options: Namespace) -> None:
         print(f"{_strength(critical).attrs['long_name']} ({title}):")
         print(pd.DataFrame.from_dict(rows, orient="index").to_string())
     if options.fluid:
-        print(f"adhesion is that of the run, in {' or '.join(media)}; the flow of {options.fluid} does not change it")
+        fluids = " or ".join(sorted(media))
+        print(f"adhesion is that of the run, in {fluids}; the flow of {options.fluid} does not change it")
     if options.output:
         table = next(iter(tables.values()))
         if len(runs) > 1:

@@ -183,7 +183,7 @@ def _compute_on(client: Any, tasks: list[Delayed], batches: Sequence[Sequence[in
         client.cancel([future for future in futures if not future.done()])
 
 
-def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[Any]:
+def _as_completed(client: Any, futures: Sequence[Any]) -> Iterator[tuple[Any, Any]]:
     """Yield futures and their results (or failures) as they finish; say so while they wait without workers."""
     # with results: one that is lost with its worker before it is fetched is waited for here, not in silence
     completed = sys.modules["distributed"].as_completed(futures, with_results=True, raise_errors=False)
