@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
-from ..kernels.asperity.ellipse import shape
-from ..kernels.jit import kernel
+from ..kernels.asperity.ellipse import axis_ratios
 from ..kernels.topography.interpolation import bicubic_spline
 from ..kernels.topography.paraboloid import Fit, fit_paraboloids
 from ..kernels.topography.peaks import Peaks, ascend, search
@@ -208,7 +207,7 @@ def _catalogue(peaks: Peaks, fit: Fit, ds: xr.Dataset, setup: _Setup) -> xr.Data
     """Return the fitted peaks of a scan as a labelled catalogue."""
     out = xr.Dataset({name: ("asperity", getattr(fit, name).copy()) for name in _FITTED})  # the fit is cached
     out["plateau_size"] = "asperity", peaks.size.copy()
-    out["axis_ratio"] = "asperity", _axis_ratios(fit.curvature_min, fit.curvature_max)
+    out["axis_ratio"] = "asperity", axis_ratios(fit.curvature_min, fit.curvature_max)
     places = (
         ds[axis].values[at // setup.refine] + at % setup.refine * step
         for axis, at, step in zip("xy", (peaks.ix, peaks.iy), setup.pixel)
@@ -272,11 +271,3 @@ def _warn(out: xr.Dataset) -> None:
             f"{2 * float(out['patch_radius']):.3g} nm: these are not the curvatures of the summits; {remedy}",
             DoubtfulAsperities,
         )
-
-
-@kernel
-def _axis_ratios(curvature_min, curvature_max):
-    out = np.empty(curvature_min.size)
-    for n in range(out.size):
-        out[n] = shape(curvature_min[n], curvature_max[n])
-    return out

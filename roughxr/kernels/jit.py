@@ -21,18 +21,19 @@ _OPTIONS = {"nogil": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
 #: LLVM's flags for sums that may be reordered and fused for speed. NaN and inf keep their meaning.
 _REORDER = {"reassoc", "contract", "arcp", "nsz"}
 
-_FOLDER = Path(__file__).parent
+#: Folder of the package, below which all kernels and all that they call stand.
+_PACKAGE = Path(__file__).parents[1]
 
 
 @cache
 def _imports(file):
-    """Return the kernel files that a file imports."""
+    """Return the files of the package that a file imports; other packages are not searched."""
     if not file.is_file():  # inside an archive
         return frozenset()
     files = set()
     for node in ast.walk(ast.parse(file.read_bytes())):
-        if isinstance(node, ast.ImportFrom):
-            start = file.parents[node.level - 1] if node.level else _FOLDER.parents[1]
+        if isinstance(node, ast.ImportFrom) and (node.level or node.module.split(".")[0] == _PACKAGE.name):
+            start = file.parents[node.level - 1] if node.level else _PACKAGE.parent
             module = start.joinpath(*(node.module or "").split("."))
             names = [module, *(module / name.name for name in node.names)]
             files |= {name.with_suffix(".py") for name in names}

@@ -105,6 +105,15 @@ def shape(A, B):
 
 
 @kernel
+def axis_ratios(A, B):
+    """Return λ of Hertz's ellipse on each of many paraboloids."""
+    lam = np.empty(A.size)
+    for n in range(lam.size):
+        lam[n] = shape(A[n], B[n])
+    return lam
+
+
+@kernel
 def stiffness(A, B, lam, E_star):
     """Return (β, H) of a = √(δ/β) and P = H δ^{3/2}, in nm⁻¹ and nN nm^{−3/2}: H = 2πE*/(3K√β)."""
     K, _ = elliptic_integrals(lam)
