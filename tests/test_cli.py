@@ -23,6 +23,7 @@ from roughxr.cli.running import _both
 from roughxr.contact.mesh import Mesh
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
+from roughxr.reproduction.numbered_figures import FIGURES, SIMULATED_FIGURES
 from roughxr.runs import analysis
 
 from .surfaces import bare_runs, rough, scan
@@ -85,21 +86,19 @@ def test_errors_name_options_in_a_shell(tmp_path, capsys):
 def paper_run(tmp_path_factory):
     """Return the folder of the paper's run, its adhesion in the limit without range: a seventh of the time.
 
-    With the range that the twin's Tabor parameters ask for, and its best estimate, it is the paper's notebook, which is
-    executed too.
+    With the range that the twin's Tabor parameters ask for it is a notebook's, which is executed too.
     """
     folder = tmp_path_factory.mktemp("paper")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(analysis, "PARTS", WITHOUT_EXTRAPOLATION)
         patch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(law="jkr", mesh=Mesh(1, step=0.4)))
-        assert main(["paper", "-o", str(folder), "-q", "--budget", "0"]) == 0
+        assert main(["paper", "-o", str(folder), "-q"]) == 0
     return folder
 
 
 @pytest.mark.soak
 def test_the_papers_table_stands_beside_ours(paper_run):
     table = pd.read_csv(paper_run / "table-contact.csv", index_col="quantity")
-    methods = ["adhesive", "rigid", "published", "self_similar", "energy", "direct"]
+    methods = ["adhesive", "published", "self_similar", "energy", "direct"]
     assert list(table.columns) == ["paper", "paper's is", *methods]
     assert 0.05 < table.loc["pull-off, rough / smooth", "adhesive"] < 0.2
     smooth = table.loc["pull-off, smooth sphere [µN]"]
@@ -121,38 +120,59 @@ def test_every_published_value_stands_in_a_table(paper_run):
     assert "confirms nothing" in " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
 
 
-def test_the_paper_is_answered_before_the_estimate_begins(tmp_path, monkeypatch, capsys):
+def _paper_names(folder):
+    """Return the names of the paper's figures in a folder."""
+    return sorted(path.stem for path in folder.glob("figure-*.png"))
+
+
+def test_the_paper_is_answered_before_the_simulation_with_adhesion(tmp_path, monkeypatch, capsys):
     def interrupted(task):
         raise KeyboardInterrupt
 
     parts = [part._replace(make=interrupted) if part.name == "adhesive" else part for part in analysis.PARTS]
     monkeypatch.setattr(analysis, "PARTS", parts)
     monkeypatch.setattr(reproduction, "PLAN", reproduction.PLAN._replace(subregions=(3, 3)))
-    monkeypatch.setattr(reproduction, "paper_figures", lambda run: [("figure-14", Figure())])
+    monkeypatch.setattr(reproduction, "paper_figures", lambda run, names: [(name, Figure()) for name in names])
     assert main(["paper", "-o", str(tmp_path), "-q"]) == 130
     printed = capsys.readouterr().out
     for table in (printed, (tmp_path / "table.txt").read_text(encoding="utf-8")):
         assert "Pull-off force by method" in table and "rough above smooth" in table and "19.1" in table
-    assert {"figure-14.png", "table-contact.csv", "table-scan.csv"} <= {path.name for path in tmp_path.iterdir()}
+    assert _paper_names(tmp_path) == sorted(set(FIGURES) - set(SIMULATED_FIGURES))
+    assert {"table-contact.csv", "table-scan.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
 @pytest.fixture(scope="module")
 def paper_alone(tmp_path_factory):
-    """Return the folder of the paper without the estimate of its twin, without figures, and its groups."""
+    """Return the folder of the paper without the simulation with adhesion, its groups, and the names of its figures."""
     folder = tmp_path_factory.mktemp("paper-alone")
+    drawn = []
+
+    def empty_figures(run, names):
+        drawn.extend(names)
+        return [(name, Figure()) for name in names]
+
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(io.StringIO()):
-        patch.setattr(reproduction, "_draw_figures", lambda run: [])
+        patch.setattr(reproduction, "_COMPARISON", "none")
+        patch.setattr(reproduction, "paper_figures", empty_figures)
         patch.setattr("roughxr.report.report_page._pictures", lambda run, figures: [])
-        groups = reproduction.paper(folder, estimate=False)
-    return folder, groups
+        groups = reproduction.paper(folder)
+    return folder, groups, drawn
 
 
-def test_the_paper_alone_has_no_simulation_with_adhesion(paper_alone):
-    folder, groups = paper_alone
-    assert not [name for name in groups if name.rpartition("/")[2] in ("adhesive", "rigid", "rolling", "error_budget")]
+def test_each_figure_of_the_paper_is_drawn_once(paper_alone):
+    folder, _, drawn = paper_alone
+    assert sorted(drawn) == sorted(FIGURES) == _paper_names(folder)
+
+
+def test_the_paper_ends_with_the_paper(paper_alone):
+    """Nothing that the paper does not have but the simulation with adhesion, which its sums are compared with."""
+    assert [part.name for part in reproduction._parts(dict)][-2:] == ["paper", "adhesive"]
+    folder, groups, _ = paper_alone
+    beyond = ("rigid", "rolling", "detachment", "error_budget", "extrapolated", "curves")
+    assert not [name for name in groups if name.rpartition("/")[2] in beyond]
     assert "best estimate" not in (folder / "table.txt").read_text(encoding="utf-8").lower()
-    with pytest.raises(ValueError, match="found a run with other settings: parts"):
-        reproduction.paper(folder)
+    names = {path.name for path in folder.iterdir()}
+    assert {"paper.nc", "report.html", "table.txt", "places.csv"} <= names and "overview.png" not in names
 
 
 def test_printed_results_that_were_no_target_are_met(paper_alone):

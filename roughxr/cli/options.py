@@ -171,12 +171,9 @@ def _flag(to: Any, flags: str, help: str) -> argparse.Action:
 
 
 def _paper(commands: Any) -> None:
-    does = "repeat the paper's analysis on the synthetic glass sample: table and figures, then an estimate"
+    does = "repeat the paper on the synthetic glass sample: table, figures, comparison with a simulation"
     command = _command(commands, "paper", "running:paper", does)
     _add(command, ("-o --output", "FOLDER", _DEFAULT), default="paper-run")
-    help = "end after the paper's table and figures: no simulation with adhesion, best estimate, detachment and budget"
-    _flag(command, "--no-estimate", help)
-    _add_budget(command, 4)
     _flag(command, "-q --quiet", _QUIET)
 
 
@@ -222,7 +219,8 @@ def _run(commands: Any) -> None:
     options += _add(group, ("--mesh", "N", help), default="auto", type=_cells)
     help = "threads, processes, synchronous, or the address of a dask scheduler; default: threads"
     _add(command, ("--scheduler", "NAME", help))
-    options += _add_budget(command)
+    help = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
+    options += _add(command, ("--budget", "PLACES", help), type=int, default=8)
     _flag(command, "-q --quiet", _QUIET)
     config.add_options(command, options)
 
@@ -373,8 +371,3 @@ def _add_reading_options(command: Any) -> list[argparse.Action]:
         ("--height-units", "UNITS", "units of the heights if the file does not state them, such as nm"),
         ("--fill", "HOW", "fill missing pixels: linear, nearest, or one height in nm; default: leave them missing"),
     )
-
-
-def _add_budget(command: Any, default: int = 8) -> list[argparse.Action]:
-    help = f"number of places for each entry of the error budget; 0: no error budget; {_DEFAULT}"
-    return _add(command, ("--budget", "PLACES", help), type=int, default=default)

@@ -29,8 +29,7 @@ from .words import EXPECTED_ERRORS, error_text, numbers, print_error
 
 def paper(options: Namespace) -> None:
     """Repeat the paper's analysis."""
-    same = {"estimate": not options.no_estimate, "budget": options.budget, "command": options.line}
-    groups = reproduction.paper(options.output, **same)
+    groups = reproduction.paper(options.output, command=options.line)
     _print_answer(groups, options.output, pictures="figures")
 
 

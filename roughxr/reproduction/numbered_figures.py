@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -32,12 +32,20 @@ def counted_equally(run: Run) -> Run:
     return {name: ds.drop_vars("debris_share", errors="ignore") for name, ds in run.items()}
 
 
-def paper_figures(run: Run) -> Iterator[tuple[str, object]]:
-    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`."""
+def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tuple[str, object]]:
+    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`.
+
+    Parameters
+    ----------
+    run : mapping of str to Dataset
+    names : iterable of str, optional
+        Such as ``["figure-14"]``; by default all.
+    """
     from matplotlib import pyplot
 
     run = counted_equally(run)
-    for name, (title, draw) in _FIGURES.items():
+    for name in FIGURES if names is None else names:
+        title, draw = FIGURES[name]
         figure = np.ravel(styled(draw)(run))[0].figure
         lines = textwrap.wrap(f"Figure {int(name[-2:])}. {title}", 46)
         figure.set_figheight(figure.get_figheight() + 0.16 * len(lines))
@@ -241,7 +249,7 @@ def _pull_offs(run: Run):
 
 
 #: Title and drawing of each figure.
-_FIGURES: dict[str, tuple[str, Callable]] = {
+FIGURES: dict[str, tuple[str, Callable]] = {
     "figure-02": ("Contact radius of an asperity over its displacement", _asperity("delta", "a")),
     "figure-03": ("Contact radius of an asperity over its load", _asperity("P", "a")),
     "figure-04": ("Load on an asperity over its displacement", _asperity("delta", "P")),
@@ -258,3 +266,6 @@ _FIGURES: dict[str, tuple[str, Callable]] = {
     "figure-15": ("The place without debris that adheres most as published", _strongest_place),
     "figure-16": ("Pull-off forces by method (paper: 2.0 ± 1.37 µN)", _pull_offs),
 }
+
+#: Figures that show the simulation with adhesion, where a run contains it.
+SIMULATED_FIGURES = ("figure-16",)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from .. import figures, report
+from .. import report
 from ..asperity.catalogue import asperities
 from ..asperity.superposition import superpose
 from ..bodies.pair import assign_pair, elastic
@@ -28,13 +28,20 @@ from ..statistics import debris
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.text import without_warnings
-from ..vocabulary.units import whole_number
-from .numbered_figures import counted_equally, paper_figures, smooth_sphere, strongest_place, surpassing_delta
+from .numbered_figures import (
+    FIGURES,
+    SIMULATED_FIGURES,
+    counted_equally,
+    paper_figures,
+    smooth_sphere,
+    strongest_place,
+    surpassing_delta,
+)
 from .printed import CONTACT, PAIR, SCAN, TWIN
 
 Run = Mapping[str, xr.Dataset]
 
-#: The paper's plan: 8 × 8 places, its two displacements among those solved, its own sums first.
+#: The paper's plan: 8 × 8 places, its two displacements among those solved, its own sums first, no error budget.
 PLAN = Plan(
     subregions=(8, 8),
     direct_deltas=np.array([1, 2, 3, 4, 5.08, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15.4, 17, 18.5, 20]),
@@ -42,12 +49,14 @@ PLAN = Plan(
     contact_delta=17.0,
     superposed=("published", "self_similar", "energy"),
     mesh=Mesh(step=0.4),
+    budget=0,
 )
 
 _MICRO = 1e-3  # µN per nN
 
-#: Stages of a run whose results the paper shows; all others are of the twin.
+#: Stages of a run: those whose results the paper shows, and the simulation that its sums are compared with.
 _PAPER_PARTS = ("asperities", "direct", "superposition")
+_COMPARISON = "adhesive"
 
 #: The paper's formulas and those corrected, at the paper's patch and at the default one.
 _FORMULATIONS = {"published": "published", "self_similar": "with λ for λ², and the sphere's curvature"}
@@ -64,26 +73,18 @@ _SMOOTH_DELTAS = (10.0, 20.0)
 _LINE_WIDTH = 0.02
 
 
-def paper(
-    output: str | Path,
-    *,
-    estimate: bool = True,
-    budget: int = 4,
-    command: str = "roughxr paper",
-) -> dict[str, xr.Dataset]:
-    """Repeat the paper on the glass twin, and return the groups of the archive.
+def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr.Dataset]:
+    """Repeat the paper on the glass twin, compare it with the simulation with adhesion, and return the archive's groups.
 
-    The paper's tables are printed, and its figures written, before the estimate of the twin begins.
+    The paper's tables are printed, and its figures written, before the simulation with adhesion begins. This completes
+    the table by pull-off forces, and adds the figures that show them.
 
     Parameters
     ----------
     output : path
-        A folder: ``paper.nc``, ``overview.png``, ``figure-02.png`` … ``figure-16.png``, ``table.txt``,
-        ``table-scan.csv`` and ``table-contact.csv``.
-    estimate : bool
-        Whether to go on with what the paper does not contain: the simulation with adhesion, the best estimate with
-        finer roughness, rigid bodies, detachment and the error budget.
-    budget, command
+        A folder: ``paper.nc``, ``figure-02.png`` … ``figure-16.png``, ``table.txt``, ``table-scan.csv``,
+        ``table-contact.csv``, ``places.csv`` and ``report.html``.
+    command : str
         As for `run`.
 
     Notes
@@ -92,30 +93,33 @@ def paper(
     """
     glass = assign_pair(open_sample("glass"), **PAIR, hardness=MATERIALS["glass"].hardness)
     folder = Path(output)
-    printed: set[str] = set()
+    printed: dict[str, pd.DataFrame] = {}
+    drawn: set[str] = set()
 
     def answer_first(task: Task) -> dict[str, xr.Dataset]:
         made = paper_tables(task.groups)
         text = run_folder.tables_text(made, [TWIN])
+        names = [name for name in FIGURES if name not in SIMULATED_FIGURES]
         run_folder.write_tables(made, text, folder)
-        run_folder.write_figures(task.groups, paper_figures, folder)
+        run_folder.write_figures(task.groups, lambda run: paper_figures(run, names), folder)
         print(text)
         printed.update(made)
+        drawn.update(names)
         return {}
 
     groups = execute(
         specimen_of(elastic(glass)),
-        PLAN._replace(budget=whole_number(budget, "budget", least=0)),
+        PLAN,
         folder / "paper.nc",
         folder,
         command=command,
-        parts=_parts(answer_first if estimate else None),
+        parts=_parts(answer_first),
         tables=_tables,
         as_text=_as_text,
-        draw_figures=_draw_figures,
+        draw_figures=lambda run: paper_figures(run, [name for name in FIGURES if name not in drawn]),
     )
-    rest = {title: table for title, table in _tables(groups).items() if title not in printed}
-    print(_as_text(groups, rest).rstrip())
+    new = {title: table for title, table in _tables(groups).items() if not table.equals(printed.get(title))}
+    print(_as_text(groups, new).rstrip())
     return groups
 
 
@@ -123,14 +127,16 @@ def _as_text(run: Run, tables: Mapping[str, pd.DataFrame]) -> str:
     return run_folder.tables_text(tables, [TWIN, *run_folder.notes(run)])
 
 
-def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]] | None) -> list[Part]:
-    """Return the stages of the paper, then, with a function that prints its answer, those of the twin's estimate."""
+def _parts(answer_first: Callable[[Task], dict[str, xr.Dataset]]) -> list[Part]:
+    """Return the stages of the paper, one that gives its answer, and the simulation that it is compared with."""
     paper = [part for part in analysis.PARTS if part.name in _PAPER_PARTS]
-    paper.append(Part("corrections", "the paper's sums, corrected", lambda task: True, 2.0, 0.0, corrections))
-    if answer_first is None:
-        return paper
-    answer = Part("paper", "the paper's table and figures", lambda task: True, 8.0, 0.0, answer_first)
-    return [*paper, answer, *(part for part in analysis.PARTS if part.name not in _PAPER_PARTS)]
+    comparison = [part for part in analysis.PARTS if part.name == _COMPARISON]
+    return [
+        *paper,
+        Part("corrections", "the paper's sums, corrected", lambda task: True, 2.0, 0.0, corrections),
+        Part("paper", "the paper's table and figures", lambda task: True, 8.0, 0.0, answer_first),
+        *comparison,
+    ]
 
 
 def corrections(task: Task) -> dict[str, xr.Dataset]:
@@ -152,11 +158,6 @@ def corrections(task: Task) -> dict[str, xr.Dataset]:
         "statistics/corrections": pull_off,
         "solutions/hertz_corrected": superpose(corrected, delta=task.plan.sweep, law=HERTZ, **task.options),
     }
-
-
-def _draw_figures(run: Run) -> Iterator[tuple[str, object]]:
-    yield "overview", figures.overview(run)
-    yield from paper_figures(run)
 
 
 def paper_tables(run: Run) -> dict[str, pd.DataFrame]:

@@ -3,8 +3,8 @@
     python tests/benchmarks/commands.py [help] [import] [place] [paper] [--cold]
     python tests/benchmarks/commands.py --scans PATH [PATH ...] [--pairs glass polystyrene] [--limit SECONDS]
 
-Each command runs in a process of its own. ``place`` is ``paper`` at one place in place of 64 and without the error
-budget, which compiles the same kernels. Kernels come from Numba's cache as it is, so that a first run fills it; with
+Each command runs in a process of its own. ``place`` is ``paper`` at one place in place of 64, which
+compiles the same kernels. Kernels come from Numba's cache as it is, so that a first run fills it; with
 ``--cold`` each command runs with an empty cache, and then with what this holds.
 
 ``--scans`` runs ``roughxr run SCAN`` with defaults on files, or on all files of a folder, for each pair: a sphere of
@@ -34,7 +34,7 @@ _PLACE = """if True:
     import sys
     from roughxr.reproduction import run
     run.PLAN = run.PLAN._replace(subregions=(1, 1))
-    run.paper(sys.argv[1], budget=0)"""
+    run.paper(sys.argv[1])"""
 
 #: Arguments of Python, to which the folder of the output is added.
 COMMANDS = {
