@@ -74,7 +74,7 @@ _LINE_WIDTH = 0.02
 
 
 def paper(output: str | Path, *, command: str = "roughxr paper") -> dict[str, xr.Dataset]:
-    """Repeat the paper on the glass twin, compare it with the simulation with adhesion, and return the archive's groups.
+    """Repeat the paper on the glass twin, compare it with the simulation with adhesion, and return all groups.
 
     The paper's tables are printed, and its figures written, before the simulation with adhesion begins. This completes
     the table by pull-off forces, and adds the figures that show them.
