@@ -3,6 +3,7 @@
 import contextlib
 import html
 import io
+import json
 import os
 import re
 import subprocess
@@ -63,6 +64,92 @@ def test_a_file_of_options_holds_every_option_but_scheduler_and_output(tmp_path,
         with pytest.raises(SystemExit):
             main(["run", "a.nc", "--config", str(written)])
         assert reason in capsys.readouterr().err
+
+
+def options_of(text, tmp_path, *words):
+    """Return the parsed options of `run` with a file of options, and those that the file may set."""
+    file = tmp_path / "options.toml"
+    file.write_text(text, encoding="utf-8")
+    options = command_line().parse_args(["run", "--config", str(file), *words, "--", "scan.nc"])
+    return options, {option.dest: option for option in options.file_options}
+
+
+def test_no_value_of_a_file_of_options_becomes_another_option(tmp_path, capsys):
+    """Whatever option a stranger fills with words of a command line: they stay its value, or are refused."""
+    stranger = ["2", "--scheduler", "threads", "-o", "elsewhere", "--particle", "--", "other.nc"]
+    own, names = options_of("sphere_radius = 1", tmp_path, "-o", "mine")
+    assert own.scan == ["scan.nc"] and own.sphere_radius == "1" and len(names) > 20
+    untouched = {"scan", "output", "scheduler", "config"}
+    for name, option in names.items():
+        for value in (
+            stranger,
+            [stranger],
+            " ".join(stranger),
+            "--output=elsewhere",
+            "-o",
+            "--scheduler=x",
+            ["-oelse"],
+        ):
+            text = f"{name} = {json.dumps(value)}"
+            radius = "" if name in ("sphere_radius", "indenter") else "sphere_radius = 1\n"
+            try:
+                options, _ = options_of(radius + text, tmp_path, "-o", "mine")
+            except SystemExit as stop:
+                assert stop.code == 2 and f"options.toml: {name}: " in capsys.readouterr().err
+                continue
+            assert option.nargs == "+" or isinstance(value, str)
+            changed = {key for key in untouched | set(names) if getattr(options, key) != getattr(own, key)}
+            assert changed <= {name, "sphere_radius"} and not changed & untouched
+
+
+def test_a_file_of_options_sets_what_a_command_line_does(tmp_path):
+    """Every option by its own type, flags and lists among them; the command line replaces what a file sets."""
+    text = (
+        "sphere-radius = '3 um'\nyoung_modulus = [70, '169 GPa']\npoisson_ratio = 0.2\nsubregions = ['4x2']\n"
+        "delta = ['-1 nm', 2]\nmesh = 2\nbudget = 4\nparticle = true\nlevel = 'none'\npreload = 5\n"
+        "size = ['1 um', 1000]\n"
+    )
+    in_file, _ = options_of(text, tmp_path)
+    words = "run scan.nc --sphere-radius 3um --young-modulus 70 169GPa --poisson-ratio 0.2 --subregions 4x2"
+    words += " --mesh 2 --budget 4 --particle --level none --preload 5 --size 1um 1000"
+    assert in_file.young_modulus == ["70", "169 GPa"] and in_file.delta == [-1.0, 2.0] and in_file.particle is True
+    given = vars(command_line().parse_args(words.split()))
+    for name in ("subregions", "mesh", "budget", "particle", "level", "preload", "poisson_ratio"):
+        assert given[name] == getattr(in_file, name)
+    replaced, _ = options_of(text, tmp_path, "--mesh", "3", "--level=plane", "--sphere-r", "1")
+    assert (replaced.mesh, replaced.level, replaced.sphere_radius, replaced.budget) == (3, "plane", "1", 4)
+    assert options_of("particle = false\nsphere_radius = 1", tmp_path)[0].particle is False
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("sphere_radius = 2020-01-01", "expected text or a number, found datetime.date"),
+        ("sphere_radius = [1, 2]", "expected text or a number, found several values"),
+        ("sphere_radius = true", "found True"),
+        ("sphere_radius = {a = 1}", "found {'a': 1}"),
+        ("particle = 'yes'", "expected true or false"),
+        ("level = 'cubic'", "expected one of plane, quadratic, none"),
+        ("young_modulus = []", "expected at least one value"),
+        ("delta = ['3 kg']", "expected units that convert to 'nm'"),
+        ("budget = 1.5", "1.5"),
+        ("a = " + "[" * 100_000, "found: "),
+        ("#" * 2**21, "at most 1024 KiB"),
+    ],
+)
+def test_a_file_of_options_is_refused_by_the_name_of_the_option(line, reason, tmp_path, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        options_of(line, tmp_path)
+    error = capsys.readouterr().err
+    assert reason in error and "options.toml: " in error
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_is_no_file_of_options(tmp_path, capsys):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "a.nc", "--config", str(tmp_path / "pipe")])
+    assert "found a folder, pipe or device" in capsys.readouterr().err
 
 
 def test_a_file_named_like_an_option_is_no_option(tmp_path, monkeypatch, capsys):

@@ -268,3 +268,14 @@ def test_heights_in_metres_that_state_no_units_are_refused_where_the_pair_is_ass
     heights = xr.Dataset({"height": (("x", "y"), 1e-9 * np.random.default_rng(1).normal(0.0, 5.0, (64, 64)))}, axes)
     with pytest.raises(ValueError, match="height: expected units and heights over at least"):
         heights.contact.assign_pair(sphere_radius=500, materials="glass")
+
+
+@pytest.mark.parametrize("text", ["2020-01-01", "3 um + 2 um", "300 nm*1000", "2**3 um", "1/3 um", "3 um 2"])
+def test_arithmetic_is_no_quantity(text):
+    with pytest.raises(ValueError, match="a: expected a"):
+        units.magnitude(text, "nm", "a")
+
+
+@pytest.mark.parametrize(("text", "value"), [("3um", 3e3), (" -1.5e-3 mm", -1500), (".5 µm", 500), ("7", 7), ("2 Å", 0.2)])
+def test_a_quantity_is_a_number_and_its_units(text, value):
+    assert units.magnitude(text, "nm", "a") == pytest.approx(value, rel=1e-12)

@@ -86,7 +86,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Parse as argparse does, after a search for misspelt options of a command."""
-        args = _with_negative_values(config.with_file(args, self))
+        args = _with_negative_values(args)
         options = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", self.format_help()))
         for word in args or ():
             option = word.partition("=")[0]
@@ -103,7 +103,8 @@ class Parser(argparse.ArgumentParser):
                 self.error(f"unknown option {option}: {advice}")
             if option.startswith("--") and not any(name.startswith(option) for name in options):
                 self.error(f"unknown option {option}{did_you_mean(option, options)}")
-        parsed, surplus = super().parse_known_args(args, namespace)
+        in_file = config.namespace_of_file(args or (), self)
+        parsed, surplus = super().parse_known_args(args, in_file or namespace)
         if surplus:
             if surplus[0].startswith("-"):
                 self.error(f"unknown option {surplus[0]}")

@@ -30,8 +30,8 @@ _UDUNITS_POWER = re.compile(r"(?<![\d.][eE])(?<=[A-Za-zµμ])(?=[-+]?\d)")
 _UNIT_TEXT = re.compile(r"[\w\s.*/^()°ÅµμΩ%+-]+")
 
 
-#: The beginning of a quantity in words, its number: pint would read "um" as one micrometre.
-_NUMBER = re.compile(r"\s*[-+]?\.?\d")
+#: The beginning of a quantity in words, its number: pint would read "um" as one micrometre, and a date as a difference.
+_NUMBER = re.compile(r"\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 @lru_cache(maxsize=1)
@@ -114,12 +114,13 @@ def plain(value: Any, units: str, name: str) -> Any:
 
 
 def _quantity(text: str, units: str) -> Any:
-    """Return the quantity that a text states; raise for a decimal comma, or where it does not begin with a number."""
+    """Return the quantity that a text states; raise for a decimal comma, or for anything but a number and units."""
     if re.match(r"\s*[-+]?\d*,\d", text):
         raise Refusal("", "a decimal point", f"a comma in {text!r}")
-    if not _NUMBER.match(text):
+    number = _NUMBER.match(text)
+    if not number:
         raise Refusal("", f"a number with its units such as '3 {units}'", f"{text!r}")
-    return _registry().Quantity(text)
+    return _registry().Quantity(float(number[0]), _registry().parse_units(text[number.end() :]))
 
 
 def single(value: Any, units: str, name: str, words: str, fits: Callable[[float], bool]) -> float:
