@@ -5,6 +5,9 @@ import html.parser
 import re
 import shlex
 import warnings
+from pathlib import Path
+from urllib.parse import urljoin, urlsplit
+from urllib.request import url2pathname
 
 import numpy as np
 import pandas as pd
@@ -422,6 +425,20 @@ def test_report_and_index_are_whole_in_a_browser(written, run, width, tmp_path):
             assert all(browser.value("[...document.images].map(image => image.naturalWidth > 0)"))
         table = "document.querySelector('table')"  # of the index: at any width without scrolling in its box
         assert browser.value(f"{table}.scrollWidth <= {table}.parentElement.clientWidth")
+
+
+def test_links_of_the_index_lead_to_the_files_of_their_scans(run, tmp_path):
+    """Names with what an address would take for a scheme, a fragment, a query, a code or a host."""
+    stems = ["javascript:alert(1)", "a#1 50%25?b", "data:text,x", "..%2f", "\\\\host", "µ '\"<b>&amp;"]
+    names = [f"{stem}.nc" for stem in stems]
+    output = tmp_path / "http:#batch?"
+    several.write_summary({name: several._scan_result(run) for name in names}, {}, output)
+    links = re.findall(r'<a href="([^"]*)"', (output / "index.html").read_text(encoding="utf-8"))
+    page = (output / "index.html").as_uri()
+    leads_to = {Path(url2pathname(urlsplit(urljoin(page, html.unescape(link))).path)) for link in links}
+    files = {output / Path(name).stem / "report.html" for name in names}
+    assert leads_to == files | {output / "places.csv", output / f"{output.name}.xlsx"}
+    assert all(urlsplit(urljoin(page, link)).scheme == "file" for link in links)
 
 
 def test_the_legend_of_the_overview_has_the_unit_of_its_axis(run):

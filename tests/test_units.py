@@ -276,6 +276,8 @@ def test_arithmetic_is_no_quantity(text):
         units.magnitude(text, "nm", "a")
 
 
-@pytest.mark.parametrize(("text", "value"), [("3um", 3e3), (" -1.5e-3 mm", -1500), (".5 µm", 500), ("7", 7), ("2 Å", 0.2)])
+@pytest.mark.parametrize(
+    ("text", "value"), [("3um", 3e3), (" -1.5e-3 mm", -1500), (".5 µm", 500), ("7", 7), ("2 Å", 0.2)]
+)
 def test_a_quantity_is_a_number_and_its_units(text, value):
     assert units.magnitude(text, "nm", "a") == pytest.approx(value, rel=1e-12)

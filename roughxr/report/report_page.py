@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from datetime import date
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import numpy as np
 import pandas as pd
@@ -346,8 +347,14 @@ def render_template(template: str, **values: Any) -> str:
     options: dict[str, Any] = {"autoescape": True, "trim_blocks": True, "lstrip_blocks": True}
     options["finalize"] = lambda value: printable(value, keep="\n\t") if type(value) is str else value
     environment = jinja2.Environment(loader=jinja2.PackageLoader("roughxr.report", "web"), **options)
+    environment.filters["address"] = address
     made = {"version": __version__, "today": date.today().isoformat()}
     return environment.get_template(template).render(**made, **values)
+
+
+def address(path: str) -> str:
+    """Return the address of a file below a page's folder: its name is neither a scheme, a query nor a fragment."""
+    return "./" + quote(path, errors="surrogateescape")
 
 
 def write_page(text: str, path: Path, output: str | os.PathLike | None, name: str) -> Path:
