@@ -22,7 +22,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, Literal
 
-import dask.array as da
 import h5py
 import netCDF4
 import numpy as np
@@ -121,7 +120,8 @@ def add(groups: Mapping[str, xr.Dataset], path: Path, attrs: Mapping[str, Any], 
         for name, key in ((name, key) for name, keys in lazy.items() for key in keys):
             # one variable at a time: chunks that several variables share would otherwise all stay in memory
             single = groups[name][[key]]
-            single[key].data = da.map_blocks(_unless_interrupted, single[key].data, meta=single[key].data._meta)
+            field = single[key].data
+            single[key].data = field.map_blocks(_unless_interrupted, meta=field._meta)
             with uninterrupted():
                 single.to_netcdf(temporary, mode="a", group=name, encoding=_encoding(single), engine="netcdf4")
         with open_locked_raw(temporary, "a") as file:
@@ -369,8 +369,10 @@ class _StoredField:
         if positions != set(itertools.product(*starts)):
             raise ValueError(f"{self.group}/{self.name} lacks parts")
 
-    def lazy(self) -> da.Array:
+    def lazy(self) -> Any:
         """Return the variable as a dask array in chunks of whole subregions."""
+        import dask.array as da  # not at the top: few files have fields, and it takes longer than all else here
+
         plane = self.dtype.itemsize * int(np.prod(self.shape[1:]))
         meta = np.empty((0,) * self.ndim, self.dtype)
         chunks = (max(_CHUNK // max(plane, 1), 1), *self.shape[1:])

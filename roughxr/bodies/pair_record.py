@@ -6,18 +6,20 @@ Verbs read it at their door, `read_pair`, or take that of the specimen; no funct
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from ..kernels.halfspace.layered import Film, contact_at_pull_off
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import LENNARD_JONES
 from ..vocabulary.refusal import Refusal
 from .layer import film_of
 from .liquid import Menisci, menisci_of
 from .substances import CUT_OFF
+
+if TYPE_CHECKING:
+    from ..kernels.halfspace.layered import Film
 
 #: Range of adhesion, nm, where none is assigned: about the interatomic distance of dry solids.
 DEFAULT_RANGE = 0.3
@@ -76,6 +78,8 @@ class Pair(NamedTuple):
 
     def contact_at_pull_off(self, radius, work):
         """Return the radius (nm) of JKR's contact at pull-off, and the contact modulus (GPa) at that size."""
+        from ..kernels.halfspace.layered import contact_at_pull_off  # not at the top: it needs SciPy
+
         return contact_at_pull_off(radius, work, self.contact_modulus, self.layer)
 
     def tabor_parameters(self, radius) -> list:

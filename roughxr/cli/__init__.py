@@ -2,6 +2,7 @@
 
 options        the parser: each command with its options and help
 config         options in a file
+checks         what the words of a command line alone decide
 words          arguments as numbers, quantities or pairs; error messages
 running        `paper`, `run`, `report`, `explore`
 file_commands  `info`, `convert`
@@ -22,7 +23,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext, redirect_stdout
 
 from ..jobs.interrupts import delivered_interrupts, is_interrupt
-from ..jobs.progress import progress
+from ..jobs.progress import print_line, progress
 from .options import command_line
 from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error
 
@@ -52,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
             warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
+                importlib.import_module(".checks", __package__).check(options)
+                print_line("loading the package")
                 module, _, name = options.command.partition(":")
                 getattr(importlib.import_module(f".{module}", __package__), name)(options)
     except BrokenPipeError:

@@ -8,12 +8,11 @@ from typing import Any
 
 import xarray as xr
 
-from .. import archive, figures, scans
+from .. import archive, scans
 from ..scans import formats
 from ..scans.editing import on_square_pixels
 from ..vocabulary.numbers import number
 from ..vocabulary.refusal import Refusal
-from ..vocabulary.schema import one_of
 from . import words
 
 
@@ -55,15 +54,17 @@ def info(options: Namespace) -> None:
     if options.picture:
         from matplotlib.figure import Figure
 
+        from .. import figures
+
         axes = figures.scan_map(scans.level(scan), ax=Figure(figsize=(4, 3.4), layout="constrained").subplots())
         save_picture(axes.figure, options.picture)
 
 
 def convert(options: Namespace) -> None:
     """Write a scan in another format."""
-    suffix = one_of(Path(options.output).suffix, (".nc", ".gsf"), "--output")
     scan = on_square_pixels(read_scan(options.file, options))
-    (scans.to_netcdf if suffix == ".nc" else scans.to_file)(scan, options.output)
+    write = scans.to_netcdf if Path(options.output).suffix == ".nc" else scans.to_file
+    write(scan, options.output)
     print(f"written to {options.output}")
 
 
@@ -74,7 +75,6 @@ def print_attributes(ds: xr.Dataset) -> None:
 
 def save_picture(figure: Any, path: str) -> None:
     """Write a figure to a file, and print its path."""
-    one_of(Path(path).suffix, (".png", ".pdf", ".svg", ".jpg"), f"{path}'s ending")
     with archive.atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=150)
     print(f"drawn in {path}")

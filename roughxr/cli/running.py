@@ -4,27 +4,23 @@ from __future__ import annotations
 
 import webbrowser
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from .. import report, reproduction, scans
-from ..bodies.liquid import HumidAir
 from ..bodies.pair import assign_pair
-from ..bodies.substances import MATERIALS
 from ..jobs.spread import use_scheduler
 from ..runs import analysis, several
 from ..scans.editing import on_square_pixels
 from ..statistics.headline import headline
-from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import sentences_on_lines, without_warnings
+from .checks import both_counts, stated_pair
 from .config import repeating_command
 from .file_commands import read_scan
-from .options import AIR, BODIES, FLUIDS
-from .words import EXPECTED_ERRORS, error_text, numbers, print_error
+from .options import FLUIDS
+from .words import EXPECTED_ERRORS, error_text, print_error
 
 
 def paper(options: Namespace) -> None:
@@ -43,8 +39,6 @@ def run(options: Namespace) -> None:
 
 
 def _run_each(options: Namespace, output: Path) -> None:
-    if output.is_file():
-        raise Refusal("output", "a folder for several scans", f"a file, {output}")
     unread: dict[str, str] = {}
     for file in options.scan:  # before minutes are spent on the others
         try:
@@ -73,7 +67,7 @@ def _run_one(options: Namespace, file: str, output: str | Path) -> Mapping[str, 
         return analysis.run(
             scan,
             output,
-            subregions=_both(options.subregions),
+            subregions=both_counts(options.subregions),
             levelling=options.level,
             finer=read_scan(options.finer, options) if options.finer else None,
             flow=options.fluid or (options.medium if options.medium in FLUIDS else "air"),
@@ -89,52 +83,15 @@ def _print_answer(groups: Mapping[str, xr.Dataset], output: str, pictures: str =
         print(sentences_on_lines(answer))
 
 
-def _both(counts: Sequence[int]) -> tuple[int, int]:
-    """Return the places along x and y: one number stands for both."""
-    counts = np.hstack(counts).tolist()
-    if len(counts) > 2:
-        raise Refusal("--subregions", "places along x and y, or one number for both", len(counts))
-    return counts[0], counts[-1]
-
-
 def paired(scan: xr.Dataset, options: Namespace) -> xr.Dataset:
     """Return the scan with the pair of bodies of the options; raise where one without a default is missing."""
-    if not (options.materials or options.young_modulus or options.contact_modulus):
-        raise Refusal(
-            "",
-            "the bodies' elastic constants",
-            "none",
-            f"give --materials A/B (one or two of {', '.join(MATERIALS)}), or --young-modulus and --poisson-ratio, or "
-            "--contact-modulus",
-        )
-    pair = _stated(options, ["sphere_radius", *BODIES])
-    air = _stated(options, AIR)
+    pair = stated_pair(options)
     if options.indenter:
         pair["indenter"] = scans.open_scan(options.indenter)
-    if "humidity" in air:
-        pair["humidity"] = HumidAir(**air)
-    elif air:
-        flags = ", ".join("--" + name.replace("_", "-") for name in air)
-        advice = "give it, or leave these options out" + "; a solid film is a --layer" * ("film" in air)
-        raise Refusal("humidity", f"one with {flags}", "none", advice)
     scan = assign_pair(scan, **pair)
     if options.indenter:
         scan = scan.assign_attrs(indenter_file=Path(options.indenter).name)
-    if "work_of_adhesion" not in scan.coords:
-        raise Refusal(
-            "",
-            "the adhesion of the bodies",
-            "none",
-            "give --work-of-adhesion (or --surface-energy) in J/m²: clean dry solids have about 0.05 to 0.1 by van der "
-            "Waals forces alone, and more with water films or bonds",
-        )
     return scan
-
-
-def _stated(options: Namespace, names: Sequence[str]) -> dict[str, Any]:
-    """Return the options that are given, as numbers, quantities or pairs."""
-    stated = {name: getattr(options, name) for name in names}
-    return {name: numbers(value) for name, value in stated.items() if value is not None}
 
 
 def write_report(options: Namespace) -> None:

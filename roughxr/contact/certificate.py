@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..bodies.layer import Film, film_of
+from ..bodies.layer import film_of
 from ..bodies.pair_record import read_pair
 from ..jobs.records import FIELDS
 from ..kernels.adhesion.traction_laws import SmoothLaw
+from ..kernels.halfspace.layered import Film
 from ..kernels.halfspace.products import surface_displacement
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from ..bodies.layer import Film, need_computable
+from ..bodies.layer import need_computable
+from ..kernels.halfspace.layered import Film
 from ..kernels.halfspace.working_set import slack_of
 from ..kernels.topography.interpolation import band_limited, splined
 from ..scans import regions

@@ -32,11 +32,11 @@ from ..scans.levelling import METHODS
 from ..specimen import Specimen, specimen_of
 from ..studies.extrapolation import second_scan
 from ..vocabulary import schema
-from ..vocabulary.adhesion_laws import read_law
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
-from ..vocabulary.units import Places, Quantities, single, whole_number
+from ..vocabulary.units import Places, Quantities
 from .folder import notes, tables_text, write_figures, write_pages, write_tables
+from .options import check_output, read_adhesion
 from .parts import PARTS, SILENT, Part, Task
 from .plan import Plan, plan, usual_mesh
 
@@ -116,20 +116,17 @@ def run(
     ({'subregion': 2, 'delta': 2}, True)
     """
     output = Path(output)
-    if output.is_file() and output.suffix != ".nc":
-        raise Refusal("output", "a folder or a file ending in .nc", f"another file, {output}")
+    check_output(output)
+    adhesion = read_adhesion(preload, law, budget)
     if schema.one_of(levelling, (*METHODS, "none"), "levelling") != "none":
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
     specimen = specimen_of(scan)
     if finer is not None:
         second_scan(specimen.scan, finer)  # refused before minutes are spent
-    expected = "one force of at least 0 nN"
-    force = single(preload, "nN", "preload", expected, lambda force: force >= 0)
-    adhesion = {"preload": force, "law": read_law(law, "adhesive"), "mesh": read_mesh(mesh, usual_mesh(specimen))}
     if specimen.indenter.map is None:
         flow = read_body(specimen.bodies, None, flow).flow
-    adhesion |= {"budget": whole_number(budget, "budget", least=0), "finer": finer, "flow": flow}
+    adhesion |= {"mesh": read_mesh(mesh, usual_mesh(specimen)), "finer": finer, "flow": flow}
     if particle:
         print_line("resting positions of the particle")
         subregions = resting(specimen.scan, landings=subregions)

@@ -55,17 +55,20 @@ def _triangle(ratio: np.ndarray, excess: np.ndarray) -> float:
 
 def _autocorrelation(height: np.ndarray) -> np.ndarray:
     """Return the autocorrelation of heights at all lags of their parts, 1 at none, which is in the middle."""
-    from scipy.signal import fftconvolve
+    from scipy.fft import fftshift, irfft2, next_fast_len, rfft2
 
     # larger scans are averaged over parts
     shape = [min(size, 1024) for size in height.shape]
     starts = [_part_starts(size, part) for size, part in zip(height.shape, shape)]
-    total = np.zeros([2 * part - 1 for part in shape])
+    padded = [next_fast_len(2 * part - 1, real=True) for part in shape]
+    power: np.ndarray | float = 0.0
     centred = height - height.mean()
     for x in starts[0]:
         for y in starts[1]:
             part = centred[x : x + shape[0], y : y + shape[1]]
-            total += fftconvolve(part, part[::-1, ::-1], mode="full")
+            power = power + np.abs(rfft2(part, padded)) ** 2
+    lags = tuple(slice(size // 2 - part + 1, size // 2 + part) for size, part in zip(padded, shape))
+    total = fftshift(irfft2(power, padded))[lags]
     pairs = [part - np.abs(np.arange(1 - part, part)) for part in shape]
     mean = total / np.outer(*pairs)
     return mean / mean[shape[0] - 1, shape[1] - 1]
