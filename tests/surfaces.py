@@ -40,6 +40,11 @@ def scan(height, pixel=9.77, **attrs):
     return xr.Dataset({"height": (("x", "y"), height, {"units": "nm"})}, coords=axes, attrs=attrs)
 
 
+def as_measured(ds):
+    """Return a synthetic surface as a measured one, whose real surface is estimated."""
+    return ds.assign_attrs(synthetic="no")
+
+
 def rigid_pull_off(ds, wave, *, seed=0, law="exponential", subregions=(1, 1)):
     """Return the mean pull-off (nN) of rigid bodies on a scan, its roughness cut off or added down to ``wave`` (nm)."""
     pixel = float(ds.x[1] - ds.x[0])

@@ -14,6 +14,7 @@ from roughxr.studies.uncertainty_budget import budget_of, error_budget
 from roughxr.vocabulary import numbers
 from roughxr.vocabulary.error_sources import CHANGED, ERROR_SOURCES, KNOWN_RANGE, THIN, UNKNOWN_RANGE
 
+from .surfaces import as_measured
 from .verb_calls import unlabelled
 
 # Surfaces and meshes of these tests are coarse, which warns.
@@ -239,7 +240,8 @@ def test_bars_stand_for_entries_and_words_for_what_is_missing(budget, scales):
 
 
 def test_the_page_says_for_which_surface_and_on_how_many_pixels(rough, solved, budget, scales):
-    run = {"scan": rough, "solutions/adhesive": solved, "statistics/adhesive": roughxr.pull_off(solved)}
+    pull_off = as_measured(roughxr.pull_off(solved))
+    run = {"scan": as_measured(rough), "solutions/adhesive": solved, "statistics/adhesive": pull_off}
     run |= {"statistics/error_budget": budget, "statistics/scale_dependence": scales}
     headline = report.headline(run)
     assert "does not resolve roughness finer than" in headline and "with all known errors" in headline
@@ -267,7 +269,7 @@ def test_budget_and_best_estimate_take_the_same_deviations(stated_range):
     ds = roughxr.assign_pair(flat, **stated)
     options = {"subregions": (3, 3), "places": 1, **QUICK}
     budget = error_budget(ds, **options)
-    estimate = roughxr.extrapolated(ds, **options)
+    estimate = roughxr.extrapolated(as_measured(ds), **options)
     names = [name for name in budget.entry.values if name in CHANGES and budget.relative_std.sel(entry=name) >= 0]
     assert {"range of adhesion", "hardness", "work of adhesion", "sphere radius"} <= set(names)
     for name in names:

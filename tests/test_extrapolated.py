@@ -14,7 +14,7 @@ from roughxr.studies.assumptions import CHANGES, noise_limit, range_deviation
 from roughxr.studies.extrapolation import real_pull_off, without_estimate
 from roughxr.vocabulary.error_sources import UNSEEN
 
-from .surfaces import rigid_pull_off
+from .surfaces import as_measured, rigid_pull_off
 
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = [
@@ -40,7 +40,7 @@ def on_cells_of_2_nm(surface, **options):
 @pytest.fixture(scope="module")
 def true_surface():
     made = synthetic.self_affine((320, 320), 2, rms=1.5, hurst=0.8, rolloff=150, cutoff=6, seed=4)
-    return roughxr.level(made)
+    return roughxr.level(as_measured(made))
 
 
 @pytest.fixture(scope="module")

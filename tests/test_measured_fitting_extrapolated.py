@@ -8,6 +8,8 @@ import roughxr
 from roughxr.scans.synthetic import self_affine
 from roughxr.vocabulary.error_sources import UNSEEN
 
+from .surfaces import as_measured
+
 # Surfaces and meshes of these tests are coarse, which warns.
 pytestmark = pytest.mark.filterwarnings("ignore::roughxr.contact.mesh.UnresolvedContact")
 
@@ -64,7 +66,8 @@ def test_a_fit_with_what_the_scan_does_not_show():
 
 
 def test_what_extrapolated_finds_is_taken_as_it_is():
-    scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    glass = as_measured(roughxr.open_sample("glass"))
+    scan = glass.contact.assign_pair(sphere_radius=300, materials="glass")
     options = {"subregions": (2, 2), "law": "exponential", "mesh": 1}
     pulls = scan.contact.adhesive(**options)
     below = scan.contact.extrapolated(subregions=(3, 3), mesh=1, places=1)

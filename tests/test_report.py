@@ -1,7 +1,9 @@
 """The report: one page that tells all, opens without a network, and looks whole in a browser, narrow and wide."""
 
+import contextlib
 import html
 import html.parser
+import io
 import re
 import shlex
 import warnings
@@ -27,7 +29,7 @@ from roughxr.vocabulary import numbers, schema
 from roughxr.vocabulary.error_sources import UNSEEN
 
 from .browser import BROWSER, NO_BROWSER, Browser
-from .surfaces import bare_runs
+from .surfaces import as_measured, bare_runs
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +37,7 @@ def run():
     surface = roughxr.scans.synthetic.self_affine((96, 96), 10, rms=1, hurst=0.8, rolloff=150, seed=4)
     bump = 14 * np.exp(-((surface.x - 160) ** 2 + (surface.y - 480) ** 2) / (2 * 25**2))
     surface = surface.assign(height=(surface.height + bump).assign_attrs(surface.height.attrs))
-    scan = roughxr.assign_pair(surface, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
+    scan = roughxr.assign_pair(as_measured(surface), sphere_radius=500, contact_modulus=40, work_of_adhesion=0.5)
     specimen = specimen_of(scan)
     plan = analysis.plan(specimen, subregions=(3, 3), delta=[4, 8, 12, 16], mesh=roughxr.Mesh(1, step=0.4), budget=1)
     with warnings.catch_warnings():
@@ -78,10 +80,7 @@ def test_page_states_what_was_analysed_and_computed(written, run):
     for statement in ("96 × 96 pixels", "500 nm", "40 GPa", "0.5 J/m²", "9 contact centres", "How to cite", "Cheng"):
         assert statement in text
     assert html.escape(report.headline(run)) in " ".join(text.split())
-    assert (
-        "synthetic: generated from a random seed" in text
-        and "1 of 9 places are on debris, which the sphere touches first on" in text
-    )
+    assert "1 of 9 places are on debris, which the sphere touches first on" in text
 
 
 def area_of_places(pull):
@@ -511,3 +510,67 @@ def test_a_step_is_advised_where_it_narrows_the_interval(narrowed, ends):
     step = _next_step(summary, value)
     assert (narrowed == 59.0) == (step == "")
     assert ends in step and "wider than" not in step
+
+
+@pytest.fixture(scope="module")
+def synthetic_run(tmp_path_factory):
+    """Return scan, archive and printed text of a run of a synthetic surface, coarse and of few places."""
+    made = roughxr.scans.synthetic.self_affine((64, 64), 40, rms=4, hurst=0.8, rolloff=300, cutoff=160, seed=2)
+    scan = roughxr.assign_pair(made, sphere_radius=500, contact_modulus=40, work_of_adhesion=0.1)
+    output = tmp_path_factory.mktemp("synthetic") / "run.nc"
+    options = {"subregions": (3, 2), "budget": 1, "law": "jkr", "mesh": 1}
+    with bare_runs("none"), warnings.catch_warnings(), contextlib.redirect_stdout(io.StringIO()) as printed:
+        warnings.simplefilter("ignore")
+        roughxr.run(scan, output, **options)
+    return scan, output, printed.getvalue()
+
+
+def test_a_synthetic_surface_has_no_real_one_at_any_door(synthetic_run, tmp_path):
+    """It is neither estimated, nor is a scan of it advised, by what a run prints, its pages, its sheet and answers."""
+    scan, output, printed = synthetic_run
+    assert "solutions/extrapolated" not in archive.load(output)
+    result = several._scan_result(archive.load(output))
+    several.write_summary({"made": result}, {}, tmp_path)
+    texts = {
+        "printed": printed,
+        "report": report.write_report(output, tmp_path / "report.html").read_text(encoding="utf-8"),
+        "explorer": report.write_explorer(output, tmp_path / "explore.html").read_text(encoding="utf-8"),
+        "headline of the sheet": several.headline(result.summary),
+        "answer": roughxr.answer(archive.load(output)["solutions/adhesive"]).sentence,
+        "answer of a sum": roughxr.answer(roughxr.superpose(scan, subregions=(2, 2))).sentence,
+    }
+    for name, text in texts.items():
+        words = " ".join(text.split()).lower()
+        assert "synthetic" in words, name
+        for phrase in ("real surface", "best estimate", "second scan", "larger scan", "larger area", "finer scan"):
+            assert phrase not in words, (name, phrase)
+    assert "The scan is synthetic: generated from a random seed, not measured." in result.cautions
+    assert list(several._cells(result)[:2]) == ["–", "–"]
+
+
+def test_an_estimate_of_a_synthetic_surface_is_refused_in_words(synthetic_run, tmp_path):
+    scan, _, _ = synthetic_run
+    finer = roughxr.scans.resample(scan, size=15)
+    words = "expected a measured scan, found a synthetic one, which has no real surface"
+    with pytest.raises(ValueError, match=words):
+        roughxr.extrapolated(scan)
+    with pytest.raises(ValueError, match=words):
+        roughxr.extrapolated(as_measured(scan), finer=finer)
+    for measured in (scan, as_measured(scan)):
+        with pytest.raises(ValueError, match=words):
+            roughxr.run(measured, tmp_path / "run.nc", finer=finer)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_scan_stays_synthetic_through_what_prepares_it(tmp_path):
+    glass = roughxr.open_scan(roughxr.scans.to_netcdf(roughxr.open_sample("glass"), tmp_path / "scan.nc"))
+    part = roughxr.scans.crop(glass, x=(0, 600), y=(0, 600))
+    for prepared in (
+        roughxr.level(part),
+        roughxr.fill(part),
+        roughxr.scans.resample(part, size=20),
+        roughxr.scans.smooth(part, shortest=60),
+        roughxr.scans.dilate(part, tip_radius=10),
+        roughxr.reconstruct(part, roughxr.asperities(part)),
+    ):
+        assert schema.is_synthetic(prepared), schema.history(prepared)[-1]

@@ -51,7 +51,7 @@ def superposition_notes(run: Run) -> list[str]:
 
 def _scan_doubts(run: Run) -> Iterator[str]:
     """Yield doubts about the scan, and the number of places with debris."""
-    if "scan" in run and run["scan"].attrs.get("synthetic") == "yes":
+    if "scan" in run and schema.is_synthetic(run["scan"]):
         yield "The scan is synthetic: generated from a random seed, not measured."
     for doubt in doubts(run["scan"]) if "scan" in run else ():
         yield f"About the scan: {doubt}."
@@ -174,7 +174,7 @@ def _resolution(run: Run) -> Iterator[str]:
                 f"At pull-off the smallest relevant contact has a radius of {number(pixels, digits=2)} pixels (median "
                 "place): the pull-off depends on the surface within a pixel, which the scan does not show."
             )
-    if BUDGET not in run or "asperities" not in run:
+    if BUDGET not in run or "asperities" not in run or schema.is_synthetic(run["scan"]):
         return
     sharp = float(tip_flags(run["asperities"], tip_radius=TIP_RADIUS)["sharper_than_tip"].mean())
     tip_error = run[BUDGET]["relative_std"].sel(entry="tip radius")  # unknown for a scan that no such tip has made

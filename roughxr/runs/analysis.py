@@ -30,7 +30,7 @@ from ..particles.loads import Flow
 from ..scans import level
 from ..scans.levelling import METHODS
 from ..specimen import Specimen, specimen_of
-from ..studies.extrapolation import second_scan
+from ..studies.extrapolation import refuse_synthetic, second_scan
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
@@ -122,8 +122,9 @@ def run(
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
     specimen = specimen_of(scan)
-    if finer is not None:
-        second_scan(specimen.scan, finer)  # refused before minutes are spent
+    if finer is not None:  # refused before minutes are spent
+        refuse_synthetic(scan, finer)
+        second_scan(specimen.scan, finer)
     if specimen.indenter.map is None:
         flow = read_body(specimen.bodies, None, flow).flow
     adhesion |= {"mesh": read_mesh(mesh, usual_mesh(specimen)), "finer": finer, "flow": flow}

@@ -92,6 +92,11 @@ class Task(NamedTuple):
         return self.specimen.pair.work > 0
 
     @property
+    def is_real(self) -> bool:
+        """Whether a body adheres to a measured surface, of which the scan shows a part of the roughness."""
+        return self.adheres and not schema.is_synthetic(self.specimen.scan)
+
+    @property
     def has_sphere(self) -> bool:
         """Whether the indenter is a sphere, which can roll."""
         return self.specimen.indenter.map is None
@@ -316,7 +321,7 @@ PARTS = (
     Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
     Part("curves", "force over displacement", lambda task: task.adheres, 5.0, 0.0, _curves_around_pull_off),
     Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
-    Part("extrapolated", "roughness below the pixel", lambda task: task.adheres, 1.0, 0.0, _extrapolated_pull_off),
+    Part("extrapolated", "roughness below the pixel", lambda task: task.is_real, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
     Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
     Part("superposition", "superposed asperities", lambda task: task.is_summed, 3.0, 0.0, _superposed_asperities),

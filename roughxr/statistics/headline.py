@@ -266,7 +266,11 @@ def _scanned_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]
         cells = f"overestimated by about {percent(error)} due to the size of cells"
         errors = f"; {cells}" if "rigid" in summary.attrs else f"; ± {percent(error)} numerical error"
     mean = _mean_words(summary, value, "95 % interval").removesuffix(")")
-    surface_words = "as measured" if "measured" in summary.attrs else "for the surface as scanned"
+    surface_words = "for the surface as scanned"
+    if "measured" in summary.attrs:
+        surface_words = "as measured"
+    elif schema.is_synthetic(summary):
+        surface_words = "for the synthetic surface"
     sentences = [f"Mean pull-off {mean}{errors}) {surface_words}{_air(summary)}.", _limit_words(summary, value)]
     sentences.append(str(summary.attrs.get("not_extrapolated", "")))
     if source := summary.attrs.get("largest_source"):
@@ -352,7 +356,9 @@ def _places_in_words(summary: xr.Dataset) -> str:
 
 
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:
-    """Return one sentence on the next step; empty if the errors suggest none."""
+    """Return one sentence on the next step; empty if the errors suggest none, or nothing can be measured again."""
+    if schema.is_synthetic(summary):
+        return ""
     if advice := summary.attrs.get("advice", ""):
         return f"Next: {advice}."
     low, high, independent = (value[name] for name in ("low", "high", "independent_places"))

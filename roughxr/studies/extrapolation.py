@@ -135,8 +135,8 @@ def extrapolated(
     Raises
     ------
     ValueError
-        Where the places are too few for an interval, or are resting positions without a second scan; where the scan
-        is flat; where ``finer`` is not finer, too small, or not of the same surface.
+        Where the scan is synthetic, or flat; where the places are too few for an interval, or are resting positions
+        without a second scan; where ``finer`` is not finer, too small, or not of the same surface.
 
     Notes
     -----
@@ -157,7 +157,7 @@ def extrapolated(
     --------
     >>> import numpy as np
     >>> import roughxr
-    >>> scan = roughxr.open_sample("glass").contact.assign_pair(sphere_radius=300, materials="glass")
+    >>> scan = roughxr.open_sample("rough").contact.assign_pair(sphere_radius=300, materials="glass")
     >>> real = scan.contact.extrapolated(subregions=(3, 3), mesh=2, places=1)
     >>> bool(real.pull_off_low < real.pull_off_mean < real.pull_off_high)
     True
@@ -165,6 +165,7 @@ def extrapolated(
     True
     """
     scan = need_sphere(ds).scan
+    refuse_synthetic(scan, finer)
     count = whole_number(places, "places", least=1)
     centres = regions.centres(scan, subregions)
     _refuse_resting(centres, finer)
@@ -193,6 +194,7 @@ def real_pull_off(
     Without a budget, the interval contains the errors of places, mesh and unseen roughness alone.
     """
     schema.need_assigned(ds, "sphere_radius")
+    refuse_synthetic(ds, finer)
     _refuse_resting(solved, finer)
     if not float(ds["height"].std()) > 0:
         raise Refusal("height", "roughness", "a flat scan", "adhesive gives its pull-off")
@@ -284,6 +286,14 @@ def without_estimate(ds: xr.Dataset, reason: str) -> xr.Dataset:
     out = xr.Dataset(dict.fromkeys(("pull_off_mean", "pull_off_low", "pull_off_high"), np.nan))
     sentence = f"The effect of finer roughness is not included: {reason}."
     return schema.label(out.assign_coords(schema.pair_coordinates(ds)).assign_attrs(known=sentence, assumed=""))
+
+
+def refuse_synthetic(*scans: xr.Dataset | None) -> None:
+    """Raise if a scan is synthetic."""
+    if any(scan is not None and schema.is_synthetic(scan) for scan in scans):
+        raise Refusal(
+            "", "a measured scan", "a synthetic one, which has no real surface", "adhesive gives its pull-off"
+        )
 
 
 def _refuse_resting(places: xr.Dataset, finer: xr.Dataset | None) -> None:

@@ -22,8 +22,8 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     """Return a Dataset with one more step in its history: operation, arguments and roughxr's version.
 
     The attribute ``history`` has the form of the CF conventions, a line for each step; it continues that of ``source``,
-    by default of ``ds``, whose ``title`` is kept, too. Arguments that are None are left out, arrays of more than 64
-    values shortened. Displacements state their datum.
+    by default of ``ds``, whose ``title`` is kept, too, and that it is ``synthetic``. Arguments that are None are left
+    out, arrays of more than 64 values shortened. Displacements state their datum.
 
     Examples
     --------
@@ -37,8 +37,8 @@ def record(ds: xr.Dataset, operation: str, source: xr.Dataset | None = None, /, 
     stated = flat({key: as_json(value) for key, value in arguments.items()})
     call = ", ".join(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in stated.items())
     line = f"roughxr {__version__}: {operation}({call})"
-    title = {"title": attrs["title"]} if "title" in attrs else {}
-    out = ds.copy(deep=False).assign_attrs({**title, **ds.attrs, "history": f"{before}\n{line}" if before else line})
+    kept = {name: attrs[name] for name in ("title", "synthetic") if name in attrs}
+    out = ds.copy(deep=False).assign_attrs({**kept, **ds.attrs, "history": f"{before}\n{line}" if before else line})
     for name in out.variables if "datum" in out.attrs else ():
         if str(name).endswith("delta"):
             out[name].attrs["datum"] = out.attrs["datum"]

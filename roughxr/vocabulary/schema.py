@@ -287,6 +287,11 @@ def is_coated(ds: xr.Dataset) -> bool:
     return "layer_thickness" in ds.coords
 
 
+def is_synthetic(ds: xr.Dataset) -> bool:
+    """Return whether a scan, or the scan of a result, was generated and not measured: it has no real surface."""
+    return ds.attrs.get("synthetic") == "yes"
+
+
 def is_humid(ds: xr.Dataset) -> bool:
     """Return whether the pair of bodies carries condensed liquid, of menisci thicker than a molecule."""
     return "kelvin_radius" in ds.coords and bool(2 * ds["kelvin_radius"].max() > ds["liquid_molecule"])
