@@ -96,6 +96,7 @@ _GROUPS: dict[str, dict[Callable, str]] = {
         direct: "scan",
         statistics.pull_off: "force pull_off",
         statistics.pdf: "samples",
+        statistics.cdf: "samples",
         figures.plot: "any",
         exports.to_table: "any",
     },

@@ -213,6 +213,58 @@ def test_figure_16_has_a_panel_for_each_method(papers, run):
         np.testing.assert_array_equal(drawn, np.sort(run[f"statistics/{key}"].pull_off_force))
 
 
+def test_the_ratio_by_place_is_drawn_with_the_places_where_contacts_overlap(run):
+    """Each place once, as a ring if any of its contacts overlaps at pull-off; only after a simulation."""
+    overlapping = run["solutions/energy"]["contacts_overlapping"].copy()
+    overlapping[:] = 0
+    overlapping[{"subregion": slice(2, 5)}] = 1
+    simulated = run["statistics/energy"].assign(pull_off_force=run["statistics/energy"].pull_off_force / 2)
+    groups = dict(run)
+    groups["solutions/energy"] = run["solutions/energy"].assign(contacts_overlapping=overlapping)
+    groups["statistics/adhesive"] = simulated
+    (drawn,) = dict(paper_figures(groups, ["superposition-by-place"])).values()
+    _, lower = drawn.axes
+    alone, rings = (line_of(lower, label) for label in ("no contacts overlap", "contacts overlap"))
+    assert len(rings.get_xdata()) == 3 and len(alone.get_xdata()) == 6
+    np.testing.assert_allclose(np.r_[alone.get_ydata(), rings.get_ydata()], 2)
+    np.testing.assert_allclose(rings.get_xdata(), simulated.pull_off_force[2:5])
+    assert lower.get_xlabel().endswith("N]")
+
+
+def test_a_ratio_that_begins_late_is_explained(papers, run):
+    """Figure 14 has no ratio where no place without debris is in contact."""
+    clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
+    mean = run["solutions/direct"].force.isel(subregion=clean).mean("subregion")
+    words = " ".join(text.get_text() for text in papers["figure-14"].axes[1].texts)
+    last = mean.delta.where(mean == 0).max()
+    assert ("no ratio" in words) == bool(last.notnull())
+
+
+def places_of_force(low, high, tension):
+    """Return a solution at 20 places whose force at the last displacement lies between two values, nN."""
+    last = np.linspace(low, high, 20)
+    force = np.stack([np.full(20, -tension), 0.1 * last, last], axis=1)
+    ds = xr.Dataset(
+        {"force": (("subregion", "delta"), force)}, {"delta": [-1.0, 5.0, 20.0], "subregion": np.arange(20)}
+    )
+    pulls = {"pull_off_force": ("subregion", np.full(20, tension)), "pull_off_delta": ("subregion", np.full(20, -1.0))}
+    return schema.label(ds.assign(pulls))
+
+
+def test_a_sweep_has_the_unit_of_its_pull_off_where_forces_are_far_larger():
+    ax = figures.sweep(places_of_force(1e6, 2e6, tension=2e3), ax=Figure().subplots())
+    assert ax.get_yscale() == "symlog" and ax.get_ylabel() == "contact force [µN]"
+    ax = figures.sweep(places_of_force(2e3, 4e3, tension=2e3), ax=Figure().subplots())
+    assert ax.get_yscale() == "linear"
+
+
+@pytest.mark.parametrize(("high", "is_visible"), [(1.001e6, False), (3e6, True)])
+def test_a_legend_names_an_interval_only_if_it_is_to_be_seen(high, is_visible):
+    ax = figures.mean_force({"a": places_of_force(1e6, high, tension=0.0)}, ax=Figure().subplots())
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert ("95 % interval of the mean" in labels) == is_visible
+
+
 def test_debris_is_the_tile_with_the_particle(run):
     flags = debris(run["asperities"], run["solutions/direct"])
     assert flags.values.tolist() == [False] * 4 + [True] + [False] * 4

@@ -226,8 +226,11 @@ def test_asperities_stay_elastic_with_a_warning(surface):
     np.testing.assert_array_equal(hard.force, superpose(surface, **options).force)
 
 
-def test_what_is_expected_is_said(surface):
-    assert f"{expectation.LOW:g} … {expectation.HIGH:g}" in superpose(surface, delta=[2.0, 8.0]).attrs["expectation"]
+def test_what_is_expected_is_said_of_means_and_of_single_places(surface):
+    for ds in (superpose(surface, delta=[2.0, 8.0]), pull_off_map(surface, subregions=(2, 2))):
+        sentence = ds.attrs["expectation"]
+        assert f"{expectation.LOW:g} … {expectation.HIGH:g} in 19 of 20 means over four places" in sentence
+        assert "9 of 10 single places" in sentence
 
 
 @pytest.mark.parametrize(

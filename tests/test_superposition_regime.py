@@ -43,6 +43,18 @@ def test_most_surfaces_lie_within_the_rule(rows, group):
     assert ratio.min() > 0.3 and ratio.max() < 2.0
 
 
+def test_nine_of_ten_single_places_lie_within_the_rule_on_surfaces_drawn_after_it(regime, monkeypatch):
+    """To two standard deviations of the share of 160 places."""
+    table = pd.read_csv(regime.PLACES)
+    fresh = table[table.group == "fresh"]
+    assert len(fresh) == 160 and not set(fresh.seed) & set(regime.SEEDS)
+    monkeypatch.setattr(regime.pd, "read_csv", lambda path: fresh)
+    rows = regime.places_with_sums()
+    ratio = rows.superposed / rows.direct
+    assert ratio.between(expectation.LOW, expectation.HIGH).mean() > 0.9 - 2 * np.sqrt(0.9 * 0.1 / 160)
+    assert ratio.median() == pytest.approx(expectation.RATIO, rel=0.25)
+
+
 def test_patches_of_waves_are_no_rule_at_all(rows):
     wide = rows[rows.cutoff <= 20]  # 56 nm on waves of 17 to 20
     ratio = wide.superposed_7 / wide.direct
@@ -56,3 +68,5 @@ def test_a_row_can_be_measured_again(regime):
     row = table[(table.work == 0.2) & (table.cutoff == 20) & (table.rms == 2.0) & (table.radius == 500.0)].iloc[0]
     measures = regime.measured(regime.surface_of(*(row[key] for key in regime.KEYS[1:])))
     assert measures["refine"] == row["refine"] and measures["direct"] == pytest.approx(row["direct"], rel=0.02)
+    places = pd.read_csv(regime.PLACES).merge(row[list(regime.KEYS)].to_frame().T.infer_objects(), on=list(regime.KEYS))
+    assert places.direct.mean() == pytest.approx(measures["direct"], rel=1e-3)

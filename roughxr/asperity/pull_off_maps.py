@@ -44,12 +44,18 @@ def pull_off_map(
     Dataset
         ``pull_off_force`` (nN, a positive magnitude) and ``pull_off_delta`` (nm), NaN without adhesion; ``contacts``,
         the number of asperities in contact at pull-off, and ``truncated``, whether any of them is at the scan's edge.
-        Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy if the scan is a dask array.
+        Along (x, y) of the scan for every pixel, along ``subregion`` otherwise. Lazy if the scan is a dask array. The
+        attribute ``expectation`` states the ratio to the pull-off of `adhesive`, of means and of single places.
 
     Raises
     ------
     ValueError
         If no pair with a work of adhesion is assigned, or every pixel is requested of a catalogue.
+
+    Notes
+    -----
+    A map shows where the sum is large, not how hard the sphere sticks at a pixel: by place it agrees with the
+    simulation less than in the mean of many places, and may rank the places otherwise (see the page on physics).
 
     Examples
     --------

@@ -85,7 +85,7 @@ def superpose(
         nearest neighbours, which superposition does not describe; ``truncated``, if an asperity at the scan's edge is
         in contact; ``excluded_asperities``, the number of saddles. With adhesion also the exact ``pull_off_force`` and
         ``pull_off_delta`` of `pull_off_map`, and the attribute ``expectation``, the expected ratio to the pull-off of
-        `adhesive`. Lazy if the scan is a dask array.
+        `adhesive`, of means and of single places. Lazy if the scan is a dask array.
 
     Raises
     ------

@@ -158,10 +158,10 @@ def hertz_displacement(load: float, radius: float, modulus: float) -> float:
     return (0.75 * load / (modulus * np.sqrt(radius))) ** (2 / 3)
 
 
-def first_touches(specimen: Specimen, positions: xr.Dataset) -> np.ndarray:
-    """Return the depth (nm) below the highest point at which the indenter first touches, at each centre."""
+def first_touches(specimen: Specimen, positions: xr.Dataset, cells: int = 1) -> np.ndarray:
+    """Return the depth (nm) below the highest point at which the indenter first touches, on so many cells per pixel."""
     placed, _ = places(specimen, positions, specimen.indenter.half_width(float(np.ptp(specimen.heights))))
-    bare = Problem(np.zeros(1), False, False, specimen.pixel, 1, np.nan, specimen.indenter)
+    bare = Problem(np.zeros(1), False, False, specimen.pixel, cells, np.nan, specimen.indenter)
     return np.array([surface_at(place, bare).separation.min() for place in placed])
 
 

@@ -159,15 +159,17 @@ def printed_label(name: str, unit: str = "") -> str:
     return re.sub(r"\^(-?\d+)", lambda power: power.group(1).translate(SUPERSCRIPTS), label)
 
 
-def label_axis(axis, name: str) -> tuple[str, float]:
-    """Label a matplotlib axis from the schema, in the unit that suits its range; return that unit and its size.
+def label_axis(axis, name: str, largest: float | None = None) -> tuple[str, float]:
+    """Label a matplotlib axis from the schema, in the unit that suits a value; return that unit and its size.
 
+    The value is the largest of the axis, or another one that matters, such as the tension on a logarithmic axis.
     Call it after the last change of the axis' scale and limits: a change of scale would replace the ticks' unit alone.
     """
     if name not in schema.VARIABLES:
         axis.set_label_text(name)
         return "1", 1.0
-    unit, size = prefixed(float(np.abs(axis.get_view_interval()).max()), schema.VARIABLES[name].units)
+    suited = np.abs(axis.get_view_interval()).max() if largest is None else largest
+    unit, size = prefixed(float(suited), schema.VARIABLES[name].units)
     axis.set_label_text(printed_label(name, unit))
     round_ticks(axis)
     ticks_in_unit(axis, size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from .style import (
     Axes,
     axes,
     label_axes,
+    label_axis,
     legend,
     stroke,
     styled,
@@ -46,12 +47,13 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
     ds = _along_delta(ds)
     ax = axes(ax)
     delta, force = ds["delta"].values, ds["force"].transpose("delta", "subregion")
+    bars = None
     if ds.sizes["subregion"] == 1:
         label = f"place {ds['subregion'].item()}"
     else:
         label = "median"
         _places_and_bands(ax, force)
-        _interval_bars(ax, ds, "q50", BLACK, "95 % interval of the median")
+        bars = _interval_bars(ax, ds, "q50", BLACK)
     ax.plot(delta, force.median("subregion"), color=BLACK, linewidth=1.4, label=label)
     tension = float(-force.min("delta").median())  # of the median place
     if {"pull_off_force", "pull_off_delta"} <= set(ds) and bool(ds["pull_off_force"].notnull().any()):
@@ -65,6 +67,9 @@ def sweep(ds: xr.Dataset, *, ax: Axes | None = None):
         ax.set_yticks([tick for tick in ax.get_yticks() if not 0 < abs(tick) < tension])  # nearer to 0 they overlap
     _zero_line(ax, force)
     label_axes(ax, "delta", "force")
+    if is_logarithmic:
+        label_axis(ax.yaxis, "force", largest=tension)
+    _label_if_visible(ax, [bars], "95 % interval of the median")
     if is_logarithmic:  # curves fill the axes
         above = {"loc": "lower left", "bbox_to_anchor": (-0.15, 1), "ncols": 2}
         return legend(ax, columnspacing=1.0, handlelength=1.8, **above)
@@ -115,6 +120,7 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     """
     ax = axes(ax)
     explained, forces = False, [0.0]
+    intervals = []
     for order, (name, ds) in enumerate(solutions.items()):
         ds = _along_delta(ds)
         look, delta, mean = stroke(order), ds["delta"].values, by_share(ds["force"]).mean("subregion")
@@ -126,7 +132,7 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
             forces += [float(np.nanmin(band)), float(np.nanmax(band))]
             label = None if explained else "68 % of places"
             ax.fill_between(delta, *band, color=look["color"], alpha=0.18, linewidth=0, label=label)
-            _interval_bars(ax, ds, "mean", look["color"], None if explained else "95 % interval of the mean")
+            intervals.append(_interval_bars(ax, ds, "mean", look["color"]))
             explained = True
         elif float(mean.min()) < 0:
             lowest = int(mean.argmin("delta"))
@@ -135,14 +141,15 @@ def mean_force(solutions: Mapping[str, xr.Dataset], *, ax: Axes | None = None):
     margin = 0.05 * float(np.ptp(forces))
     if margin > 0:  # where few places touch, an interval can exceed all forces
         ax.set_ylim(min(forces) - margin, max(forces) + margin)
+    _label_if_visible(ax, intervals, "95 % interval of the mean")
     return legend(label_axes(ax, "delta", "force"), loc="upper left")
 
 
-def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | None):
-    """Draw 95 % intervals of a statistic of the force at some displacements."""
+def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str):
+    """Draw 95 % intervals of a statistic of the force at some displacements; return them, or None."""
     shown = ds.isel(delta=(ds["force"].notnull().sum("subregion") > 1).values)
     if not shown.sizes["delta"]:
-        return
+        return None
     # largest number of displacements with an interval: more would hide the line
     shown = shown.isel(delta=slice(None, None, -(-shown.sizes["delta"] // 20)))
     intervals = statistics.bootstrap(shown, "force", statistics=[statistic], resamples=399)
@@ -151,7 +158,20 @@ def _interval_bars(ax, ds: xr.Dataset, statistic: str, color: str, label: str | 
         force = shown["force"]
         low = np.maximum(low, force.min("subregion").values)
         high = np.minimum(high, force.max("subregion").values)
-    ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8, label=label)
+    return ax.vlines(shown["delta"].values, low, high, color=color, linewidth=0.8)
+
+
+def _label_if_visible(ax, intervals: Sequence[Any], label: str) -> None:
+    """Name the first intervals that are longer than a marker, for the legend; call it after the axis' last change."""
+    # smallest visible length of an interval, over the height of the Axes: a marker of 2.6 points
+    visible = 2.6 / 72 * ax.figure.dpi / ax.bbox.height
+    to_axes = ax.transData + ax.transAxes.inverted()
+    for bars in intervals:
+        segments = [segment for segment in bars.get_segments() if len(segment)] if bars else []
+        lengths = [np.ptp(np.clip(to_axes.transform(segment)[:, 1], 0, 1)) for segment in segments]
+        if max(lengths, default=0.0) > visible:
+            bars.set_label(label)
+            return
 
 
 def _along_delta(ds: xr.Dataset) -> xr.Dataset:

@@ -1,4 +1,4 @@
-"""The figures of Cheng, Dunn & Brach (2–16) from one run."""
+"""The figures of Cheng, Dunn & Brach (2–16) from one run, and one that tests their conclusion."""
 
 from __future__ import annotations
 
@@ -13,15 +13,33 @@ from .. import figures
 from ..bodies.pair_record import read_pair
 from ..contact import reference
 from ..figures.distributions import FEWEST_SAMPLES
-from ..figures.style import BLACK, GREY, SMALL, axes, label_axes, panels, stroke, styled
+from ..figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    SMALL,
+    VERMILION,
+    axes,
+    label_axes,
+    label_axis,
+    log_ticks,
+    panels,
+    stroke,
+    styled,
+    ticks_in_unit,
+)
 from ..scans import regions
 from ..statistics import debris
 from ..vocabulary.adhesion_laws import HERTZ
+from .comparison import SIMULATION, has_simulation, pull_off_ratio, states_at_pull_off
 
 Run = Mapping[str, xr.Dataset]
 
 #: Methods of figure 16 and their labels: the paper's formulas, those corrected, and the simulation, not in the paper.
 _METHODS = {"published": "published", "self_similar": "corrected", "energy": "least energy", "adhesive": "simulation"}
+
+#: The figure that tests the paper's conclusion.
+_BY_PLACE = "superposition-by-place"
 
 #: The paper's pull-off forces (nN) of the smooth sphere and of figure 15's place, and mean and std of figure 16.
 _SMOOTH, _PLACE, _MEAN, _STD = 19.1e3, 8.6e3, 2.0e3, 1.37e3
@@ -33,21 +51,24 @@ def counted_equally(run: Run) -> Run:
 
 
 def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tuple[str, object]]:
-    """Yield name and Figure of the paper's figures 2–16, from the groups of a run by `paper`.
+    """Yield name and Figure of the paper's figures 2–16 and, with a simulation, of the test of its conclusion.
 
     Parameters
     ----------
     run : mapping of str to Dataset
+        The groups of a run by `paper`.
     names : iterable of str, optional
         Such as ``["figure-14"]``; by default all.
     """
     from matplotlib import pyplot
 
     run = counted_equally(run)
-    for name in FIGURES if names is None else names:
+    drawable = [name for name in FIGURES if name != _BY_PLACE or has_simulation(run)]
+    for name in drawable if names is None else names:
         title, draw = FIGURES[name]
         figure = np.ravel(styled(draw)(run))[0].figure
-        lines = textwrap.wrap(f"Figure {int(name[-2:])}. {title}", 46)
+        numbered = title if name == _BY_PLACE else f"Figure {int(name[-2:])}. {title}"
+        lines = textwrap.wrap(numbered, 46)
         figure.set_figheight(figure.get_figheight() + 0.16 * len(lines))
         figure.suptitle("\n".join(lines), x=0.015, ha="left", fontsize=8, fontweight="bold")
         pyplot.close(figure)
@@ -176,17 +197,32 @@ def _mean_forces(run: Run):
 
 def _superposed(run: Run):
     """Draw the mean forces without adhesion by both methods at places without debris, and their ratios."""
-    direct = run["solutions/direct"]
-    clean = {"subregion": np.flatnonzero(~debris(run["asperities"], direct).values)}
+    direct = places_without_debris(run, "direct")
     keys = {"the paper's sum": HERTZ, "corrected sum": "hertz_corrected"}
     swept = slice(0, float(direct["delta"].max()))
-    sums = {name: run[f"solutions/{key}"].isel(clean).sel(delta=swept) for name, key in keys.items()}
-    solutions = {"direct simulation": direct.isel(clean), **sums}
+    sums = {name: places_without_debris(run, key).sel(delta=swept) for name, key in keys.items()}
+    solutions = {"direct simulation": direct, **sums}
     upper, lower = _with_ratios(solutions, "direct simulation", "superposed / direct force")
     lower.axhline(1, color=GREY, linewidth=0.5, zorder=0)
     _mark_x(upper, "", 12, 0)
     _mark_x(lower, "paper: similar below 12 nm", 12, 0.9)
+    nothing_touches = last_without_contact(direct)
+    if np.isfinite(nothing_touches):
+        words = f"no place touches\nto {nothing_touches:g} nm: no ratio"
+        lower.annotate(words, (0.02, 0.35), xycoords="axes fraction", fontsize=SMALL, color=GREY)
     return upper, lower
+
+
+def places_without_debris(run: Run, method: str) -> xr.Dataset:
+    """Return a solution at the places without debris."""
+    solution = run[f"solutions/{method}"]
+    return solution.isel(subregion=np.flatnonzero(~debris(run["asperities"], solution).values))
+
+
+def last_without_contact(solution: xr.Dataset) -> float:
+    """Return the last displacement (nm) at which no place is in contact, NaN if there is none."""
+    mean = solution["force"].mean("subregion")
+    return float(mean["delta"].where(mean == 0).max())
 
 
 def strongest_place(run: Run) -> int:
@@ -248,6 +284,32 @@ def _pull_offs(run: Run):
     return made
 
 
+def _by_place(run: Run):
+    """Draw superposed over simulated pull-off at each place, those marked where contacts overlap."""
+    upper, lower = made = panels(None, 2, 1, aspect=1.35)
+    lower.sharex(upper)
+    upper.tick_params(labelbottom=False)
+    simulated = run[f"statistics/{SIMULATION}"]["pull_off_force"].values
+    for ax, method in zip(made, ("published", "energy")):
+        ratio = pull_off_ratio(run, method)
+        overlapping = states_at_pull_off(run[f"solutions/{method}"])["contacts_overlapping"].values > 0
+        ax.set(xscale="log", yscale="log")
+        ax.axhline(1, color=BLACK, linewidth=0.8, linestyle=":")
+        ax.axhspan(*ratio.quantile([0.05, 0.95]).values, color=GREY, alpha=0.2, linewidth=0, label="nine of ten places")
+        ax.axhline(float(ratio.median()), color=GREY, linewidth=0.8, label="median place")
+        plain: dict[str, Any] = {"linestyle": "none", "markersize": 3.2, "markeredgewidth": 0.8}
+        ax.plot(simulated[~overlapping], ratio[~overlapping], "o", color=BLUE, label="no contacts overlap", **plain)
+        rings = plain | {"markerfacecolor": "none", "markersize": 4.2}
+        ax.plot(simulated[overlapping], ratio[overlapping], "s", color=VERMILION, label="contacts overlap", **rings)
+        log_ticks(ax.yaxis)
+        ticks_in_unit(ax.yaxis, 1)
+        ax.set_ylabel(f"{_METHODS[method]} sum / simulation")
+    unit, _ = label_axis(lower.xaxis, "pull_off_force")
+    lower.set_xlabel(f"pull-off force in the simulation [{unit}]")
+    upper.figure.legend(*upper.get_legend_handles_labels(), loc="outside lower left", ncols=2)
+    return made
+
+
 #: Title and drawing of each figure.
 FIGURES: dict[str, tuple[str, Callable]] = {
     "figure-02": ("Contact radius of an asperity over its displacement", _asperity("delta", "a")),
@@ -265,7 +327,8 @@ FIGURES: dict[str, tuple[str, Callable]] = {
     "figure-14": ("Mean force without adhesion by both methods, places without debris", _superposed),
     "figure-15": ("The place without debris that adheres most as published", _strongest_place),
     "figure-16": ("Pull-off forces by method (paper: 2.0 ± 1.37 µN)", _pull_offs),
+    _BY_PLACE: ("Not in the paper: superposed over simulated pull-off force, place by place", _by_place),
 }
 
 #: Figures that show the simulation with adhesion, where a run contains it.
-SIMULATED_FIGURES = ("figure-16",)
+SIMULATED_FIGURES = ("figure-16", _BY_PLACE)

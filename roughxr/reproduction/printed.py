@@ -39,42 +39,57 @@ SCAN = {
     "R_q, reconstructed above original [%]": (1.14, ""),
     "original - reconstructed, rms [nm]": (0.0034 * 512, _INFERRED),
     "peak height, median [nm]": (15.0, _TARGET),
+    "peak height, second group, mean [nm]": (27.0, _TARGET),
     "axis ratio b/a, mean": (0.6, _TARGET),
+    "axis ratio b/a, skewness": (0.0, f"{_WORDS}: Gaussian"),
+    "axis ratio b/a, cdf off Gaussian's [%]": (0.0, f"{_WORDS}: Gaussian"),
     "isotropy of directions (1: isotropic)": (1.0, _WORDS),
     "asperities with a < 10 b [%]": (np.nan, f"{_WORDS}: most"),
 }
-CONTACT = {
-    "smooth flat, largest difference from Hertz [%]": (1.0, _LIMIT),
+PULL_OFF = {
     "pull-off, smooth sphere [µN]": (19.1, ""),
     "pull-off, mean [µN]": (2.0, _TARGET),
     "pull-off, std [µN]": (1.37, _TARGET),
-    "displacement at pull-off from the highest point, mean [nm]": (9.7, _TARGET),
-    "displacement at pull-off from the highest point, std [nm]": (2.52, _TARGET),
+    "pull-off, rough / smooth": (0.1, _TARGET),
+    "pull-off, reduced by roughness [%]": (90.0, _TARGET),
+    "displacement at pull-off, mean [nm]": (9.7, _TARGET),
+    "displacement at pull-off, std [nm]": (2.52, _TARGET),
     "places that adhere": (64, ""),
-    "pull-off, place of figure 15 [µN]": (8.6, ""),
-    "that place, first displacement with adhesion [nm]": (9.8, ""),
-    "that place, last displacement with adhesion [nm]": (12.4, ""),
-    "force at 5.08 nm, mean [µN]": (0.4, _TARGET),
-    "force at 5.08 nm, std [µN]": (3.0, _TARGET),
-    "force at 5.08 nm, second group [µN]": (20.0, _TARGET),
-    "force at 15.4 nm, mean [µN]": (21.0, _TARGET),
-    "force at 15.4 nm, std [µN]": (11.0, _TARGET),
-    "force at 15.4 nm, second group [µN]": (80.0, _TARGET),
-    "rough / smooth force at 10 nm": (0.1, _LIMIT),
-    "rough / smooth force at 20 nm": (0.25, ""),
-    "superposed / direct at 9 nm, no debris": (1.0, _WORDS),
-    "superposed / direct at 10 nm, no debris": (1.0, _WORDS),
-    "superposed / direct at 11 nm, no debris": (1.0, _WORDS),
-    "superposed / direct at 12 nm, no debris": (np.nan, _DIFFERENT),
-    "places within 2 % of the mean at 20 nm, at 11 nm, no debris": (np.nan, f"{_WORDS}: similar"),
-    "places within 2 % of the mean at 20 nm, at 12 nm, no debris": (np.nan, _DIFFERENT),
-    "places within 2 % of the mean at 20 nm, at 13 nm, no debris": (np.nan, _DIFFERENT),
-    "rough above smooth from, place of figure 15 [nm]": (18.0, ""),
+    "figure 15, pull-off [µN]": (8.6, ""),
+    "figure 15, rough / smooth": (0.5, ""),
+    "figure 15, attraction from [nm]": (9.8, ""),
+    "figure 15, attraction to [nm]": (12.4, ""),
+    "figure 15, above smooth from [nm]": (18.0, ""),
+}
+CONCLUSION = {
+    "overlapping contacts [%]": (0.0, _WORDS),
+    "places with overlapping contacts [%]": (0.0, _WORDS),
+    "sum / simulation, of the means": (1.0, _WORDS),
+}
+FORCE = {
+    "smooth flat, difference from Hertz [%]": (1.0, _LIMIT),
+    "at 5.08 nm, mean [µN]": (0.4, _TARGET),
+    "at 5.08 nm, std [µN]": (3.0, _TARGET),
+    "at 5.08 nm, std / mean": (10.0, _TARGET),
+    "at 5.08 nm, second group [µN]": (20.0, _TARGET),
+    "at 15.4 nm, mean [µN]": (21.0, _TARGET),
+    "at 15.4 nm, std [µN]": (11.0, _TARGET),
+    "at 15.4 nm, second group [µN]": (80.0, _TARGET),
+    "rough / smooth at 10 nm": (0.1, _LIMIT),
+    "rough / smooth at 20 nm": (0.25, ""),
+    "places without debris": (58, _TARGET),
+    "sum / direct at 9 nm": (1.0, _WORDS),
+    "sum / direct at 10 nm": (1.0, _WORDS),
+    "sum / direct at 11 nm": (1.0, _WORDS),
+    "sum / direct at 12 nm": (np.nan, _DIFFERENT),
+    "places within 2 % at 11 nm": (np.nan, f"{_WORDS}: similar"),
+    "places within 2 % at 12 nm": (np.nan, _DIFFERENT),
+    "places within 2 % at 13 nm": (np.nan, _DIFFERENT),
 }
 
 #: Notes below the paper's tables.
 TWIN = (
     "The scan is a synthetic twin. Its spectrum and debris were fitted to the rows marked 'target', and its seed was "
     "selected among some sixty, so the agreement of these rows confirms nothing. 'inferred': not printed, but follows "
-    "from printed values. 'in words': stated without a number. All other values are printed and were not fitted."
+    "from printed values. 'in words': stated without a number. All other values are printed and were not fitted. "
 )

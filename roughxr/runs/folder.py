@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from textwrap import fill
+from types import MappingProxyType
 from typing import Any
 
 import xarray as xr
@@ -15,7 +16,12 @@ from ..report.summary import scan_label
 from ..tables import to_table, written_formats
 
 #: Tables that are also written as files, by the name of the file.
-_TABLE_FILES = {"scan": "Scan and asperities", "contact": "Pull-off force by method", "force": "Force without adhesion"}
+_TABLE_FILES = {
+    "scan": "Scan and asperities",
+    "contact": "Pull-off force by method",
+    "superposition": "Superposition place by place",
+    "force": "Force without adhesion",
+}
 
 
 def write_tables(tables: Mapping[str, Any], printed: str, folder: Path) -> None:
@@ -50,8 +56,17 @@ def notes(run: Mapping[str, xr.Dataset]) -> list[str]:
     return [*report.superposition_notes(run), *report.detachment_notes(run)]
 
 
-def tables_text(tables: Mapping[str, Any], below: Sequence[str], answer: str = "") -> str:
-    """Return the answer, the tables and the notes below them as text."""
-    first = [fill(answer, 100) + "\n"] if answer else []
-    parts = [report.text(table, title) for title, table in tables.items()]
-    return "\n".join([*first, *parts, *(fill(note, 100) for note in below)]) + "\n"
+def tables_text(
+    tables: Mapping[str, Any],
+    below: Sequence[str],
+    answer: str = "",
+    *,
+    explanations: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Return the answer, the tables, each with its explanation by its title, and the notes below them as text."""
+    parts = [fill(answer, 100) + "\n"] if answer else []
+    for title, table in tables.items():
+        parts.append(report.text(table, title))
+        if title in explanations:
+            parts.append(fill(explanations[title], 100) + "\n")
+    return "\n".join([*parts, *(fill(note, 100) for note in below)]) + "\n"
