@@ -32,6 +32,21 @@ def test_stored_kernels_are_those_of_the_present_sources_and_older_ones_are_remo
         assert len(list(tmp_path.rglob("calling.calling@*.nbi"))) == 1
 
 
+def test_the_share_of_kernels_to_compile_falls_as_they_are_stored(tmp_path):
+    """Where nothing is stored it is 1; a run states the time of its compiling by it."""
+    begin = [
+        sys.executable,
+        "-c",
+        "from roughxr.kernels import jit; from roughxr.kernels.asperity import ellipse;"
+        "import numpy as np; before = jit.share_to_compile('asperity'); one = np.ones(2);"
+        "ellipse.axis_ratios(one, one); print(before, jit.share_to_compile('asperity'))",
+    ]
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    run = [subprocess.run(begin, text=True, capture_output=True, check=True, env=environment) for _ in range(2)]
+    (first, then), (later, _) = (map(float, done.stdout.split()) for done in run)
+    assert first == 1 and then < 1 and later == then
+
+
 def test_a_digest_follows_imports_and_nothing_else():
     love, layered, products, basins = (
         Path(jit.__file__).parent / name

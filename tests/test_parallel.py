@@ -4,6 +4,7 @@ import contextlib
 import io
 import multiprocessing
 import os
+import re
 import sys
 import time
 
@@ -15,7 +16,7 @@ import xarray as xr
 from roughxr.contact.elastic import direct
 from roughxr.jobs import spread
 from roughxr.jobs.interrupts import delivered_interrupts, is_interrupt
-from roughxr.jobs.progress import Stages, print_line, progress, subregion_bar
+from roughxr.jobs.progress import Stages, print_line, progress, rough_duration, subregion_bar
 
 from .surfaces import glass_pair, rough, scan
 
@@ -82,6 +83,43 @@ def test_each_stage_is_reported_once_with_the_time_left_and_why_it_grows(monkeyp
     assert "stage 2 of 3:  12%" in stream.getvalue() and "8/64" in stream.getvalue()
     assert "/32" not in stream.getvalue()
     assert "\r" not in stream.getvalue() and "" not in stream.getvalue().split("\n")[:-1]
+
+
+def test_the_places_that_finished_feed_the_time_left_and_the_first_waits_for_the_compiler(monkeypatch):
+    """A place takes 3 s after a minute of compiling, the pages 30 s: each line of the bar states the time left so."""
+    now = [0.0]
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    stages = Stages({"adhesive": 20, "pages": 30}, {"adhesive": "simulation"}, compiling=["adhesive"])
+    with progress(stream := io.StringIO()), stages as stage:
+        stage("adhesive")
+        bar = subregion_bar(64)
+        bar.delay = bar.mininterval = bar.miniters = 0
+        now[0] = 60.0
+        for _ in range(64):
+            bar.update()
+            now[0] += 3.0
+        bar.close()
+    first, *lines = stream.getvalue().splitlines()
+    assert first == "stage 1 of 2, less than a minute left: simulation, compiling kernels, once on a machine"
+    assert "1/64" in lines[0] and "left" not in lines[0]
+    for line in lines[1:64]:
+        finished = int(re.search(r"(\d+)/64", line)[1])
+        assert f"{rough_duration(3.0 * (64 - finished) + 30)} left" in line
+    assert "3.00s" not in stream.getvalue() and "<" not in stream.getvalue()  # no second clock, of tqdm
+
+
+def test_the_speed_of_this_machine_shows_in_the_stages_to_come(monkeypatch):
+    now = [0.0]
+    monkeypatch.setattr("roughxr.jobs.progress.time.monotonic", lambda: now[0])
+    with progress(stream := io.StringIO()), Stages({"one": 60, "two": 60, "three": 600}, {}) as stage:
+        for name, duration in (("one", 200), ("two", 200), ("three", 0)):
+            stage(name)
+            now[0] += duration
+    assert [line.split(": ")[0] for line in stream.getvalue().splitlines()] == [
+        "stage 1 of 3, about 12 min left",
+        "stage 2 of 3, about 33 min left (more than before",
+        "stage 3 of 3, about 32 min left",
+    ]
 
 
 def test_a_bar_and_a_message_are_lines_of_their_own_in_a_file():

@@ -10,6 +10,7 @@ digests are removed.
 
 import ast
 import hashlib
+from collections import defaultdict
 from functools import cache
 from pathlib import Path
 
@@ -20,6 +21,9 @@ _OPTIONS = {"nogil": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
 
 #: LLVM's flags for sums that may be reordered and fused for speed. NaN and inf keep their meaning.
 _REORDER = {"reassoc", "contract", "arcp", "nsz"}
+
+#: Compiled kernels by the name of their folder.
+_KERNELS = defaultdict(list)
 
 #: Folder of the package, below which all kernels and all that they call stand.
 _PACKAGE = Path(__file__).parents[1]
@@ -64,8 +68,21 @@ def kernel(function=None, *, reorder=False):
     except RuntimeError:  # Numba finds no folder to write to
         return njit(**options)(function)
     if hasattr(compiled, "stats"):  # not with NUMBA_DISABLE_JIT
+        _KERNELS[Path(function.__code__.co_filename).parent.name].append(compiled)
         _remove_others(Path(compiled.stats.cache_path), f"{function.__module__.split('.')[-1]}.{name}@", function)
     return compiled
+
+
+def share_to_compile(folder):
+    """Return the share of the imported kernels in a folder that are not stored on the disk; 0 without any."""
+    kernels = _KERNELS[folder]
+    to_compile = [compiled for compiled in kernels if not _is_stored(compiled)]
+    return len(to_compile) / max(len(kernels), 1)
+
+
+def _is_stored(compiled):
+    name = compiled.py_func.__qualname__
+    return any(Path(compiled.stats.cache_path).glob(f"*{name}-*.nbi"))
 
 
 @cache

@@ -158,17 +158,19 @@ def execute(
     """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
     task = Task(specimen, plan)
     parts = _applicable(task, parts)
+    compiling = {part.name: part.compiling for part in parts if part.compiling > _NAMED_COMPILING}
     expected = {part.name: part.fixed + part.each * task.places for part in parts} | {"pages": 10.0}
+    expected |= {name: expected[name] + seconds for name, seconds in compiling.items()}
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
     if not path.exists():
         pixels = " x ".join(map(str, specimen.heights.shape))
         places = f"{task.places} place{'s' * (task.places > 1)}"
+        share = f" Of this, compiling kernels takes {rough_duration(sum(compiling.values()))}, once on a machine."
         print_line(
-            f"{places} on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer "
-            "on sharp or soft summits and for the first run on a machine. If it is interrupted, the same call "
-            "continues it."
+            f"{places} on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer on sharp or "
+            f"soft summits.{share * bool(compiling)} If it is interrupted, the same call continues it."
         )
-    with Stages(expected, labels) as stages:
+    with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
             lambda: analyse(specimen, plan, stages, command, parts),
             path,
@@ -208,6 +210,9 @@ def analyse(
     options = {name: getattr(plan, name) for name in ("subregions", "preload", "law", "mesh", "budget")}
     yield groups | report.summary_groups(groups, command, **options)
 
+
+#: Duration (s) of compiling from which a stage states it.
+_NAMED_COMPILING = 3.0
 
 #: The last stage, after those of `PARTS`.
 _PAGES = "figures and report"

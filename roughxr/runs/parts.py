@@ -24,6 +24,7 @@ from ..contact.regimes import formulas, regime
 from ..contact.rigid.bodies import rigid
 from ..jobs.progress import Stages
 from ..jobs.records import loading
+from ..kernels.jit import share_to_compile
 from ..particles import critical_load
 from ..particles.resting_places import are_resting_positions
 from ..particles.simulated_moments import simulated_moments
@@ -137,16 +138,20 @@ def _adhesive_simulation(task: Task) -> dict[str, xr.Dataset]:
     how = {"preload": plan.preload, "law": plan.law}
     mesh = replace(plan.mesh, accuracy=None)
     finer = None
+    pace = 0.0
     with warnings.catch_warnings():
         # the choice of the mesh and the report's page deal with contacts that a mesh does not resolve
         warnings.simplefilter("ignore", UnresolvedContact)
         sampled = options | how | {"subregions": regions.sample(specimen.centres(plan.subregions), plan.checked)}
         if plan.mesh.cells == "auto":
-            mesh, finer = converged_mesh(specimen, plan, sampled, stages)
+            mesh, finer, pace = converged_mesh(specimen, plan, sampled, stages)
         elif sampled["subregions"].sizes["subregion"] < task.places:
             need_pull_off(first := adhesive(specimen, mesh=mesh, **sampled))
+            pace = stages.pace()
             show_answer(first, specimen, stages)
         before = stages.passed()
+        if pace > 0:
+            stages.expect(f"each place takes {number(pace, 's', 2)}", adhesive=before + pace * task.places)
         solved = adhesive(specimen, mesh=mesh, **options | how)
         took = stages.passed() - before
         why, seconds = _durations_after(took, task.places, plan.budget)
@@ -304,6 +309,10 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
     return out | ({"statistics/rests": places} if are_resting_positions(places) else {})
 
 
+#: Duration (s) of compiling all kernels of a folder.
+_COMPILING = {"topography": 12.0, "halfspace": 25.0, "asperity": 20.0, "adhesion": 45.0}
+
+
 class Part(NamedTuple):
     """A stage of a run, with its duration (s) and its duration per place (s): medians of runs on two cores."""
 
@@ -313,17 +322,31 @@ class Part(NamedTuple):
     fixed: float
     each: float
     make: Callable[[Task], dict[str, xr.Dataset]]
+    kernels: str = ""  # folder of the kernels that it is the first to compile
+
+    @property
+    def compiling(self) -> float:
+        """The duration (s) of compiling the kernels that are not stored yet."""
+        return _COMPILING[self.kernels] * share_to_compile(self.kernels) if self.kernels else 0.0
 
 
 #: The stages of a run, in order.
 PARTS = (
-    Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface),
-    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation),
+    Part("asperities", "asperities", lambda task: True, 3.0, 0.0, _surface, "topography"),
+    Part("adhesive", "simulation with adhesion", lambda task: task.adheres, 5.0, 0.2, _adhesive_simulation, "adhesion"),
     Part("curves", "force over displacement", lambda task: task.adheres, 5.0, 0.0, _curves_around_pull_off),
     Part("budget", "error budget", lambda task: task.adheres and task.plan.budget > 0, 10.0, 0.0, _error_budget),
     Part("extrapolated", "roughness below the pixel", lambda task: task.is_real, 1.0, 0.0, _extrapolated_pull_off),
     Part("rigid", "rigid bodies", lambda task: task.adheres, 2.0, 0.15, _rigid_bodies),
-    Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation),
-    Part("superposition", "superposed asperities", lambda task: task.is_summed, 3.0, 0.0, _superposed_asperities),
+    Part("direct", "simulation without adhesion", lambda task: True, 2.0, 0.05, _elastic_simulation, "halfspace"),
+    Part(
+        "superposition",
+        "superposed asperities",
+        lambda task: task.is_summed,
+        3.0,
+        0.0,
+        _superposed_asperities,
+        "asperity",
+    ),
     Part("rolling", "detachment", lambda task: task.adheres and task.has_sphere, 4.0, 0.4, _detachment),
 )

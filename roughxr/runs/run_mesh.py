@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -33,17 +33,26 @@ _WIDEST_CONTACT = 3.0
 _WITHOUT_LOAD = 4 ** (1 / 3)
 
 
-def converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stages: Stages) -> tuple[Mesh, Any]:
+class Converged(NamedTuple):
+    """A mesh on which the mean pull-off has converged."""
+
+    mesh: Mesh
+    finer: xr.Dataset | None  # results on a finer mesh, if one could be solved
+    pace: float  # time for each place on the mesh, s
+
+
+def converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stages: Stages) -> Converged:
     """Return the mesh on which the mean pull-off has converged, and results on a finer one.
 
     On pixels wider than the contacts, the pull-off on the coarsest valid mesh may be wrong by a factor.
     """
     mesh = replace(plan.mesh, accuracy=None)
     coarse = adhesive(specimen, mesh=mesh, **options)
+    pace = stages.pace()
     need_pull_off(coarse)
     show_answer(coarse, specimen, stages)
     n = int(coarse["mesh"].max())
-    checked_mesh: tuple[Mesh, Any] = mesh, None
+    checked = Converged(mesh, None, pace)
     while 2 * n <= MOST_REFINED:
         try:
             finer = adhesive(specimen, mesh=Mesh(2 * n, step=0.5 * longest_step(specimen, mesh)), **options)
@@ -53,12 +62,13 @@ def converged_mesh(specimen: Specimen, plan: Plan, options: dict[str, Any], stag
         stated = change.copy(data=coarser_mesh_error(change.values, finer.attrs["law"]))
         show_answer(finer.assign(pull_off_error=stated), specimen, stages)
         if not mesh_error(finer.assign(pull_off_error=change)) > (plan.mesh.accuracy or np.inf) or 4 * n > MOST_REFINED:
-            return mesh, finer
-        checked_mesh = mesh, finer
+            return Converged(mesh, finer, pace)
+        checked = Converged(mesh, finer, pace)
+        pace = stages.pace()
         mesh = replace(mesh, cells=2 * n)
         coarse = finer
         n = 2 * n
-    return checked_mesh
+    return checked
 
 
 def need_pull_off(first: xr.Dataset) -> None:
