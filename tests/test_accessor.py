@@ -27,6 +27,7 @@ def surface():
     return glass_pair(scan(rough(48, seed=1)))
 
 
+@pytest.mark.door
 @pytest.mark.parametrize("verb", VERBS)
 def test_every_verb_is_the_public_function_of_its_name(verb):
     function = plain(verb)
@@ -48,6 +49,7 @@ def test_misspelt_options_and_verbs_name_the_nearest(surface):
         surface.contact.pulloff()
 
 
+@pytest.mark.door
 def test_verbs_chain(surface):
     sweep = surface.contact.superpose(delta=np.arange(-2, 6, 0.5), subregions=(2, 2))
     density = sweep.contact.pull_off().contact.pdf("pull_off_force", bins=2)

@@ -472,6 +472,7 @@ def test_info_tells_channels_sizes_and_roughness_and_draws(tmp_path, capsys):
     assert "scan.doc's ending: expected one of" in capsys.readouterr().err
 
 
+@pytest.mark.door
 def test_images_are_chosen_by_number_or_direction_and_lengths_stated(tmp_path, capsys):
     images = xr.Dataset({"forward": scan(rough(32)).height, "backward": scan(rough(32) * 3).height})
     images.to_netcdf(tmp_path / "both.nc")
@@ -547,6 +548,7 @@ EMPTY = {
 }
 
 
+@pytest.mark.door
 @pytest.mark.parametrize(
     ("options", "output"),
     [pytest.param(EMPTY["no adhesion"], "run.nc", id="no adhesion, run.nc alone")]
@@ -577,6 +579,7 @@ def test_a_flat_scan_is_told_before_anything_is_solved(tmp_path, capsys):
     assert "is it flat?" in printed and "direct simulation" not in printed
 
 
+@pytest.mark.door
 def test_a_folder_of_scans_is_one_command_with_its_options_in_a_file(tmp_path, capsys, monkeypatch):
     """Three surfaces, one of them no scan: a run of each, one table, one page, each scan's answer on the last lines."""
     monkeypatch.chdir(tmp_path)

@@ -27,6 +27,7 @@ def run(tmp_path):
     return tmp_path
 
 
+@pytest.mark.door
 def test_what_was_measured_is_told(run, capsys):
     assert main(["measured", str(run / "own.csv"), "-o", str(run / "again.csv")]) == 0
     said = capsys.readouterr().out
@@ -66,6 +67,7 @@ def test_a_prediction_as_scanned_is_set_beside_the_best_estimate():
     assert "best estimate is 43 nN (95 % interval 11 … 87 nN), 0.7 times the prediction" in first
 
 
+@pytest.mark.door
 def test_a_comparison_with_a_best_estimate_has_one_verdict(run, capsys):
     """By all known errors, which the test of the distributions as scanned leaves out, at whatever probability."""
     groups = roughxr.archive.load(run / "run.nc")

@@ -46,6 +46,7 @@ def assert_same(scan, expected, atol=1e-9):
     assert scan["height"].attrs["units"] == "nm" and scan["height"].dtype == float
 
 
+@pytest.mark.door
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_picture_without_symmetry_keeps_its_top_and_its_left(name, tmp_path):
     rows = picture()
@@ -291,6 +292,7 @@ def test_netcdf_is_read_only_where_it_is_looked_at(name, tmp_path):
     assert_same(lazy.compute(scheduler="threads"), expected)
 
 
+@pytest.mark.door
 def test_the_engine_is_xarrays(tmp_path):
     rows = picture()
     path = write_gsf(tmp_path, rows, image_size(rows))

@@ -92,6 +92,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.door
 def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(folder):
     lines = [words for words, *_ in REFUSALS]
     printed = python(_REFUSED, json.dumps([lines, SLOW]), folder=folder)
@@ -102,6 +103,7 @@ def test_words_that_are_wrong_by_themselves_are_refused_before_slow_imports(fold
     assert sorted(path.name for path in folder.iterdir()) == ["notes.md", "scan.nc"]
 
 
+@pytest.mark.door
 def test_a_run_prints_a_line_before_its_solvers_are_imported(folder):
     ((line, is_loaded),) = python(_FIRST_LINE, "run", "scan.nc", *GLASS, folder=folder)
     assert line == "loading the package\n" and not is_loaded
