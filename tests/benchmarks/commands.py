@@ -1,11 +1,15 @@
 """What whole commands take: processor and wall time, until the first estimate is on the screen, and peak memory.
 
-    python tests/benchmarks/commands.py [help] [import] [place] [paper] [--cold]
+    python tests/benchmarks/commands.py [help] [import] [place] [paper] [--cold] [--against PATH]
     python tests/benchmarks/commands.py --scans PATH [PATH ...] [--pairs glass polystyrene] [--limit SECONDS]
 
 Each command runs in a process of its own. ``place`` is ``paper`` at one place in place of 64, which
 compiles the same kernels. Kernels come from Numba's cache as it is, so that a first run fills it; with
 ``--cold`` each command runs with an empty cache, and then with what this holds.
+
+``--against`` runs each command in turn with this package and with another, a checkout or an environment with
+``bin/python``, and prints the ratios of their processor times: of the whole command, and of its part until the
+simulation with adhesion begins, which is the paper's own, over the whole command of the other.
 
 ``--scans`` runs ``roughxr run SCAN`` with defaults on files, or on all files of a folder, for each pair: a sphere of
 glass, 0.5 µm in radius, on silicon, and one of polystyrene, 5 µm in radius, on glass. Its table also has the cells to a
@@ -63,6 +67,7 @@ class Took(NamedTuple):
     processor: float
     wall: float
     first: float
+    paper: float  # processor time (s) until the simulation with adhesion begins
     memory: float
     estimate: str  # the last estimate on the screen
     stage: str  # the last words of progress
@@ -72,16 +77,22 @@ class Took(NamedTuple):
         return f"{self.processor:7.2f} {self.wall:7.1f} {self.first:6.1f} {self.memory:5.0f}"
 
 
-def command(arguments, cache=None, limit=None):
+def command(arguments, cache=None, limit=None, package=None):
     """Run Python in a process of its own, interrupted after ``limit`` seconds; return what it took."""
     environment = {**os.environ, "MPLBACKEND": "Agg", **({"NUMBA_CACHE_DIR": cache} if cache else {})}
+    python = sys.executable
+    if package is not None and (package / "bin" / "python").exists():
+        python = package / "bin" / "python"
+    elif package is not None:
+        environment["PYTHONPATH"] = str(package)
     begun = time.monotonic()
     first = 0.0
+    paper = 0.0
     estimate_shown = ""
     stage_shown = ""
     line = ""
     streams = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    process = subprocess.Popen([sys.executable, *arguments], env=environment, text=True, **streams)
+    process = subprocess.Popen([python, *arguments], env=environment, text=True, **streams)
     alarm = threading.Timer(limit or threading.TIMEOUT_MAX, process.send_signal, [signal.SIGINT])
     alarm.daemon = True
     alarm.start()
@@ -91,6 +102,8 @@ def command(arguments, cache=None, limit=None):
             estimate_shown = estimate[1]
         if line.startswith("stage "):
             stage_shown = line.split(":")[0]
+            if "simulation with adhesion" in line and not paper:
+                paper = sum(psutil.Process(process.pid).cpu_times()[:2])
     _, status, used = os.wait4(process.pid, 0)
     alarm.cancel()
     process.returncode = os.waitstatus_to_exitcode(status)
@@ -98,7 +111,8 @@ def command(arguments, cache=None, limit=None):
         print(f"ended with {process.returncode}: {line.strip()}")
     wall = time.monotonic() - begun
     memory = used.ru_maxrss / 1024
-    return Took(used.ru_utime + used.ru_stime, wall, first, memory, estimate_shown, stage_shown, process.returncode)
+    processor = used.ru_utime + used.ru_stime
+    return Took(processor, wall, first, paper, memory, estimate_shown, stage_shown, process.returncode)
 
 
 def whole(name, cold):
@@ -106,6 +120,24 @@ def whole(name, cold):
     with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as out:
         for when in ("cold", "warm") if cold else ("warm",):
             print(f"{name:>10}, {when} {command(COMMANDS[name](f'{out}/{when}'), cache if cold else None)}", flush=True)
+
+
+def compared(name, cold, other):
+    """Print what a whole command takes with this package and with another in turn, and the ratios."""
+    packages = {"this": Path(__file__).resolve().parents[2], "other": other.resolve()}
+    with tempfile.TemporaryDirectory() as folder:
+        for when in ("cold", "warm") if cold else ("warm",):
+            took = {}
+            for side, package in packages.items():
+                out = Path(folder, side)
+                out.mkdir(exist_ok=True)
+                cache = str(out / "cache") if cold else None
+                took[side] = command(COMMANDS[name](str(out / when)), cache, package=package)
+                print(f"{name:>10}, {when} {took[side]}  {side}", flush=True)
+            of_whole, of_part = (
+                seconds / took["other"].processor for seconds in (took["this"].processor, took["this"].paper)
+            )
+            print(f"{name:>10}, {when} ratio {of_whole:.2f}, of the paper's part {of_part:.2f}", flush=True)
 
 
 def on_scan(path, pair, limit):
@@ -128,6 +160,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("commands", nargs="*", help=", ".join(COMMANDS))
     parser.add_argument("--cold", action="store_true", help="with an empty cache of kernels, then again")
+    parser.add_argument("--against", type=Path, metavar="PATH", help="a checkout or an environment to compare with")
     parser.add_argument("--scans", nargs="+", type=Path, default=[], metavar="PATH", help="files or folders")
     parser.add_argument("--pairs", nargs="+", choices=PAIRS, default=list(PAIRS))
     parser.add_argument("--limit", type=float, help="seconds after which a run on a scan is interrupted")
@@ -138,7 +171,10 @@ def main():
     if names:
         print(f"{'command':>16} {unit}")
     for name in names:
-        whole(name, options.cold)
+        if options.against is None:
+            whole(name, options.cold)
+        else:
+            compared(name, options.cold, options.against)
     if options.scans:
         print(f"{'scan':30} {'sphere':12} {'places':>6} {'mesh':>4} {unit}  pull-off")
     for pair in options.pairs if options.scans else ():
