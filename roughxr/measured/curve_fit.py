@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy import optimize, stats
+from scipy import optimize, special
 
 from ..jobs.spread import finish, task_results
 from ..kernels.asperity import jkr, maugis
@@ -175,7 +175,7 @@ def fit_curve(
         reach,
         stiffness,
         tuple(errors.values()),
-        stats.chi2.ppf(confidence, 1),
+        float(special.chdtri(1, 1 - confidence)),  # quantile of chi²
         name="fit_curve",
     )
     out = at_places({name: fits[name] for name in _RESULT.names or () if name != "misfit"}, ds)
