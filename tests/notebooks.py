@@ -1,6 +1,7 @@
 """Execute every notebook from its folder, one on every core; fail where a cell raises.
 
-``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as PNG files with twice the dots.
+``python tests/notebooks.py --store`` writes the outputs into the notebooks, pictures as PNG files with twice the dots,
+the package's cautions as text.
 Names of notebooks restrict either. A notebook that takes minutes may contain, in its own metadata under ``quick``, a
 line of code that reduces its size: it is executed first, unless with ``--store``.
 """
@@ -24,7 +25,15 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 #: Size (bytes) from which a picture, the map of a rough scan, is stored with half the dots.
 _LARGE = 300_000
 
-#: Executed first where outputs are stored.
+#: Executed first. Cautions are printed as part of the output, without the path of the kernel's file; a change that a
+#: library announces is an error.
+_CAUTIONS = """
+import warnings
+warnings.showwarning = lambda message, category, *place, **more: print(f"{category.__name__}: {message}")
+warnings.filterwarnings("error", category=FutureWarning)
+"""
+
+#: Executed first, too, where outputs are stored.
 _TWICE_THE_DOTS = "%config InlineBackend.figure_format = 'retina'"
 
 #: What takes longest begins first, so that no core is left alone with it.
@@ -62,7 +71,7 @@ def execute(path: Path, store: bool) -> tuple[str, bool]:
     start = time.perf_counter()
     notebook = nbformat.read(path, as_version=4)
     first = _TWICE_THE_DOTS if store else notebook.metadata.get("quick", "")
-    notebook.cells = [new_code_cell(first), *notebook.cells] if first else notebook.cells
+    notebook.cells = [new_code_cell(_CAUTIONS + first), *notebook.cells]
     try:
         NotebookClient(notebook, timeout=1200, resources={"metadata": {"path": str(FOLDER)}}).execute()
     except CellExecutionError as error:

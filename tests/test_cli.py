@@ -23,7 +23,7 @@ from roughxr.cli import main
 from roughxr.cli.checks import both_counts
 from roughxr.cli.options import command_line
 from roughxr.contact.mesh import Mesh
-from roughxr.reproduction import comparison, printed, tables
+from roughxr.reproduction import conclusion, printed, printed_tables
 from roughxr.reproduction import run as reproduction
 from roughxr.reproduction.numbered_figures import FIGURES, SIMULATED_FIGURES
 from roughxr.runs import analysis
@@ -265,7 +265,7 @@ def test_both_means_of_the_pull_off_are_named(paper_alone):
 def test_the_overlap_at_pull_off_is_that_of_a_sum_at_this_displacement(paper_alone):
     groups = paper_alone[1]
     solution = groups["solutions/published"]
-    states = comparison.states_at_pull_off(solution)
+    states = conclusion.states_at_pull_off(solution)
     catalogue = groups["asperities"]
     for place in (0, 20, 45):
         chosen = solution.isel(subregion=[place])
@@ -363,7 +363,7 @@ def test_the_corrections_of_formulas_and_patch_cancel(paper_alone):
         method = groups[f"statistics/{name}"]["pull_off_force"].mean()
         assert float(mean.sel(formulation=name, patch=patch)) == pytest.approx(float(method))
     page = (Path(__file__).parents[1] / "notebooks" / "site" / "citing.md").read_text(encoding="utf-8")
-    for row in tables.correction_table(groups).to_numpy():
+    for row in printed_tables.correction_table(groups).to_numpy():
         assert f"| {' | '.join(row)} |".replace("  ", " ") in page
 
 

@@ -235,9 +235,9 @@ def test_a_ratio_that_begins_late_is_explained(papers, run):
     """Figure 14 has no ratio where no place without debris is in contact."""
     clean = np.flatnonzero(~debris(run["asperities"], run["solutions/direct"]))
     mean = run["solutions/direct"].force.isel(subregion=clean).mean("subregion")
-    words = " ".join(text.get_text() for text in papers["figure-14"].axes[1].texts)
+    annotations = " ".join(text.get_text() for text in papers["figure-14"].axes[1].texts)
     last = mean.delta.where(mean == 0).max()
-    assert ("no ratio" in words) == bool(last.notnull())
+    assert ("no ratio" in annotations) == bool(last.notnull())
 
 
 def places_of_force(low, high, tension):
@@ -263,6 +263,20 @@ def test_a_legend_names_an_interval_only_if_it_is_to_be_seen(high, is_visible):
     ax = figures.mean_force({"a": places_of_force(1e6, high, tension=0.0)}, ax=Figure().subplots())
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert ("95 % interval of the mean" in labels) == is_visible
+
+
+def test_laws_and_bars_count_the_same_places_equally():
+    """Two of ten places are on debris that covers a hundredth of the area; the fit counts them as two of ten."""
+    force = np.r_[np.linspace(1.0, 2.0, 8), 9.0, 9.5]
+    coords = {"on_debris": ("subregion", force > 5), "debris_share": 0.01}
+    ds = xr.Dataset({"pull_off_force": ("subregion", force, {"units": "nN"})}, coords)
+    edges = np.array([0.0, 5.0, 10.0])
+    ax = figures.distribution(ds, laws=["normal"], bins=edges, ax=Figure().subplots())
+    heights = np.unique(ax.collections[0].get_paths()[0].vertices[:, 1])
+    np.testing.assert_allclose(heights[heights > 0], [0.2 / 5, 0.8 / 5])
+    weighted = figures.distribution(ds, bins=edges, ax=Figure().subplots())
+    heights = np.unique(weighted.collections[0].get_paths()[0].vertices[:, 1])
+    np.testing.assert_allclose(heights[heights > 0], [0.01 / 5, 0.99 / 5])
 
 
 def test_debris_is_the_tile_with_the_particle(run):

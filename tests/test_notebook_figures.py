@@ -1,4 +1,7 @@
-"""In a notebook every figure that is asked for appears, the library's and the user's own."""
+"""In a notebook every figure that is asked for appears, the library's and the user's own; it states one duration."""
+
+import re
+from pathlib import Path
 
 import pytest
 
@@ -24,3 +27,13 @@ def test_every_figure_asked_for_appears(first, monkeypatch):
     nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
     shown = [sum("image/png" in output.get("data", {}) for output in cell.outputs) for cell in notebook.cells]
     assert shown == [0, *(pictures for _, pictures in CELLS)]
+
+
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[1] / "notebooks").glob("*.ipynb")), ids=lambda path: path.stem
+)
+def test_a_notebook_states_its_duration_once(path):
+    notebook = nbformat.read(path, as_version=4)
+    text = notebook.cells[0].source
+    assert len(re.findall(r"\*Runs in about [^*]+ on two cores\.\*", text)) == 1
+    assert not re.search(r"takes\s+\S+\s+(to\s+\S+\s+)?minutes", text)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import statistics
 from ..statistics.laws import LAWS, fitted_law
-from ..statistics.sampling import density_units, limits_in_words, sample_bounds
+from ..statistics.sampling import counted_equally, density_units, limits_in_words, sample_bounds
 from ..statistics.uncertainty import density_intervals
 from ..vocabulary import schema
 from ..vocabulary.numbers import quantity
@@ -57,7 +57,7 @@ def distribution(
         A Dataset, and a variable along ``subregion`` or ``asperity`` alone: select one displacement first.
     laws : sequence of str or Dataset
         Names of laws to fit, such as ``statistics.LAWS``, or a result of `statistics.fit`: they are drawn in the order
-        of their AIC, with the interval of each bar.
+        of their AIC, with the interval of each bar. All places count equally then, as in the fit.
     bins : int, str or array
         As for `statistics.pdf`; at most 48 by a rule. By default fewer samples than ``fewest`` are drawn without bins.
     interval : float, optional
@@ -78,6 +78,8 @@ def distribution(
     import seaborn
 
     ax = axes(ax)
+    if len(laws):
+        ds = counted_equally(ds)
     bounds = sample_bounds(ds, name)
     bounds = bounds[:, np.isfinite(bounds[0])]
     values = bounds[np.isfinite(bounds)]

@@ -30,8 +30,9 @@ from ..figures.style import (
 )
 from ..scans import regions
 from ..statistics import debris
+from ..statistics.sampling import counted_equally
 from ..vocabulary.adhesion_laws import HERTZ
-from .comparison import SIMULATION, has_simulation, pull_off_ratio, states_at_pull_off
+from .conclusion import SIMULATION, has_simulation, pull_off_ratio, states_at_pull_off
 
 Run = Mapping[str, xr.Dataset]
 
@@ -43,11 +44,6 @@ _BY_PLACE = "superposition-by-place"
 
 #: The paper's pull-off forces (nN) of the smooth sphere and of figure 15's place, and mean and std of figure 16.
 _SMOOTH, _PLACE, _MEAN, _STD = 19.1e3, 8.6e3, 2.0e3, 1.37e3
-
-
-def counted_equally(run: Run) -> Run:
-    """Return a run whose subregions count equally, also those on debris, as in the paper."""
-    return {name: ds.drop_vars("debris_share", errors="ignore") for name, ds in run.items()}
 
 
 def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tuple[str, object]]:
@@ -62,7 +58,7 @@ def paper_figures(run: Run, names: Iterable[str] | None = None) -> Iterator[tupl
     """
     from matplotlib import pyplot
 
-    run = counted_equally(run)
+    run = {name: counted_equally(ds) for name, ds in run.items()}  # as in the paper
     drawable = [name for name in FIGURES if name != _BY_PLACE or has_simulation(run)]
     for name in drawable if names is None else names:
         title, draw = FIGURES[name]
@@ -208,8 +204,8 @@ def _superposed(run: Run):
     _mark_x(lower, "paper: similar below 12 nm", 12, 0.9)
     nothing_touches = last_without_contact(direct)
     if np.isfinite(nothing_touches):
-        words = f"no place touches\nto {nothing_touches:g} nm: no ratio"
-        lower.annotate(words, (0.02, 0.35), xycoords="axes fraction", fontsize=SMALL, color=GREY)
+        no_contact = f"no place touches\nto {nothing_touches:g} nm: no ratio"
+        lower.annotate(no_contact, (0.02, 0.35), xycoords="axes fraction", fontsize=SMALL, color=GREY)
     return upper, lower
 
 

@@ -27,7 +27,7 @@ from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.text import without_warnings
 from .numbered_figures import FIGURES, SIMULATED_FIGURES, paper_figures
 from .printed import PAIR, TWIN
-from .tables import FORMULATIONS, PATCHES, explanations, paper_tables
+from .printed_tables import FORMULATIONS, PATCHES, explanations, paper_tables
 
 Run = Mapping[str, xr.Dataset]
 

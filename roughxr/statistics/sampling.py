@@ -170,6 +170,11 @@ def one_of_each_place(ds: xr.Dataset) -> xr.Dataset:
     return ds.isel(subregion=np.unique(place_numbers(ds), return_index=True)[1])
 
 
+def counted_equally(array: Any) -> Any:
+    """Return places that count equally, also those on debris."""
+    return array.drop_vars([SHARE, "debris_share"], errors="ignore")
+
+
 def by_share(array: Any) -> Any:
     """Return values weighted by the shares of their places if these differ, else the values."""
     weights = unequal_shares(array)

@@ -37,7 +37,7 @@ from roughxr.asperity.pull_off_maps import pull_off_map
 from roughxr.asperity.superposition import superpose
 from roughxr.contact.adhesion import adhesive
 from roughxr.contact.estimates import tabor
-from roughxr.reproduction.comparison import rank_correlation
+from roughxr.reproduction.conclusion import rank_correlation
 from roughxr.scans.synthetic import self_affine
 from roughxr.statistics import smooth_pull_off
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from ..contact.problem import first_touches
 from ..specimen import specimen_of
-from ..statistics.sampling import standard_deviation
+from ..statistics.sampling import counted_equally, standard_deviation
 from ..vocabulary.numbers import number
 
 Run = Mapping[str, xr.Dataset]
@@ -110,7 +110,7 @@ def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
 
 def _scatter(run: Run, method: str) -> float:
     """Return the standard deviation of the places' pull-offs over their mean."""
-    force = run[f"statistics/{method}"]["pull_off_force"].drop_vars("debris_share", errors="ignore")
+    force = counted_equally(run[f"statistics/{method}"]["pull_off_force"])
     return float(standard_deviation(force) / force.mean())
 
 

@@ -14,7 +14,7 @@ from ..contact import reference
 from ..statistics import smooth_pull_off
 from ..statistics.sampling import by_share
 from ..vocabulary.adhesion_laws import HERTZ
-from .comparison import SIMULATION, SUMS, comparison_table, conclusion, delta_from_highest_point
+from .conclusion import SIMULATION, SUMS, comparison_table, conclusion, delta_from_highest_point
 from .numbered_figures import (
     last_without_contact,
     places_without_debris,
