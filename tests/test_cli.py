@@ -222,9 +222,7 @@ def test_the_papers_conclusion_is_tested_at_each_place(paper_run):
     assert low < 0.8 and high > 1.5
     assert (paper_run / "superposition-by-place.png").stat().st_size > 10_000
     text = " ".join((paper_run / "table.txt").read_text(encoding="utf-8").split())
-    assert (
-        "What its method gives is the mean of many places" in text and "What it does not give is the pull-off" in text
-    )
+    assert "Its method gives the mean of many places" in text and "It does not give the pull-off of one place" in text
 
 
 @pytest.mark.soak
