@@ -110,7 +110,8 @@ def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, 
 def _load(run: Path) -> Mapping[str, xr.Dataset]:
     groups = archive.load(archive.run_archive(run))
     if not set(report.DETACHMENT) <= set(groups):
-        raise Refusal(run, "a run with resisting moments", "none", "it needs adhesion and a sphere, no indenter")
+        advice = "they are in what roughxr run makes, not roughxr paper, with adhesion and a sphere, no indenter"
+        raise Refusal(run, "a run with resisting moments", "none", advice)
     return groups
 
 

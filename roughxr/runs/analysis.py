@@ -158,7 +158,7 @@ def execute(
     """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
     task = Task(specimen, plan)
     parts = _applicable(task, parts)
-    compiling = {part.name: part.compiling for part in parts if part.compiling > _NAMED_COMPILING}
+    compiling = {part.name: part.compiling for part in parts if part.compiling > 0}
     expected = {part.name: part.fixed + part.each * task.places for part in parts} | {"pages": 10.0}
     expected |= {name: expected[name] + seconds for name, seconds in compiling.items()}
     labels = {part.name: part.words for part in parts} | {"pages": _PAGES}
@@ -210,9 +210,6 @@ def analyse(
     options = {name: getattr(plan, name) for name in ("subregions", "preload", "law", "mesh", "budget")}
     yield groups | report.summary_groups(groups, command, **options)
 
-
-#: Duration (s) of compiling from which a stage states it.
-_NAMED_COMPILING = 3.0
 
 #: The last stage, after those of `PARTS`.
 _PAGES = "figures and report"

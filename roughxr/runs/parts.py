@@ -310,7 +310,7 @@ def _detachment(task: Task) -> dict[str, xr.Dataset]:
 
 
 #: Duration (s) of compiling all kernels of a folder.
-_COMPILING = {"topography": 12.0, "halfspace": 25.0, "asperity": 20.0, "adhesion": 45.0}
+_COMPILING = {"topography": 2.0, "halfspace": 18.0, "asperity": 18.0, "adhesion": 18.0}
 
 
 class Part(NamedTuple):
@@ -326,8 +326,8 @@ class Part(NamedTuple):
 
     @property
     def compiling(self) -> float:
-        """The duration (s) of compiling the kernels that are not stored yet."""
-        return _COMPILING[self.kernels] * share_to_compile(self.kernels) if self.kernels else 0.0
+        """The duration (s) of compiling its kernels; if some are stored, the others are those of other runs."""
+        return _COMPILING[self.kernels] if self.kernels and share_to_compile(self.kernels) == 1 else 0.0
 
 
 #: The stages of a run, in order.
