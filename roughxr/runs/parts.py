@@ -171,8 +171,8 @@ def _durations_after(took: float, places: int, budget: int) -> tuple[str, dict[s
     why = f"each place took {number(one_place, 's', 2)}"
     seconds = {
         "curves": 2 + 2.5 * min(places, _CURVE_PLACES) * one_place,
-        "budget": 5 + 17 * budget * one_place,  # as many solves of each place
-        "rolling": 3 + 0.8 * took,
+        "budget": 5 + 12 * budget * one_place,  # as many solves of each place
+        "rolling": 3 + took,
     }
     return why, seconds
 
