@@ -109,6 +109,24 @@ def weak_retractions(rng, pulls, noise=1.0):
     return xr.Dataset({"piezo": ("sample", piezo, {"units": "nm"}), "force": (dims, force, {"units": "nN"})})
 
 
+#: Tensions of soft contacts, over the pull, at shares 0 to 1 of the way from the contact to the detachment.
+TENSIONS = {"plateau": np.ones_like, "root": np.sqrt, "ramp": np.asarray}
+
+
+def soft_retractions(rng, pulls, drift, period, *, tension="plateau", noise=0.006):
+    """Return retractions (nm, nN) of a soft Hertz contact 1.5 µm deep, with drift of a period, as a Dataset."""
+    piezo = np.linspace(8000.0, 0.0, 2000)
+    depth = piezo - 6000.0
+    way = np.clip(-depth / 300.0, 0.0, 1.0)
+    pulled = np.where((depth <= 0) & (depth > -300), TENSIONS[tension](way), 0.0)
+    pulled += np.where((depth > 0) & (depth < 200), 1 - depth / 200, 0.0) * (tension == "plateau")
+    force = np.maximum(depth / 1500.0, 0.0) ** 1.5 - np.asarray(pulls)[:, None] * pulled
+    phase = rng.uniform(0, 2 * np.pi, (len(pulls), 1))
+    force = force + drift * np.sin(2 * np.pi * piezo / period + phase) + rng.normal(0, noise, force.shape)
+    dims = ("subregion", "sample")
+    return xr.Dataset({"piezo": ("sample", piezo, {"units": "nm"}), "force": (dims, force, {"units": "nN"})})
+
+
 def cycle(rng, n=800, **options):
     """Return piezo (nm) and force (nN) of both branches."""
     there = np.linspace(-800.0, 150.0, n)

@@ -107,17 +107,6 @@ def test_interference_without_a_pull_gives_a_limit(amplitude):
     assert all(np.isfinite(result.pull_off_force) or result.pull_off_at_most > 0 for result in results)
 
 
-def test_the_limit_contains_the_pull_below_the_straight_line_through_the_far_end():
-    """Two periods of interference, three times the noise: by eye, a line through the last fifth shows a pull."""
-    z = np.linspace(540.0, 0.0, 6600)
-    rng = np.random.default_rng(5)
-    force = np.maximum(z - 460.0, 0.0) * 0.04 - 0.03 * np.cos(2 * np.pi * z / 230) + rng.normal(0, 0.01, z.size)
-    far = z < 0.2 * z.max()
-    depth = float(-(force - np.polyval(np.polyfit(z[far], force[far], 1), z)).min())
-    result = evaluated_retraction(z, force, np.inf, 1.0)
-    assert depth > 0.15 and result.pull_off_at_most > depth
-
-
 def test_a_pull_that_was_never_pressed_is_read():
     """The selection would depend on the force: only strong pulls are never pressed at a given travel."""
     z = np.linspace(2000.0, 0.0, 2000)

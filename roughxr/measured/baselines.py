@@ -215,12 +215,12 @@ def extrapolated_level(force: np.ndarray, gap: int, noise: float) -> tuple[float
     best = (np.nan, np.inf)
     for window in (size for size in _WINDOWS if 2 * size <= bins and bins - size - ahead >= bins / 4):
         for degree in (degree for degree in _DEGREES if window >= 2 * (degree + 1)):
-            weights = _prediction_weights(window, degree, ahead)
+            weights = prediction_weights(window, degree, ahead)
             missed = np.correlate(means[: bins - ahead], weights) - means[window - 1 + ahead :]
             error = max(float(missed @ missed) / missed.size - variance, variance * float(weights @ weights))
             error *= 1 + window / (bins - ahead)  # few of the predictions are independent
             if error < best[1]:
-                best = float(means[-window:] @ _prediction_weights(window, degree, distance)), error
+                best = float(means[-window:] @ prediction_weights(window, degree, distance)), error
     return best[0], np.sqrt(best[1])
 
 
@@ -231,7 +231,7 @@ def bin_means(values: np.ndarray, width: int) -> np.ndarray:
 
 
 @lru_cache(maxsize=4096)
-def _prediction_weights(window: int, degree: int, ahead: float) -> np.ndarray:
+def prediction_weights(window: int, degree: int, ahead: float) -> np.ndarray:
     """Return the weights of equidistant values in a polynomial's value ``ahead`` of the last of them."""
     powers = np.arange(degree + 1)
     x = (np.arange(window)[:, None] - (window - 1)) / window

@@ -5,7 +5,9 @@
 Retractions with white noise and exponential or log-normal pulls, of which 0, 30, 60 or 90 % lie below the detection
 limit. For each: the share of trials whose interval contains the true mean, by bounds and by the likelihood with
 censoring; the median interval of each, and the mean of the measured forces alone, over the true mean; and the number of
-trials with too few measured forces for a likelihood.
+trials with too few measured forces for a likelihood. Then soft curves with drift (``--soft``): its amplitude, the
+share of maps whose likelihood, and whose bounds, contain the map's mean, the shares of pulls that are detected, of these
+within two standard errors, and of limits that hold, and the median limit over the noise.
 """
 
 import argparse
@@ -18,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from roughxr.measured import curves_pull_off
 from roughxr.statistics import bootstrap
-from tests.force_curves import weak_retractions
+from tests.force_curves import TENSIONS, soft_retractions, weak_retractions
 
 #: Depth that is detected, in standard deviations of the noise.
 DETECTED = 5.0
@@ -48,13 +50,61 @@ def trial(rng, quantile, scale, count):
     return [*ends, float(measured.pull_off_force.mean())]
 
 
+#: Amplitudes (nN) and range of periods (nm) of the drift of soft curves; range of the shares without a visible pull.
+DRIFTS = (0.0, 0.05, 0.15)
+PERIODS = (2000.0, 9000.0)
+HIDDEN = (0.1, 0.9)
+
+#: Noise, and depth that is about detected, nN.
+SOFT_NOISE, SOFT_DETECTED = 0.006, 0.02
+
+
+def soft_trial(rng, drift, tension, count):
+    """Return the scores of one map of soft curves, whose pulls are exponential, or zero or log-normal."""
+    hidden = rng.uniform(*HIDDEN)
+    pulls = SOFT_DETECTED / -np.log1p(-hidden) * rng.exponential(size=count)
+    if rng.uniform() < 0.5:
+        pulls = np.where(rng.uniform(size=count) < hidden, 0.0, 0.1 * rng.lognormal(0, 0.5, count))
+    measured = curves_pull_off(soft_retractions(rng, pulls, drift, rng.uniform(*PERIODS), tension=tension))
+    force = measured["pull_off_force"].values
+    error = measured["pull_off_standard_error"].values
+    limit = measured["pull_off_at_most"].values
+    is_measured = np.isfinite(force)
+    mean = bootstrap(measured, "pull_off_force", statistics=["mean"]).squeeze()
+    ends = [(mean[f"{by}low"], mean[f"{by}high"]) for by in ("likelihood_", "") if f"{by}low" in mean]
+    contained = [bool(low <= pulls.mean() <= high) for low, high in ends]
+    return (
+        contained[0] if np.isfinite(ends[0][0]) else np.nan,
+        contained[-1],
+        is_measured.mean(),
+        (np.abs(force - pulls) < 2 * error)[is_measured].mean() if is_measured.any() else np.nan,
+        (pulls <= limit)[~is_measured].mean() if not is_measured.all() else np.nan,
+        np.nanmedian(limit) / SOFT_NOISE,
+    )
+
+
+def soft_table(seeds, count):
+    """Print the scores of maps of soft curves."""
+    print("drift, nN  likelihood  bounds  detected  within 2  limits hold  limit / noise")
+    for drift in DRIFTS:
+        tensions = list(TENSIONS)
+        rows = [soft_trial(np.random.default_rng(seed), drift, tensions[seed % 3], count) for seed in seeds]
+        shares = np.nanmean(np.array(rows)[:, :5], axis=0)
+        limit = np.nanmedian(np.array(rows)[:, 5])
+        print(f"{drift:9.2f}  " + "  ".join(f"{share:8.2f}" for share in shares) + f"  {limit:8.1f}", flush=True)
+
+
 def main():
     """Print the table."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--trials", type=int, default=40)
     options.add_argument("--count", type=int, default=64)
     options.add_argument("--seed", type=int, default=0)
+    options.add_argument("--soft", action="store_true")
     options = options.parse_args()
+    if options.soft:
+        soft_table(range(options.seed, options.seed + options.trials), options.count)
+        return
     print(
         f"{'law':12s} {'below':>6s} {'bounds':>7s} {'':>14s} {'likelihood':>10s} {'':>14s} {'too few':>8s} {'rest':>6s}"
     )
