@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from ..bodies.liquid import HumidAir
@@ -92,10 +93,10 @@ def _listed(value: Any) -> list[str]:
 
 def both_counts(counts: Sequence[int]) -> tuple[int, int]:
     """Return the places along x and y: one number stands for both."""
-    both = [count for part in counts for count in (part if isinstance(part, tuple) else [part])]
-    if len(both) > 2:
-        raise Refusal("--subregions", "places along x and y, or one number for both", len(both))
-    return both[0], both[-1]
+    counts = np.hstack(counts).tolist()
+    if len(counts) > 2:
+        raise Refusal("--subregions", "places along x and y, or one number for both", len(counts))
+    return counts[0], counts[-1]
 
 
 def stated_pair(options: Namespace) -> dict[str, Any]:
