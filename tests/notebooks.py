@@ -25,11 +25,12 @@ FOLDER = Path(__file__).parents[1] / "notebooks"
 #: Size (bytes) from which a picture, the map of a rough scan, is stored with half the dots.
 _LARGE = 300_000
 
-#: Executed first. Cautions are printed as part of the output, without the path of the kernel's file; a change that a
-#: library announces is an error.
+#: Executed first. Each caution is printed once as part of the output, without the path of the kernel's file; a change
+#: that a library announces is an error.
 _CAUTIONS = """
-import warnings
-warnings.showwarning = lambda message, category, *place, **more: print(f"{category.__name__}: {message}")
+import functools, warnings
+once = functools.lru_cache(maxsize=None)(print)
+warnings.showwarning = lambda message, category, *place, **more: once(f"{category.__name__}: {message}")
 warnings.filterwarnings("error", category=FutureWarning)
 """
 
