@@ -13,9 +13,12 @@ from .bodies.pair import indenter_map
 from .bodies.pair_record import Pair, read_pair
 from .jobs.spread import is_lazy
 from .kernels.halfspace.separation import PARABOLA, PROFILES, map_separation, sphere_separation
+from .kernels.topography import peaks
 from .scans import regions, wavelength
 from .scans.editing import on_square_pixels
 from .vocabulary import schema
+from .vocabulary.numbers import number
+from .vocabulary.refusal import Refusal
 from .vocabulary.units import Places
 
 
@@ -88,6 +91,30 @@ class Specimen:
     def centres(self, subregions: Places) -> xr.Dataset:
         """Return contact centres, see `regions.centres`."""
         return regions.centres(self.scan, subregions)
+
+
+def need_wide_scan(scan: xr.Dataset) -> None:
+    """Raise where the assigned sphere can touch the surface beyond the scan.
+
+    That is where its cap over the whole scan is lower than the standard deviation of the heights. A single bump, and
+    summits within edges below the mean height, are no part of a larger surface.
+    """
+    if "sphere_radius" not in scan.coords:
+        return
+    heights = scan["height"].values
+    radius = schema.sphere_radius(scan)
+    width = 2 * Indenter(radius, PROFILES["sphere"], None).half_width(float(heights.std()))
+    shown = min(regions.sides(scan))
+    edges = heights[0], heights[-1], heights[:, 0], heights[:, -1]
+    if max(edge.max() for edge in edges) <= heights.mean():
+        return
+    if width > shown and peaks.search(heights).ix.size > 1:
+        raise Refusal(
+            "sphere_radius",
+            f"a sphere that touches no more than the scan's {number(shown, 'nm')}",
+            f"{number(radius, 'nm')}, which touches this roughness over {number(width, 'nm')}",
+            "take a scan at least as wide as that, or a smaller sphere",
+        )
 
 
 def specimen_of(given: xr.Dataset | Specimen) -> Specimen:

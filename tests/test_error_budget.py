@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 import roughxr
 from roughxr import archive, figures, report
+from roughxr.report.summary import BUDGET
 from roughxr.studies import budget_changes
 from roughxr.studies.assumptions import CHANGES
 from roughxr.studies.budget_changes import mean_change
@@ -278,6 +279,18 @@ def test_budget_and_best_estimate_take_the_same_deviations(stated_range):
     deviation = KNOWN_RANGE if stated_range else UNKNOWN_RANGE
     by_slope = abs(float(budget.slope.sel(entry="range of adhesion"))) * np.log(deviation)
     assert float(estimate.relative_std.sel(entry="range of adhesion")) == pytest.approx(by_slope, rel=1e-6)
+
+
+def test_the_accuracy_in_the_last_row_is_that_of_the_total_without_unseen_roughness(budget):
+    """It stood as that of the total, most of which is the entry of unseen roughness, known to no accuracy."""
+    values = {"pull_off_mean": 10.0, "pull_off_low": 4.0, "pull_off_high": 25.0, "finest_shown": 20.0}
+    estimate = xr.Dataset(values | {"relative_std": ("entry", [0.5])}, {"entry": ["unseen roughness"]})
+    total = report.budget_table({BUDGET: budget, "statistics/extrapolated": estimate}).loc["all of these"]
+    assert "±" not in total["error [%]"] and float(total["error [%]"]) > 50
+    seen = numbers.percent(budget.total_std)
+    assert (
+        f"Without roughness finer than 20 nm the total is {seen}, which is known to ±" in total["how it was computed"]
+    )
 
 
 def test_a_scan_that_is_noise_has_no_headline_but_the_reason(rough, solved):

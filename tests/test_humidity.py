@@ -40,12 +40,47 @@ def wet(ds, humidity=0.5, radius=3000.0, **options):
     """Return the scan with water alone between the bodies, or what else is given."""
     air_options = {name: options.pop(name) for name in ("contact_angle", "liquid", "film") if name in options}
     air = roughxr.HumidAir(humidity, **air_options)
-    return ds.contact.assign_pair(**({"sphere_radius": radius, "contact_modulus": 40.0, "humidity": air} | options))
+    bodies = {"sphere_radius": radius, "contact_modulus": 40.0, "humidity": air}
+    bodies |= {} if "materials" in options else {"work_of_adhesion": 0.0}
+    return ds.contact.assign_pair(**(bodies | options))
 
 
 def flat(radius):
     pixel, n = FLAT[radius]
     return scan(np.zeros((n, n)), pixel)
+
+
+@pytest.mark.parametrize(
+    ("bodies", "work"),
+    [
+        ({"contact_modulus": 40}, None),
+        ({"young_modulus": (60, 72), "poisson_ratio": (0.3, 0.22)}, None),
+        ({"contact_modulus": 40, "hamaker_constant": "65 zJ"}, 0.0633),
+        ({"contact_modulus": 40, "surface_energy": 0.03}, 0.06),
+        ({"contact_modulus": 40, "work_of_adhesion": 0}, 0.0),
+        ({"materials": "glass"}, 0.0633),
+    ],
+)
+def test_dry_adhesion_of_a_humid_pair_is_stated_or_refused(bodies, work):
+    """Bodies whose adhesion is unknown were taken not to attract at all."""
+    for air in (0.4, "40 %", roughxr.HumidAir(0.4)):
+        options = {"sphere_radius": 3000, "humidity": air, **bodies}
+        if work is None:
+            with pytest.raises(ValueError, match="humidity: expected the dry adhesion .* work_of_adhesion=0"):
+                flat(3000.0).contact.assign_pair(**options)
+        else:
+            pair = flat(3000.0).contact.assign_pair(**options)
+            assert float(pair.work_of_adhesion) == pytest.approx(work, rel=1e-2)
+
+
+def test_a_run_in_humid_air_without_adhesion_is_refused_in_options(tmp_path, capsys):
+    scan_file = tmp_path / "scan.nc"
+    scan(rough(32), 20.0).to_netcdf(scan_file)
+    bodies = ["--sphere-radius", "500 nm", "--contact-modulus", "40 GPa", "--humidity", "40 %"]
+    assert cli.main(["run", str(scan_file), *bodies, "-o", str(tmp_path / "run")]) != 0
+    printed = capsys.readouterr().err
+    assert "--humidity: expected the dry adhesion" in printed and "--work-of-adhesion 0" in printed
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize(("humidity", "expected"), [(0.3, 0.4354), ("50 %", 0.7563), (0.9, 4.9758)])
@@ -225,9 +260,10 @@ def test_the_twin_by_two_independent_sums():
     assert means == pytest.approx(expected, rel=0.02)
 
 
-@pytest.mark.parametrize("pixels", [9, 33])
-def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels):
-    pair = wet(scan(rough(pixels, rms=0.5, smooth=1.0), 5.0), 0.9, materials="glass", contact_modulus=None)
+@pytest.mark.parametrize(("pixels", "rms"), [(9, 0.05), (33, 0.5)])
+def test_on_a_scan_hardly_wider_than_the_meniscus_the_pull_is_truncated(pixels, rms):
+    surface = scan(rough(pixels, rms=rms, smooth=1.0), 5.0)
+    pair = wet(surface, 0.9, materials="glass", contact_modulus=None)
     rigid = pair.contact.rigid(delta=[-0.2])
     with pytest.warns(UserWarning, match=r"1 of 1 subregions .* edge of the scan .* do not include the surface beyond"):
         adhesive = pair.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
@@ -347,8 +383,9 @@ def solved_moments(ds, places, **directions):
 
 def test_a_wet_sphere_rolls_off_slides_or_lifts(humid):
     """From the contacts of the simulation and its own pressures; the moment grows with the humidity."""
-    dry = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.3)
-    more = humid.contact.assign_pair(sphere_radius=1000, contact_modulus=40, humidity=0.8)
+    bodies = {"sphere_radius": 1000, "contact_modulus": 40, "work_of_adhesion": 0}
+    dry = humid.contact.assign_pair(**bodies, humidity=0.3)
+    more = humid.contact.assign_pair(**bodies, humidity=0.8)
     moments = [solved_moments(ds, (2, 2), directions=6) for ds in (dry, more)]
     assert float(moments[1].resisting_moment.mean()) > 1.2 * float(moments[0].resisting_moment.mean()) > 0
     assert (moments[0].contact.critical_load().critical_friction_velocity > 0).all()
@@ -448,7 +485,7 @@ def test_the_command_line_takes_the_humid_air(tmp_path):
 @pytest.mark.parametrize("humidity", [0.3, 0.5, 0.9])
 def test_the_simulation_gives_the_anchors_of_stiff_bodies_and_maugis_of_others(humidity):
     """Dugdale's law is the liquid's: on stiff bodies 4πRγ, on glass the pull-off of Maugis's λ."""
-    humid_pair = {"sphere_radius": 3000.0, "humidity": humidity}
+    humid_pair = {"sphere_radius": 3000.0, "work_of_adhesion": 0.0, "humidity": humidity}
     stiff = scan(np.zeros((101, 101)), 5.0).contact.assign_pair(contact_modulus=1e4, **humid_pair)
     simulated = stiff.contact.adhesive(mesh=roughxr.Mesh(1, accuracy=None))
     assert float(simulated.pull_off_force[0]) == pytest.approx(4 * np.pi * 3000 * GAMMA, rel=0.01)

@@ -153,7 +153,8 @@ def test_the_budget_of_a_particle_at_rest_lets_another_sphere_roll_to_its_own_re
 @pytest.mark.parametrize("turn", [np.pi / 6, 0.2])  # on a symmetry of the pixels, and off it
 def test_water_resists_by_the_distance_of_the_foremost_of_three_equal_summits(turn):
     surface = caps(polygon(3, 150.0, turn=turn), 2.5, radius=60.0, half=220.0).drop_vars("contact_modulus")
-    surface = roughxr.assign_pair(surface, sphere_radius=RADIUS, contact_modulus=40, humidity=0.5)
+    bodies = {"sphere_radius": RADIUS, "contact_modulus": 40, "work_of_adhesion": 0}
+    surface = roughxr.assign_pair(surface, **bodies, humidity=0.5)
     solved = roughxr.adhesive(surface, preload=0.0, subregions=resting(surface), mesh=2)
     moments = simulated_moments(specimen_of(surface), solved, directions=12)
     assert int(moments.contacts[0]) == 3

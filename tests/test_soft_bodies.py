@@ -234,3 +234,35 @@ def test_a_mesh_that_does_not_converge_leaves_the_pull_off_of_the_one_before(mon
     cycle = ground.contact.adhesive(mesh=roughxr.Mesh(accuracy=1e-9))
     assert len(set(meshes)) == 3 and float(cycle.mesh[0]) == sorted(set(meshes))[1]
     assert float(cycle.pull_off_force[0]) > 0 and float(cycle.pull_off_error[0]) > 1e-9
+
+
+@pytest.mark.parametrize("law", ["exponential", "dugdale", "lennard_jones"])
+def test_two_summits_of_which_pressing_reaches_the_second_are_a_range_by_every_law(law):
+    """The sphere settles on the higher of two equal summits; pressed by its own pull-off, it holds both."""
+    x = 4.0 * (np.arange(48) - 23.5)
+    higher, lower = (
+        height - (np.hypot(x[:, None] - at, x) ** 2) / (2 * 60.0) for at, height in ((-40.0, 10.0), (40.0, 8.6))
+    )
+    surface = scan(np.maximum(np.maximum(higher, lower), 0.0), 4.0)
+    bodies = {"sphere_radius": 1e5, "contact_modulus": 3.0, "work_of_adhesion": 0.09, "adhesion_range": 0.3}
+    pair = roughxr.assign_pair(surface, **bodies)
+    options = {"subregions": ([94.0], [94.0]), "law": law, "mesh": roughxr.Mesh(2, step=0.25)}
+    with pytest.warns(UserWarning, match="1 of 1 subregions have a range"):
+        settled = pair.contact.adhesive(**options)
+    pressed = pair.contact.adhesive(preload=float(settled.pull_off_force[0]), **options)
+    assert float(pressed.pull_off_force[0]) > 1.5 * float(settled.pull_off_force[0])
+    assert settled.pressed_pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.05)
+    assert pressed.pressed_pull_off_force.values == pytest.approx(pressed.pull_off_force.values, rel=0.05)
+
+
+def test_loading_without_a_jump_needs_no_second_retraction(monkeypatch):
+    """A sphere on one summit is pressed and released along one curve: nothing is solved again."""
+    retractions = []
+    retract = path.Retraction.retract
+    monkeypatch.setattr(path.Retraction, "retract", lambda self: retractions.append(1) or retract(self))
+    x = 4.0 * (np.arange(32) - 15.5)
+    bump = scan(-(np.hypot(x[:, None], x) ** 2) / 400.0, 4.0)
+    pair = roughxr.assign_pair(bump, sphere_radius=1e5, contact_modulus=30.0, work_of_adhesion=0.05)
+    solved = pair.contact.adhesive(subregions=([62.0], [62.0]), law="exponential", mesh=1)
+    assert len(retractions) == 1
+    assert float(solved.pressed_pull_off_force[0]) == float(solved.pull_off_force[0]) > 0

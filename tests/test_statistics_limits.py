@@ -10,6 +10,7 @@ from roughxr.cli import main
 from roughxr.measured import curves_pull_off
 from roughxr.statistics.censoring import least_spread_values, likelihood_estimates, most_spread_values
 from roughxr.statistics.laws import LAWS, fitted_parameters, log_likelihood
+from roughxr.statistics.uncertainty import density_intervals
 
 from .force_curves import weak_retractions
 from .surfaces import glass_pair, rough, scan
@@ -171,3 +172,43 @@ def test_limits_survive_a_table_and_are_printed(weak, tmp_path, capsys):
     single.write_text("pull_off_force [nN],pull_off_at_most [nN]\n,0.12\n")
     assert main(["measured", str(single)]) == 0
     assert "pull-off force: 0 … 120 pN" in capsys.readouterr().out
+
+
+def saturated(forces, limit, **places):
+    """Return pull-off forces of which those above a limit are known by it alone."""
+    is_known = forces < limit
+    force = ("subregion", np.where(is_known, forces, np.nan), {"units": "nN"})
+    at_least = ("subregion", np.where(is_known, np.nan, limit), {"units": "nN"})
+    return xr.Dataset({"pull_off_force": force, "pull_off_at_least": at_least}, places, {"measured": "table"})
+
+
+def test_a_force_above_a_limit_is_in_no_bin():
+    """It was counted as equal to its limit: the last bin before it grew with every saturated curve."""
+    measured = saturated(np.array([1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 9.0]), 5.0)
+    density = statistics.pdf(measured, bins=[0.0, 2.5, 5.0])
+    assert (density.values * 2.5).tolist() == [0.25, 0.25] and float(density.cdf[-1]) == 0.5
+    low, high = density_intervals(measured, "pull_off_force", bins=[0.0, 2.5, 5.0])
+    assert (low <= density.values).all() and (density.values <= high).all()
+    drawn = measured.contact.plot(bins=[0.0, 2.5, 5.0])
+    assert drawn.dataLim.y1 == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("limited", ["below", "above"])
+def test_few_independent_places_with_limits_have_no_interval(limited, capsys, tmp_path):
+    """One slow change over all places: an interval to 1e29 nN by the likelihood was stored, and one promised."""
+    x, y = (10.0 * axis.ravel() for axis in np.meshgrid(np.arange(6.0), np.arange(6.0)))
+    forces = 5.0 * np.exp(np.sin(x / 60) + np.cos(y / 70))
+    places = {name: ("subregion", at, {"units": "nm"}) for name, at in (("subregion_x", x), ("subregion_y", y))}
+    limit = float(np.median(forces))
+    measured = saturated(forces, limit, **places) if limited == "above" else with_limits(forces, limit)
+    measured = measured.assign_coords(places)
+    mean = statistics.bootstrap(measured, statistics=["mean"]).squeeze()
+    assert mean.independent_places < 3.5 and mean.estimate > 0
+    assert all(np.isnan(mean[end]) for end in ("low", "high", "likelihood_low", "likelihood_high"))
+    sentence = measured.contact.answer().sentence
+    assert "too few independent ones for an interval" in sentence
+    assert "wherever they lie" not in sentence and "95 % interval" not in sentence and "–" not in sentence
+    roughxr.to_table(measured, tmp_path / "forces.csv")
+    assert main(["measured", str(tmp_path / "forces.csv")]) == 0
+    printed = capsys.readouterr().out
+    assert "too few independent places for an interval" in printed and "wherever" not in printed

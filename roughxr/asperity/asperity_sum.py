@@ -16,6 +16,7 @@ from ..kernels.asperity import pull_off_search
 from ..kernels.asperity.asperity_laws import ASPERITY_LAWS, RANGED, AsperityLaw, asperities_scales, subset
 from ..kernels.asperity.asperity_laws import law as kernel_law
 from ..kernels.halfspace.separation import PROFILES
+from ..specimen import need_wide_scan
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import DUGDALE, HERTZ, JKR, read_law
 from ..vocabulary.refusal import Refusal
@@ -124,6 +125,8 @@ def read_summands(
     ds = schema.validate(ds, "asperities" if "asperity" in ds.dims else "scan")
     dry_range = None if law else 0.0  # the default without liquid is "jkr"
     law = read_law(law or (DUGDALE if schema.is_humid(ds) else JKR), verb)
+    if "height" in ds and {"x", "y"} <= set(ds.dims) and not is_lazy(ds):
+        need_wide_scan(ds)
     options = read_options(ds, law, formulation, dry_range=dry_range, coated=coated and not is_lazy(ds))
     return Summands(ds, law, formulation, options, is_lazy(ds))
 

@@ -153,7 +153,8 @@ def assign_pair(
     humidity : number, str or HumidAir, optional
         Relative humidity, as 0.6 or "60 %", or `HumidAir`, where the liquid is not water that wets both bodies. It
         condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
-        weakens the solids' own attraction. Water counts in full above 19 % relative humidity, less below, and not at
+        weakens the solids' own attraction, which must be known: by named materials, a work of adhesion (0: they attract
+        by liquid alone) or a Hamaker constant. Water counts in full above 19 % relative humidity, less below, and not at
         all below 3 %, where menisci are thinner than a molecule. Without a humidity the pair is dry.
     layer : Layer or str, optional
         A layer bonded to the scan's body, as "50 nm silica" or `Layer`. The pair is then the indenter and the body
@@ -232,8 +233,9 @@ def assign_pair(
     )
     values |= _hardness(bodies, hardness, values) | coating
     if air is not None:
+        _refuse_unknown_attraction(values)
         attracting = bodies if adhesion is hamaker_constant is None else None  # whose own constants set the attraction
-        values = {"work_of_adhesion": 0.0} | values | under_liquid
+        values |= under_liquid
         values |= liquids.liquid_coordinates(values, air, bodies=attracting)
     out = ds.drop_vars([*schema.TRAVELLING, "indenter_height", "indenter_x", "indenter_y"], errors="ignore")
     out = out.assign_coords(values)
@@ -300,6 +302,17 @@ def _refuse_medium(bodies: tuple | None, *stated: Any) -> None:
             "medium",
             "named materials alone, whose attraction across it is known",
             advice="give work_of_adhesion or hamaker_constant under the medium instead, without medium",
+        )
+
+
+def _refuse_unknown_attraction(pair: dict[str, float]) -> None:
+    """Raise for a humid pair whose attraction without the liquid is not stated."""
+    if "work_of_adhesion" not in pair:
+        raise Refusal(
+            "humidity",
+            "the dry adhesion of the bodies as well",
+            "none",
+            "give work_of_adhesion or hamaker_constant, or work_of_adhesion=0 if they attract by liquid alone",
         )
 
 
@@ -384,7 +397,8 @@ def _layer_material(name: str) -> substances.Material:
             "layer",
             f"a layer of {', '.join(substances.MATERIALS)}",
             f"{name!r}",
-            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2)",
+            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), and the "
+            "pair's work_of_adhesion",
         )
     return material
 

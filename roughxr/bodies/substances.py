@@ -83,7 +83,7 @@ def named_pair(names: str | tuple[str, str]) -> tuple[Material, Material]:
             "materials",
             f"one or two of {', '.join(MATERIALS)}, as in 'glass/silicon'",
             f"{names!r}{(did_you_mean(unknown[0], similar) if unknown else '')}",
-            "for other materials give young_modulus and poisson_ratio",
+            "for other materials give young_modulus and poisson_ratio, and work_of_adhesion or hamaker_constant",
         )
     return MATERIALS[both[0]], MATERIALS[both[-1]]
 

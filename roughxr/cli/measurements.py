@@ -75,7 +75,8 @@ def _print_statistics(table: xr.Dataset) -> None:
         print("\npull-off force, nN, with its 95 % interval:")
         print(_with_intervals(table, {"estimate": ""}))
         return
-    print(f"\nknown by limits: {table.attrs['limits']}; 95 % intervals hold wherever these forces lie")
+    intervals = table.attrs.get("no_interval", "95 % intervals hold wherever these forces lie")
+    print(f"\nknown by limits: {table.attrs['limits']}; {intervals}")
     print(f"law of the likelihood with censoring: {table.attrs['law']}")
     by_law = table.assign(low=table["likelihood_low"], high=table["likelihood_high"])
     shown = {"pull-off force": table, "by a likelihood with censoring": by_law}

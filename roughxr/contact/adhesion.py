@@ -19,7 +19,7 @@ import xarray as xr
 from ..jobs import spread
 from ..kernels.adhesion.states import INTERMEDIATE_TOLERANCE, TOLERANCE
 from ..kernels.adhesion.traction_laws import TAIL
-from ..specimen import Specimen, specimen_of
+from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.adhesion_laws import AUTO, LENNARD_JONES
 from ..vocabulary.refusal import Refusal
@@ -47,7 +47,7 @@ _MISSING = dict.fromkeys(
     ("pull_off_error", "mesh_error", "step_error", "interpolation_error"),
     "NaN without a second mesh that gives a pull-off: one mesh states no error",
 )
-_MISSING["pressed_pull_off_force"] = "NaN for a law with a range, and where pressing changes nothing"
+_MISSING["pressed_pull_off_force"] = "NaN with displacements, and where a place was not solved"
 
 
 def adhesive(
@@ -122,6 +122,7 @@ def adhesive(
     specimen = specimen_of(ds)
     if preload is not None and delta is not None:
         raise Refusal("", "either preload or delta", "both")
+    need_wide_scan(specimen.scan)
     by_preload = delta is None
     mesh = read_mesh(mesh, Mesh())
     datum = datum or ("first_contact" if by_preload else "highest_peak")
@@ -133,6 +134,7 @@ def adhesive(
         mesh=mesh,
         cycles=cycles,
     )
+    adhesion = adhesion._replace(presses=by_preload)
     delta = [settling_depth(specimen, adhesion)] if by_preload else delta
     problem = read_problem(specimen, positions, delta=delta, datum=datum, refine=max(adhesion.refine, 1))
     if not by_preload:

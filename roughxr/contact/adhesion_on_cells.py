@@ -37,6 +37,7 @@ class Adhesion(NamedTuple):
     cycles: int = 1  # at each place, each on the shape left by the cycle before
     liquid: Menisci | None = None  # condensed between the bodies; ``work`` is then that of the solids outside it
     first_cell: float = np.inf  # nm, of the coarsest mesh of "auto" with an accuracy, or without range
+    presses: bool = False  # whether each pull-off is compared with that of a sphere pressed as hard as it holds
     capture: float = 0.0  # nm, gap at which the pair's attraction snaps surfaces together; without range only
 
     @property

@@ -69,6 +69,7 @@ class Cycles(NamedTuple):
     events: list[dict[str, float]]  # snap-in, pull-off, work of separation etc.; empty if broken or without contact
     steep_pulls: np.ndarray  # nN, of the steeper edge
     wide_pulls: np.ndarray  # nN, of the wider edge; empty without
+    pressed_pulls: np.ndarray  # nN, once the indenter was pressed as hard as it holds; NaN if not asked for
 
     @property
     def pull_offs(self) -> np.ndarray:
@@ -104,20 +105,30 @@ def reached(followed: path.Path, adhesion: Adhesion, k: int) -> bool:
 
 
 def cycles_on(
-    surface: Surface, problem: Problem, adhesion: Adhesion, *, fields: str | None = None, steepest_only: bool = False
+    surface: Surface,
+    problem: Problem,
+    adhesion: Adhesion,
+    *,
+    fields: str | None = None,
+    steepest_only: bool = False,
+    press: bool = False,
 ) -> Cycles:
     """Return the cycles on a surface and its mesh; with both edges, or the steepest only."""
     has_edge = ADHESION_LAWS[adhesion.law].has_edge and adhesion.work > 0
-    paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), fields)
+    paths = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem), fields, press)
     steep = [_events(followed, has_edge) for followed in paths]
+    pulls = _pull_offs(steep)
+    pressed = np.array([followed.pressed for followed in paths])
     if not has_edge or steepest_only:
         edges = [Extrapolation(0.0, 0.0)] * len(paths)
-        return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, _pull_offs(steep), np.zeros(0))
-    wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), None)
+        return Cycles(surface, problem, adhesion.law, paths, [], edges, steep, pulls, np.zeros(0), pressed)
+    wider = _follow(surface, problem, adhesion, law_on_cells(adhesion, problem, 0.5), None, False)
     wide = [_events(followed, has_edge) for followed in wider]
     edges = [_extrapolation(adhesion.law, *both) for both in zip(steep, wide)]
     events = [_extrapolated_events(*each) for each in zip(steep, wide, edges)]
-    return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, _pull_offs(steep), _pull_offs(wide))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        pressed = _pull_offs(events) * pressed / pulls  # as the narrower edge's
+    return Cycles(surface, problem, adhesion.law, paths, wider, edges, events, pulls, _pull_offs(wide), pressed)
 
 
 def _pull_offs(events: list[dict[str, float]]) -> np.ndarray:
@@ -125,20 +136,24 @@ def _pull_offs(events: list[dict[str, float]]) -> np.ndarray:
     return np.array([event.get("pull_off_force", np.nan) for event in events])
 
 
-def _follow(surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: str | None) -> list[path.Path]:
+def _follow(
+    surface: Surface, problem: Problem, adhesion: Adhesion, law, fields: str | None, press: bool
+) -> list[path.Path]:
     """Return the paths of all cycles and preloads, in nm, nN and GPa."""
-    paths = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None)
+    paths = before = _cycle(surface, problem, adhesion, law, fields, adhesion.preloads, None, press)
     for _ in range(1, adhesion.cycles):
         loads = [adhesion.preloads[k : k + 1] for k in range(len(before))]
         before = [
-            _cycle(surface, problem, adhesion, law, fields, load, last.residual_heights[-1])[0] if last.turn else last
+            _cycle(surface, problem, adhesion, law, fields, load, last.residual_heights[-1], press)[0]
+            if last.turn
+            else last
             for load, last in zip(loads, before)
         ]
         paths = paths + before
     return [_in_units(followed, surface, problem) for followed in paths]
 
 
-def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -> list[path.Path]:
+def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height, press) -> list[path.Path]:
     """Return the paths up to each preload (nN) and back, on a surface with residual heights (nm) of earlier cycles."""
     hardness = displacement_control.Hardness(problem.hardness, problem.yielding)
     cap, limit = hardness.scaled(problem.dx / problem.contact_modulus)
@@ -156,6 +171,7 @@ def _cycle(surface, problem, adhesion, law, fields, preloads, residual_height) -
         from_contact=adhesion.law == JKR and adhesion.work > 0,
         capture=adhesion.capture,
         film=problem.film,
+        press=press,
     )
 
 
@@ -169,7 +185,7 @@ def _in_units(followed: path.Path, surface: Surface, problem: Problem) -> path.P
     states["plastic_work"] *= problem.hardness if problem.yielding else 0.0
     states["delta"] -= surface.zero
     pressures = followed.pressures * problem.contact_modulus / problem.dx
-    return followed._replace(states=states, pressures=pressures)
+    return followed._replace(states=states, pressures=pressures, pressed=followed.pressed * stiffness)
 
 
 def yielded_shares(followed: path.Path, problem: Problem) -> dict[str, np.ndarray]:

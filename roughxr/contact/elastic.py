@@ -13,7 +13,7 @@ import xarray as xr
 from ..jobs import spread
 from ..jobs.records import BRANCHES, Layout, warn_unconverged
 from ..kernels.halfspace import displacement_control, load_control, yielding
-from ..specimen import Specimen, specimen_of
+from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..vocabulary import schema
 from ..vocabulary.text import IncompleteResult, warn
 from ..vocabulary.units import Places, Quantities
@@ -122,6 +122,7 @@ def direct(
     ({'subregion': 4, 'branch': 2, 'delta': 2}, True)
     """
     specimen = specimen_of(ds)
+    need_wide_scan(specimen.scan)
     positions = specimen.centres(subregions)
     problem = read_problem(specimen, positions, delta=delta, load=load, datum=datum)
     ask_about_depth(specimen, problem)

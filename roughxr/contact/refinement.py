@@ -50,7 +50,8 @@ def cycles_at(place: Place, problem: Problem, adhesion: Adhesion, *, fields: boo
     """Return the cycles at one place, on a mesh that meets the accuracy, and the errors of their pull-offs."""
     if adhesion.refine:
         pressures = AT_DISPLACEMENTS if fields else None
-        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures)
+        press = _presses_once(adhesion)
+        cycles = _solved(place, problem, adhesion, adhesion.refine, fields=pressures, press=press)
         pressed = _pressed_pull_offs(place, problem, adhesion, cycles)
         error = _with_settling(_single_mesh_error(cycles), cycles, pressed, adhesion)
         return cycles, {"mesh": adhesion.refine, "pressed_pull_off_force": pressed, "pull_off_error": error}
@@ -69,9 +70,10 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     finest = max((n for n in REFINEMENTS if pixels * n**2 <= MOST_CELLS), default=1)
     first = min(_first_refinement(problem, adhesion), finest)
     meshes = [n for n in REFINEMENTS if first <= n <= finest][:_MOST_MESHES]
-    cycles = _solved(place, problem, adhesion, meshes[0])
+    press = _presses_once(adhesion)
+    cycles = _solved(place, problem, adhesion, meshes[0], press=press)
     if np.isnan(adhesion.accuracy):
-        return cycles, {"mesh": meshes[0]}
+        return cycles, {"mesh": meshes[0], "pressed_pull_off_force": cycles.pressed_pulls}
     step_error = _change(_solved(place, problem, adhesion._replace(step=2 * adhesion.step), meshes[0]), cycles)
     spline_change = _change_by_splines(place, problem, adhesion, cycles)
     if (step_error > 0.5 * adhesion.accuracy).any():  # longer steps pass over states
@@ -81,7 +83,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         mesh_error = _change(_solved(place, problem, adhesion, meshes[0] // 2), cycles)
         slow = _slow_error(cycles, mesh_error)
     for n in meshes[1:]:
-        finer = _solved(place, problem, adhesion, n)
+        finer = _solved(place, problem, adhesion, n, press=press)
         if (np.isnan(finer.pull_offs) & (cycles.pull_offs > 0)).any():
             break
         before, cycles = cycles, finer
@@ -142,8 +144,8 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
     the preload, and is pressed again. The ratio to the pull-off as it settles is that of larger cells. If the sphere
     settles there on other summits, which hold more, the pull-off itself is.
     """
-    if not _is_pressed(adhesion):
-        return np.full(cycles.pull_offs.size, np.nan)
+    if not _is_pressed_on_larger_cells(adhesion):
+        return cycles.pressed_pulls
     refine = max(cycles.problem.refine // _PRESSED_CELLS, _first_refinement(problem, adhesion))
     on_larger = _solved(place, problem, adhesion, refine) if refine < cycles.problem.refine else cycles
     pulls = on_larger.pull_offs
@@ -160,9 +162,14 @@ def _pressed_pull_offs(place: Place, problem: Problem, adhesion: Adhesion, cycle
         return np.where(light, np.where(is_elsewhere, pressed, scaled), cycles.pull_offs)
 
 
-def _is_pressed(adhesion: Adhesion) -> bool:
-    """Return whether places are solved once more after the sphere was pressed."""
-    return adhesion.law == JKR and not np.isnan(adhesion.accuracy) and adhesion.preloads.size > 0
+def _is_pressed_on_larger_cells(adhesion: Adhesion) -> bool:
+    """Return whether places are solved once more after the sphere was pressed: without range, where cells are small."""
+    return adhesion.presses and adhesion.law == JKR and not np.isnan(adhesion.accuracy)
+
+
+def _presses_once(adhesion: Adhesion) -> bool:
+    """Return whether loading continues beyond the preload, on the cells of the pull-off."""
+    return adhesion.presses and not _is_pressed_on_larger_cells(adhesion)
 
 
 def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhesion: Adhesion) -> np.ndarray:
@@ -170,7 +177,7 @@ def _with_settling(errors: np.ndarray, cycles: Cycles, pressed: np.ndarray, adhe
 
     Larger errors of a range belong to other contacts, which the range includes.
     """
-    if not _is_pressed(adhesion):
+    if not adhesion.presses:
         return errors
     changes = settling_changes(cycles.pull_offs, pressed)
     return np.where(changes > LARGEST_SETTLING, np.minimum(errors, LARGEST_SETTLING), np.hypot(errors, changes))
@@ -232,7 +239,15 @@ def _change(cycles: Cycles, reference: Cycles) -> np.ndarray:
         return np.where(expected > 0, np.abs(pulls - expected) / expected, np.nan)
 
 
-def _solved(place: Place, problem: Problem, adhesion: Adhesion, refine: int, *, fields: str | None = None) -> Cycles:
+def _solved(
+    place: Place,
+    problem: Problem,
+    adhesion: Adhesion,
+    refine: int,
+    *,
+    fields: str | None = None,
+    press: bool = False,
+) -> Cycles:
     """Return the cycles at one place on one mesh."""
     problem = problem._replace(refine=refine)
-    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields)
+    return cycles_on(surface_at(place, problem), problem, adhesion, fields=fields, press=press)

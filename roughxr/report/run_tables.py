@@ -14,6 +14,7 @@ from ..scans.regions import sides
 from ..statistics import smooth_pull_off
 from ..statistics.headline import best_estimate
 from ..statistics.sampling import at_first_preload, by_share, has_debris_flags, standard_deviation
+from ..studies.uncertainty_budget import accuracy_words
 from ..vocabulary.adhesion_laws import HERTZ
 from ..vocabulary.error_sources import UNSEEN
 from ..vocabulary.numbers import number, percent, prefixed, value_and_interval, with_error
@@ -226,9 +227,10 @@ def full_budget(run: Run) -> xr.Dataset:
     out = xr.concat([entries.drop_vars(set(entries.coords) - {"entry"}), added], "entry")
     out = out.assign({name: budget[name] for name in ("pull_off_corrected", "pull_off_mean")})
     total = np.hypot(float(budget["total_std"]), unseen)
-    total_deviation = float(budget["total_standard_error"]) * float(budget["total_std"]) / total
-    without = f"Without unseen roughness it is {percent(budget['total_std'])}. {budget.attrs.get('decided', '')}"
-    return out.assign(total_std=total, total_standard_error=total_deviation).assign_attrs(budget.attrs, decided=without)
+    seen = f"Without roughness finer than {finest} the total is {percent(budget['total_std'])}"
+    accuracy = accuracy_words(float(budget["total_std"]), float(budget["total_standard_error"]))
+    decided = f"{seen}, which {accuracy}; the error of the entry of that roughness is not known."
+    return out.assign(total_std=total, total_standard_error=np.nan).assign_attrs(budget.attrs, decided=decided)
 
 
 def _budget_row(error: float, deviation: float, change: float, how: str) -> list[str]:

@@ -29,7 +29,7 @@ from ..particles.force_balance import read_body
 from ..particles.loads import Flow
 from ..scans import level
 from ..scans.levelling import METHODS
-from ..specimen import Specimen, specimen_of
+from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..studies.extrapolation import refuse_synthetic, second_scan
 from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
@@ -122,6 +122,7 @@ def run(
         scan = level(scan, method=levelling)
         finer = None if finer is None else level(finer, method=levelling)
     specimen = specimen_of(scan)
+    need_wide_scan(specimen.scan)
     if finer is not None:  # refused before minutes are spent
         refuse_synthetic(scan, finer)
         second_scan(specimen.scan, finer)

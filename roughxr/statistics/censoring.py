@@ -138,11 +138,12 @@ def _profile_ends(
     width = reach * max(float(np.log(exact_values).std()), 0.2)
     quantiles = quantile * np.exp(np.linspace(-width, width, _POINTS))
     ends = []
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         scales = quantiles[:, None] / law.scipy.ppf(level, shapes)
         likelihood = np.array([log_likelihood(law, (shapes, 0.0 * shapes, row), bounds) for row in scales])
         is_allowed = likelihood > likelihood.max() - drop
         for label in labels:
             allowed = (scales * _unit_statistic(law, shapes, label))[is_allowed]
+            allowed = np.where(np.isnan(allowed), np.inf, allowed)  # of a law so wide that its moments overflow
             ends.append((allowed.min(), allowed.max()))
     return np.array(ends).T

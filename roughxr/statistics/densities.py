@@ -38,7 +38,8 @@ def pdf(
         ``pdf`` (1/unit of the variable, integrating to 1) along the variable's own name, and along the other dimensions
         with the same bins, with the coordinate ``cdf``; the attributes contain ``bin_rule``, ``bin_edges`` and the
         numbers of all ``samples`` and of ``missing`` ones. A pull-off force that is known to lie below a limit counts
-        with equal density from 0 to the limit; the attribute ``limits`` counts them.
+        with equal density from 0 to the limit. One that is known to lie above a limit is in no bin: the density then
+        integrates to the share of the others. The attribute ``limits`` counts both.
         ``.to_dataset()`` makes ``pdf`` and ``cdf`` variables of one Dataset.
 
     Raises
@@ -67,8 +68,8 @@ def pdf(
     units = ds[name].attrs.get("units", "1")
     ends = sample.values if sample.bounds is None else sample.bounds[np.isfinite(sample.bounds)]
     edges = _bin_edges(ends, bins, units)
-    shares = _bin_shares(sample, edges)
-    values = shares / (shares.sum() * np.diff(edges))
+    shares, above = bin_shares(sample, edges)
+    values = shares / ((shares.sum() + above) * np.diff(edges))
     points, cumulative = (edges[:-1] + edges[1:]) / 2, np.cumsum(values * np.diff(edges))
     axis = (name, points, dict(ds[name].attrs))
     out = xr.DataArray(values, dims=name, coords={name: axis, "cdf": (name, cumulative)}, name="pdf")
@@ -85,17 +86,22 @@ def _limits(sample: Samples, units: str) -> dict[str, str]:
     return {"limits": limits} if limits else {}
 
 
-def _bin_shares(sample: Samples, edges: np.ndarray) -> np.ndarray:
-    """Return the weight of the samples in each bin; limits are spread evenly over their bounds."""
+def bin_shares(sample: Samples, edges: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the weight of the samples in each bin, and that of samples without an upper limit, which are in none.
+
+    Samples with two limits are spread evenly between them.
+    """
     weights = np.ones(sample.values.size) if sample.weights is None else sample.weights
     if sample.bounds is None:
-        return np.histogram(sample.values, bins=edges, weights=weights)[0]
+        return np.histogram(sample.values, bins=edges, weights=weights)[0], 0.0
     low, high = sample.bounds
-    is_spread = (low < high) & np.isfinite(high)
-    shares = np.histogram(sample.values[~is_spread], bins=edges, weights=weights[~is_spread])[0]
+    is_open = np.isinf(high)
+    is_exact = low == high
+    shares = np.histogram(sample.values[is_exact], bins=edges, weights=weights[is_exact])[0]
+    is_spread = ~is_exact & ~is_open
     low, high = sample.bounds[:, is_spread]
     below = np.clip((edges[:, None] - low) / (high - low), 0, 1) @ weights[is_spread]
-    return shares + np.diff(below)
+    return shares + np.diff(below), float(weights[is_open].sum())
 
 
 def _bin_edges(values: np.ndarray, bins: Any, units: str) -> np.ndarray:

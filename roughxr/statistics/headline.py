@@ -283,7 +283,7 @@ def _mean_words(summary: xr.Dataset, value: Mapping[str, float], name: str = "")
     """Return the mean as scanned with its interval and number of places."""
     mean = value["pull_off_force"]
     places = _places_in_words(summary)
-    if "limits" in summary.attrs or np.isnan(mean):
+    if np.isfinite(value["low"]) and ("limits" in summary.attrs or np.isnan(mean)):
         counted = f"{name}, {places}" if name else places
         return f"{bounds_in_words(value['low'], value['high'])} ({counted})"
     if np.isnan(value["low"]):
@@ -295,7 +295,11 @@ def _limit_words(summary: xr.Dataset, value: Mapping[str, float]) -> str:
     """Return a sentence on the forces that are limits, and on the mean by a likelihood; empty without limits."""
     if "limits" not in summary.attrs:
         return ""
-    sentence = f"Known by limits: {summary.attrs['limits']}; the interval holds wherever they lie."
+    limits = f"Known by limits: {summary.attrs['limits']}"
+    if np.isnan(value["low"]):
+        by_law = f"; the mean is by a likelihood with censoring, of a {summary.attrs['law']} law"
+        return f"{limits}{by_law if np.isfinite(value['pull_off_force']) else ''}."
+    sentence = f"{limits}; the interval holds wherever they lie."
     if np.isnan(value["pull_off_force"]):
         return sentence
     mean = with_interval(value["pull_off_force"], value["likelihood_low"], value["likelihood_high"])

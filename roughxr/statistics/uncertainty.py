@@ -33,6 +33,7 @@ from .censoring import (
     most_spread_values,
     with_infinity,
 )
+from .densities import bin_shares
 from .places import independent_places
 from .pull_off_events import smooth_pull_off
 from .sampling import (
@@ -97,8 +98,8 @@ def bootstrap(
     -------
     Dataset
         Along ``statistic``: ``estimate``, ``low`` and ``high``, in the variable's units. ``independent_places`` is the
-        effective sample size. Below ``fewest``, ``low`` and ``high`` are NaN, and the attribute ``no_interval`` states
-        why. Samples without places count as independent. Values alone do not show debris that they have missed: the
+        effective sample size. Below ``fewest``, the ends of all intervals are NaN, and the attribute ``no_interval``
+        states why. Samples without places count as independent. Values alone do not show debris that they have missed: the
         attribute ``not_shown`` states on which share of the surface it can lie.
 
         Pull-off forces may be known by limits, ``pull_off_at_most`` or ``pull_off_at_least`` of `curves_pull_off`. Then
@@ -176,6 +177,8 @@ def bootstrap(
         coords={"statistic": labels},
     )
     if likelihood is not None:
+        if is_too_few:
+            likelihood.values[1:] = np.nan
         out = _with_likelihood(out, likelihood, sample, ds[name].attrs.get("units", "1"))
     long_name = ds[name].attrs.get("long_name", name)
     for variable, prefix in _ENDS_IN_WORDS.items():
@@ -272,13 +275,18 @@ def density_intervals(ds: xr.Dataset, name: str, *, bins: Any, confidence: float
     """Return bootstrap intervals of a histogram's densities."""
     sample = samples(ds, name)
     edges, shares = np.asarray(bins, dtype=float), []
-    for values, weights in _resampled(sample, _independent(sample), resamples, seed=0):
-        weights = np.ones_like(values) if weights is None else weights
-        shares += [
-            np.histogram(row, edges, weights=row_weights)[0] / row_weights.sum()
-            for row, row_weights in zip(values, weights)
-        ]
+    numbered = sample._replace(values=np.arange(sample.values.size))
+    for chosen, _ in _resampled(numbered, _independent(sample), resamples, seed=0):
+        shares += [_bin_fractions(sample, row, edges) for row in chosen]
     return np.quantile(np.array(shares) / np.diff(edges), [0.5 - confidence / 2, 0.5 + confidence / 2], axis=0)
+
+
+def _bin_fractions(sample: Samples, chosen: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """Return the fraction of the weight of chosen samples in each bin."""
+    weights = np.ones(chosen.size) if sample.weights is None else sample.weights[chosen]
+    bounds = None if sample.bounds is None else sample.bounds[:, chosen]
+    drawn = sample._replace(values=sample.values[chosen], weights=weights, bounds=bounds)
+    return bin_shares(drawn, edges)[0] / weights.sum()
 
 
 def _independent(sample: Samples, within: Samples | None = None) -> float:

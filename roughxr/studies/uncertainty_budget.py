@@ -199,14 +199,16 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords(schema.pair_coordinates(ds))
-    accuracy = (
-        f"is known to ± {percent(total_deviation / total)}"
-        if total_deviation >= 0
-        else "has no error of its own, since places are too few"
-    )
-    decided = f"The total {accuracy}. Each change is solved at {count} of {solved.sizes['subregion']} places."
+    decided = f"The total {accuracy_words(total, total_deviation)}. Each change is solved at {count} of {solved.sizes['subregion']} places."
     out.attrs = {"law": solved.attrs["law"], "decided": decided}
     return schema.label(out)
+
+
+def accuracy_words(total: float, deviation: float) -> str:
+    """Return how well a total is known by its standard error."""
+    if deviation >= 0:
+        return f"is known to ± {percent(deviation / total)}"
+    return "has no error of its own, since places are too few"
 
 
 def _total(entries: Mapping[str, _Entry]) -> tuple[float, float]:

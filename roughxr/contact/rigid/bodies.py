@@ -8,7 +8,7 @@ import xarray as xr
 from ...jobs import spread
 from ...kernels.adhesion import potentials
 from ...kernels.adhesion import rigid as kernels
-from ...specimen import Specimen, specimen_of
+from ...specimen import Specimen, need_wide_scan, specimen_of
 from ...vocabulary import schema
 from ...vocabulary.adhesion_laws import HAMAKER, read_law
 from ...vocabulary.text import warn
@@ -103,6 +103,7 @@ def rigid(
     ({'subregion': 4, 'delta': 60}, True)
     """
     specimen = specimen_of(ds)
+    need_wide_scan(specimen.scan)
     law = read_law(law, "rigid")
     mesh = whole_number(mesh, "mesh", least=1, most=64)
     options = read_options(specimen, law)

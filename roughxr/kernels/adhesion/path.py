@@ -24,6 +24,10 @@ CONVERGED, NOT_FINITE, CELL_LIMIT = range(3)
 _PRELOAD_TOLERANCE = 1e-3
 
 
+#: A body that holds less than this times the force that pressed it is not pressed again.
+_AS_HARD = 1.5
+
+
 class Path(NamedTuple):
     """The states of one cycle in order, and its outcome."""
 
@@ -33,6 +37,12 @@ class Path(NamedTuple):
     pressures: np.ndarray  # (state or 0, nx, ny) p dx/E*, nm, of the states that were asked for, in the path's order
     gaps: np.ndarray  # (state or 0, nx, ny) nm, of all states on retraction: 0 in contact, inf beyond the range
     residual_heights: np.ndarray  # (prescribed or 1, nx, ny) nm ≤ 0, after loading to the prescribed displacements
+    pressed: float = np.nan  # largest tension, nm, once the body was pressed as hard as it holds, if asked for
+
+    @property
+    def tension(self):
+        """The largest tension on retraction, nm; 0 without any."""
+        return max(0.0, -self.states["force"][self.turn :].min(initial=0.0))
 
 
 def follow_path(
@@ -50,6 +60,7 @@ def follow_path(
     from_contact=False,
     capture=0.0,
     film=None,
+    press=False,
 ):
     """Follow the contact up to the largest of ``deltas``, or to each of ``preloads``, and back until it is lost.
 
@@ -83,6 +94,8 @@ def follow_path(
         Gap (nm) at which a surface with the pair's range snaps in; 0 without any range.
     film : layered.Film, optional
         Film on the half space, its thickness in cells.
+    press : bool
+        Continue loading beyond the preloads to find ``pressed``.
 
     Returns
     -------
@@ -99,7 +112,30 @@ def follow_path(
     solver = Solver(separation, law, cap, limit, from_contact, capture, film)
     residual_height = np.zeros(separation.shape) if residual_height is None else residual_height
     loading = _Loading(solver, step, deltas, residual_height, fields=fields)
-    return [_path(loading, loading.load(goal)) for goal in goals]
+    paths = [_path(loading, loading.load(goal)) for goal in goals]
+    if not press:
+        return paths
+    pressed = _pressed_tension(loading, paths[-1], preloads[-1])
+    return [path._replace(pressed=pressed if goal < pressed else path.tension) for path, goal in zip(paths, goals)]
+
+
+def _pressed_tension(loading, path, load):
+    """Return the largest tension once the body was pressed as hard as it holds, from a path turned back at ``load``.
+
+    Loading without a jump is reversible: the body then holds as much as before, and need not retract once more.
+    """
+    tension = path.tension
+    enough = load
+    while path.status == CONVERGED and tension > enough:
+        loading.has_jumped = False
+        if not loading.load(tension):
+            return np.nan
+        if not loading.has_jumped:
+            break
+        enough = _AS_HARD * tension
+        path = _path(loading, True)
+        tension = path.tension
+    return tension if path.status == CONVERGED else np.nan
 
 
 def _path(loading, loaded):
@@ -129,6 +165,12 @@ class _Loading(Stepper):
         steps = np.ceil(max(deltas[0] - first, 0.0) / step)  # whole, so that retraction visits the same displacements
         self.last = solver.without_traction(deltas[0] - step * steps, residual_height)
         self.next = 0
+        self.has_jumped = False
+
+    def accept(self, solved, prescribed):
+        """Append a state, which becomes the present state."""
+        self.has_jumped |= not self._is_smooth(solved)
+        super().accept(solved, prescribed)
 
     def load(self, goal):
         """Continue to the force ``goal`` or to the last displacement; return whether all states are finite."""
