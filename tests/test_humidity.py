@@ -66,7 +66,7 @@ def test_dry_adhesion_of_a_humid_pair_is_stated_or_refused(bodies, work):
     for air in (0.4, "40 %", roughxr.HumidAir(0.4)):
         options = {"sphere_radius": 3000, "humidity": air, **bodies}
         if work is None:
-            with pytest.raises(ValueError, match="humidity: expected the dry adhesion .* work_of_adhesion=0"):
+            with pytest.raises(ValueError, match=r"humidity: expected the dry adhesion .* work_of_adhesion=0"):
                 flat(3000.0).contact.assign_pair(**options)
         else:
             pair = flat(3000.0).contact.assign_pair(**options)

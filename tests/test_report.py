@@ -183,7 +183,7 @@ def test_the_critical_flow_has_one_interval_at_all_doors(written, run, capsys):
     ends = [float(summary[part]) for part in (name, f"{name}_low", f"{name}_high")]
     assert ends[1] < ends[0] < ends[2] and f"median {numbers.with_interval(*ends, 'm/s')};" in capsys.readouterr().out
     column = report.tables(run)["Detachment in a flow of air"]["extrapolated"]
-    shown = column[[f"{end} end of the median's 95 % interval [m/s]" for end in ("lower", "upper")]]
+    shown = column[[f"{end} end of the median's 95 % interval, all known errors [m/s]" for end in ("lower", "upper")]]
     np.testing.assert_allclose(shown, ends[1:])
     places = report.by_place(run).critical_friction_velocity
     assert float(by_share(places).quantile(0.5)) == pytest.approx(ends[0], rel=0.05)

@@ -5,7 +5,8 @@ import pytest
 import xarray as xr
 from scipy.stats import norm
 
-from roughxr.statistics import bootstrap, pull_off, reduction
+import roughxr
+from roughxr.statistics import bootstrap, headline, pull_off, reduction
 from roughxr.statistics.places import correlogram, independent_places
 from roughxr.statistics.sampling import Samples
 from roughxr.statistics.uncertainty import _independent, _intervals, _small_sample_ends, density_intervals
@@ -381,3 +382,34 @@ def test_intervals_of_few_scattered_places_are_no_wider_than_needed(count, wides
     truth = np.exp(sigma**2 / 2)
     assert ((low <= truth) & (truth <= high)).sum() >= 1850
     assert np.quantile(high / low, 0.9) < widest
+
+
+def test_a_mean_above_a_smooth_flat_without_a_known_error_has_no_interval():
+    """Of one mesh of unknown error: the interval of the places held neither the mesh nor the doubt."""
+    forces = np.random.default_rng(1).lognormal(0.0, 0.3, 16)
+    bodies = {"sphere_radius": 100.0, "contact_modulus": 1e-3, "work_of_adhesion": 1.0}
+    pull = xr.Dataset({"pull_off_force": ("subregion", 700.0 * forces, {"units": "nN"})}, bodies)
+    pull["pull_off_error"] = ("subregion", np.full(16, np.nan))
+    doubtful = roughxr.schema.label(pull).contact.answer()
+    assert doubtful.smooth_share > 1 and np.isnan(doubtful.low) and np.isnan(doubtful.high)
+    assert "the error of cells or sum is not known" in doubtful.sentence and "independent" not in doubtful.sentence
+    assert "mesh='auto'" in doubtful.sentence and "should hold" not in doubtful.sentence
+    known = roughxr.schema.label(pull.assign(pull_off_error=("subregion", np.full(16, 0.1)))).contact.answer()
+    assert known.low < known.pull_off_force < known.high
+    assert "where the surface ripples or fits the sphere" in known.sentence
+    below = roughxr.schema.label(pull.assign(pull_off_force=pull.pull_off_force / 100)).contact.answer()
+    assert np.isfinite(below.low)
+
+
+def test_the_largest_errors_of_the_scan_name_their_group():
+    """They were named "mesh, tip and levelling" where interpolation or noise made nearly all."""
+    deviations = {"places": 0.1, "unseen roughness": 0.3, "mesh": 0.01, "interpolation": 0.2, "noise": 0.12}
+    deviations |= {"levelling": 0.005, "work of adhesion": 0.2}
+    values = {"pull_off_mean": 10.0, "pull_off_low": 4.0, "pull_off_high": 25.0}
+    values |= {"finest_shown": 20.0, "roughness_factor": 0.7}
+    columns = {name: ("entry", list(deviations.values())) for name in ("relative_std", "remaining_std")}
+    estimate = xr.Dataset(values | columns, {"entry": list(deviations)})
+    answered = headline.with_best_estimate(xr.Dataset({"pull_off_force": 14.0}), estimate)
+    assert answered.attrs["scan_sources"] == "interpolation and noise"
+    alone = estimate.assign(relative_std=estimate.relative_std.where(estimate.entry != "noise", 0.0))
+    assert headline.with_best_estimate(xr.Dataset(), alone).attrs["scan_sources"] == "interpolation"

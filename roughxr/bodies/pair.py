@@ -154,8 +154,8 @@ def assign_pair(
         Relative humidity, as 0.6 or "60 %", or `HumidAir`, where the liquid is not water that wets both bodies. It
         condenses in gaps below r_K (cos θ₁ + cos θ₂), with Kelvin's radius r_K at 25 °C, pulls with γ/r_K and
         weakens the solids' own attraction, which must be known: by named materials, a work of adhesion (0: they attract
-        by liquid alone) or a Hamaker constant. Water counts in full above 19 % relative humidity, less below, and not at
-        all below 3 %, where menisci are thinner than a molecule. Without a humidity the pair is dry.
+        by liquid alone) or a Hamaker constant. Water counts in full above 19 % relative humidity, less below, and not
+        at all below 3 %, where menisci are thinner than a molecule. Without a humidity the pair is dry.
     layer : Layer or str, optional
         A layer bonded to the scan's body, as "50 nm silica" or `Layer`. The pair is then the indenter and the body
         below the layer, in this order: ``materials="glass/silicon"`` or ``young_modulus=(75, 130)``, ``inf`` for a
@@ -397,8 +397,8 @@ def _layer_material(name: str) -> substances.Material:
             "layer",
             f"a layer of {', '.join(substances.MATERIALS)}",
             f"{name!r}",
-            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), and the "
-            "pair's work_of_adhesion",
+            "of another material give its moduli, as roughxr.Layer('5 nm', young_modulus=70, poisson_ratio=0.2), and "
+            "the pair's work_of_adhesion",
         )
     return material
 

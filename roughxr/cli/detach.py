@@ -38,6 +38,9 @@ _NO_REST_OF_PARTICLES = (
 #: What an input of LAMMPS has to state before it includes a file of `to_dem`.
 _BEFORE_LAMMPS = "; before its include: units si, atoms of its types, and variable damping equal … (kg/s)"
 
+#: What the interval of a median holds: the scatter of the places, and the errors that they share.
+_INTERVAL = "95 % interval, all known errors"
+
 
 @archive.checked_names
 def detach(options: Namespace) -> None:
@@ -126,7 +129,7 @@ def _row(critical: xr.Dataset) -> dict[str, str]:
     median, interval = value_and_interval(*critical_median(critical), units)
     modes, counts = np.unique(critical["mode"].values.astype(str), return_counts=True)
     most = f"{modes[np.argmax(counts)]}, at {counts.max()} of {counts.sum()} places"
-    return {"median": median, "95 % interval": interval, "first mode of most": most}
+    return {"median": median, _INTERVAL: interval, "first mode of most": most}
 
 
 def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> None:
@@ -139,7 +142,7 @@ def _print_critical(critical: xr.Dataset, moments: xr.Dataset, title: str) -> No
     if bool((values > 0).any()):  # over particles, where places hold shares of them, else over places
         quantiles = by_share(values).quantile([0.05, 0.95]).values
         least, largest = (number(float(f"{value:.3g}"), units) for value in quantiles)
-        median = with_interval(*critical_median(critical), units)
+        median = with_interval(*critical_median(critical), units, name=_INTERVAL)
         fewest = f"5 % of {of} below {least}" if quantiles[0] > 0 else f"0 {units} where the sphere rolls off by itself"
         detaching = int(values.notnull().sum())
         if detaching < values.size:

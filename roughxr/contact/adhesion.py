@@ -28,6 +28,7 @@ from ..vocabulary.units import Places, Quantities
 from .adhesion_on_cells import Adhesion, resolving_cell
 from .adhesive_options import (
     chosen_law,
+    law_choice,
     need_few_cells,
     need_resolved_law,
     read_adhesion,
@@ -156,6 +157,8 @@ def adhesive(
         fields=fields,
     )
     out.attrs = {"datum": datum, "method": "adhesive", **_described(adhesion)}
+    if law == AUTO and (choice := law_choice(specimen)):
+        out.attrs["law_choice"] = choice
     out = schema.record(
         out,
         "adhesive",

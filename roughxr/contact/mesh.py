@@ -28,7 +28,8 @@ class Mesh:
     ----------
     cells : "auto" or int
         Each pixel is divided into cells × cells cells, with heights interpolated without wavelengths below two
-        pixels. "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``.
+        pixels. "auto": at each place the mesh is refined until the pull-off changes by less than ``accuracy``: twice,
+        unless the contact is resolved by so many cells that one agreement is no chance.
     accuracy : float or None
         Relative change of the pull-off, from cells twice as large, below which "auto" stops. The stated error may be
         larger, without range three times as large. None: take the coarsest mesh on which the law can be

@@ -1,7 +1,8 @@
 """The choice of the mesh at one contact centre, and the errors of the pull-off.
 
-The cells are halved until two successive meshes agree on the pull-off. On one mesh the errors of laws without range
-follow from the radius of the contact in cells and from the difference between both edges (`cycle`).
+The cells are halved until meshes agree on the pull-off: two successive ones if they resolve the contact, else three. On
+one mesh the errors of laws without range follow from the radius of the contact in cells and from the difference between
+both edges (`cycle`).
 """
 
 from __future__ import annotations
@@ -82,6 +83,7 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
     if not meshes[1:] and meshes[0] > 1:  # cells too large for the law give an upper bound
         mesh_error = _change(_solved(place, problem, adhesion, meshes[0] // 2), cycles)
         slow = _slow_error(cycles, mesh_error)
+    agrees = False
     for n in meshes[1:]:
         finer = _solved(place, problem, adhesion, n, press=press)
         if (np.isnan(finer.pull_offs) & (cycles.pull_offs > 0)).any():
@@ -95,7 +97,9 @@ def _refined_until_accurate(place: Place, problem: Problem, adhesion: Adhesion) 
         mesh_error = np.where(lost, np.nan, np.fmax.reduce([change, edge_errors, radius_errors]))
         slow = np.fmax(_slow_error(cycles, change), _LEFT * slow)
         spline_change = _change_by_splines(place, problem, adhesion, cycles) if spline_change is None else spline_change
-        if (mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all() and not lost.any():
+        agreed_before = agrees
+        agrees = bool((mesh_error < adhesion.accuracy)[np.isfinite(mesh_error)].all()) and not lost.any()
+        if agrees and (agreed_before or _is_resolved(cycles, adhesion)):
             break
     errors = {"mesh_error": mesh_error, "step_error": step_error}
     errors["interpolation_error"] = 0.0 * mesh_error if spline_change is None else spline_change
@@ -196,6 +200,12 @@ def _contact_radii(cycles: Cycles) -> np.ndarray:
 def _radius_errors(cycles: Cycles) -> np.ndarray:
     """Return the usual error of the mesh for the radii of the contacts at pull-off."""
     return _MESH_ERROR / _contact_radii(cycles) ** 2
+
+
+def _is_resolved(cycles: Cycles, adhesion: Adhesion) -> bool:
+    """Return whether the mesh resolves all contacts so well that one more mesh cannot agree by chance."""
+    errors = _DEVIATIONS * _radius_errors(cycles)
+    return bool((errors < adhesion.accuracy)[np.isfinite(errors)].all())
 
 
 def _film_errors(cycles: Cycles) -> np.ndarray:

@@ -83,6 +83,9 @@ def compare(
 
     Notes
     -----
+    The ratio is that of the works of adhesion between rigid bodies only: pull-offs of bodies that deform grow faster
+    than the work, which `fit_pair` finds.
+
     Intervals are those of a bootstrap. Forces that are known by limits enter as in `bootstrap`: intervals hold wherever
     they lie between 0 and the limit, and the distance of the distributions is the least that the limits allow. For the
     ratio, the errors of both are taken as independent and their logarithms added in squares (Donner & Zou, Stat.

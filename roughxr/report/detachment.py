@@ -63,7 +63,7 @@ def _column(moments: xr.Dataset, critical: xr.Dataset) -> dict[str, float]:
     error = _median_percent(critical, "critical_load_error")
     rows["error of the critical friction velocity by levers and pull-offs, median place [%]"] = error
     for end, value in zip(("lower", "upper"), critical_median(critical)[1:]):
-        rows[f"{end} end of the median's 95 % interval [m/s]"] = value
+        rows[f"{end} end of the median's 95 % interval, all known errors [m/s]"] = value
     shown = {
         **{f"places where the sphere {label} [%]": critical["mode"] == mode for mode, label in _MODES.items()},
         "places in the range of the drag formulas (r⁺ ≤ 1) [%]": critical["in_range"],

@@ -21,6 +21,7 @@ import xarray as xr
 
 from .. import figures, report
 from ..archive import remove_leftovers
+from ..contact.adhesive_options import chosen_law
 from ..contact.mesh import Mesh, read_mesh
 from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, print_line, rough_duration
@@ -32,6 +33,7 @@ from ..scans.levelling import METHODS
 from ..specimen import Specimen, need_wide_scan, specimen_of
 from ..studies.extrapolation import refuse_synthetic, second_scan
 from ..vocabulary import schema
+from ..vocabulary.adhesion_laws import JKR
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
@@ -169,7 +171,8 @@ def execute(
         share = f" Of this, compiling kernels takes {rough_duration(sum(compiling.values()))}, once on a machine."
         print_line(
             f"{places} on {pixels} pixels: {rough_duration(sum(expected.values()))} on most scans, longer on sharp or "
-            f"soft summits.{share * bool(compiling)} If it is interrupted, the same call continues it."
+            f"soft summits.{_soft_words(specimen, plan)}{share * bool(compiling)} If it is interrupted, the same call "
+            "continues it."
         )
     with Stages(expected, labels, compiling) as stages:
         groups = checkpointed(
@@ -193,6 +196,13 @@ def execute(
     if folder is None:
         print(printed.rstrip("\n"))
     return groups
+
+
+def _soft_words(specimen: Specimen, plan: Plan) -> str:
+    """Return what bodies without range cost, as a sentence; empty for others."""
+    if not specimen.pair.work > 0 or chosen_law(specimen, plan.law) != JKR:
+        return ""
+    return f" These bodies are soft (law {JKR!r}): each place may take minutes."
 
 
 def analyse(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 
 from ..bodies.pair_record import read_pair
@@ -86,8 +87,21 @@ def answer(ds: xr.Dataset) -> xr.Dataset:
         as_scanned = ds.assign(pull_off_force=ds["pull_off_force"] / ds["roughness_factor"])
         mean = with_units(with_best_estimate(mean_pull_off(as_scanned), ds))
     else:
-        mean = ds if "solved_places" in ds else mean_pull_off(ds)  # a run's summary is one already
+        mean = ds if "solved_places" in ds else _without_doubtful_interval(mean_pull_off(ds))  # a run's has errors
     return mean.assign_attrs(sentence=sentences_on_lines(headline(mean)))
+
+
+def _without_doubtful_interval(mean: xr.Dataset) -> xr.Dataset:
+    """Return a mean without the interval of its places, if it exceeds a smooth flat's and its error is not known."""
+    is_doubtful = float(mean["smooth_share"]) > 1 and np.isnan(mean["mesh_error"]) and "measured" not in mean.attrs
+    if not is_doubtful or np.isnan(mean["low"]):
+        return mean
+    ends = {name: mean[name] * np.nan for name in _INTERVAL if name != "independent_places"}
+    attributes = {
+        "no_interval": "no interval: more than from a smooth flat, and the error of cells or sum is not known",
+        "advice": "take adhesive with mesh='auto', which states its error",
+    }
+    return with_units(mean.assign(ends)).assign_attrs(attributes)
 
 
 def mesh_error(pull: xr.Dataset) -> float:
@@ -136,7 +150,7 @@ def mean_pull_off(ds: xr.Dataset) -> xr.Dataset:
         "smooth_share": mean / smooth if smooth > 0 else np.nan,
     }
     out = schema.record(with_units(xr.Dataset(scalars, coords=schema.pair_coordinates(pull))), "answer", pull)
-    out.attrs |= limits
+    out.attrs |= limits | {name: pull.attrs[name] for name in ("law_choice",) if name in pull.attrs}
     if "measured" in pull.attrs:
         out.attrs["measured"] = pull.attrs["measured"]
     return out.assign_attrs(rigid="yes") if "cell_error" in pull and "pull_off_error" not in pull else out
@@ -197,7 +211,16 @@ def with_best_estimate(summary: xr.Dataset, estimate: xr.Dataset) -> xr.Dataset:
         narrowed_low=best * (low / best) ** width_ratio,
         narrowed_high=best * (high / best) ** width_ratio,
     )
-    return out.assign_attrs(narrowing_source=next_step)
+    return out.assign_attrs(narrowing_source=next_step, scan_sources=_largest_sources(scan_deviations))
+
+
+def _largest_sources(deviations: pd.Series) -> str:
+    """Return the names of the largest errors of a group, which make most of its variance, the largest first."""
+    variances = (deviations**2).sort_values(ascending=False)
+    before = variances.cumsum() - variances
+    # part of the variance of a group beyond which errors are not named
+    names = [str(name) for name in variances.index[before < 0.9 * variances.sum()]]
+    return ", ".join(names[:-1]) + " and " * (len(names) > 1) + "".join(names[-1:])
 
 
 def best_estimate(run: Mapping[str, xr.Dataset]) -> tuple[float, float, float] | None:
@@ -249,7 +272,8 @@ def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     finer = number(value["finest_shown"], "nm", 2)
     factor = number(value["roughness_factor"], digits=2)
     parts = [scanned, f"× {factor} ({low} … {high}) by roughness finer than {finer}"]
-    for name, source in (("pair_error", "the pair of bodies"), ("scan_error", "mesh, tip and levelling")):
+    scan_sources = str(summary.attrs.get("scan_sources", "scan and mesh"))
+    for name, source in (("pair_error", "the pair of bodies"), ("scan_error", scan_sources)):
         # relative half width of an interval below which its source is not named
         if value[name] > 0.05:
             low, high = (number(np.exp(sign * value[name]), digits=2) for sign in (-1, 1))
@@ -324,6 +348,7 @@ def _limits(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
         share = percent(value["smooth_share"])
         words = f"The mean as scanned is {share} of the pull-off from a smooth flat, {_excess_words(summary)}."
         sentences.append(words)
+    sentences.append(str(summary.attrs.get("law_choice", "")))
     is_solved = np.isnan(value["debris_share"]) and "measured" not in summary.attrs
     has_interval = np.isfinite(value["low"]) and np.isfinite(value["independent_places"])
     if has_interval and is_solved and value["places"] < FEWEST_SAMPLES:
@@ -336,13 +361,15 @@ def _excess_words(summary: xr.Dataset) -> str:
     if "rigid" in summary.attrs:
         return "possible only for a surface shaped to fit the sphere: use adhesive, or a finer mesh"
     if not {"sphere_radius", "contact_modulus", "work_of_adhesion"} <= set(summary.coords):
-        return "possible for stiff bodies, but not for soft ones"
+        return "possible for stiff bodies, and for soft ones where the surface ripples or fits the sphere"
     pair = read_pair(summary)
     tabor = max(pair.tabor_parameters(pair.sphere_radius))
     parameter = f"Tabor's parameter of the sphere is {number(tabor, digits=2)}"
     if tabor < SHORT_RANGE:
         return f"possible for bodies as stiff as these ({parameter})"
-    return f"more than bodies as soft as these should hold ({parameter}): compare with a finer mesh"
+    return (
+        f"which soft bodies ({parameter}) hold where the surface ripples or fits the sphere: compare with a finer mesh"
+    )
 
 
 def _places_in_words(summary: xr.Dataset) -> str:
@@ -356,7 +383,8 @@ def _places_in_words(summary: xr.Dataset) -> str:
     is_too_few = (
         "independent_places" in summary and np.isnan(summary["low"]) and summary["independent_places"].notnull()
     )
-    return text + ", too few independent ones for an interval" * bool(is_too_few)
+    reason = summary.attrs.get("no_interval", "too few independent ones for an interval")
+    return text + f", {reason}" * bool(is_too_few)
 
 
 def _next_step(summary: xr.Dataset, value: Mapping[str, float]) -> str:

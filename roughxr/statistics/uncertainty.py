@@ -99,8 +99,8 @@ def bootstrap(
     Dataset
         Along ``statistic``: ``estimate``, ``low`` and ``high``, in the variable's units. ``independent_places`` is the
         effective sample size. Below ``fewest``, the ends of all intervals are NaN, and the attribute ``no_interval``
-        states why. Samples without places count as independent. Values alone do not show debris that they have missed: the
-        attribute ``not_shown`` states on which share of the surface it can lie.
+        states why. Samples without places count as independent. Values alone do not show debris that they have missed:
+        the attribute ``not_shown`` states on which share of the surface it can lie.
 
         Pull-off forces may be known by limits, ``pull_off_at_most`` or ``pull_off_at_least`` of `curves_pull_off`. Then
         ``low`` and ``high`` hold wherever each lies between 0 and its limit. ``estimate`` is that of a likelihood with
@@ -126,7 +126,8 @@ def bootstrap(
 
     Results of a scan have ``on_debris`` and ``debris_share`` (`regions.centres`). The mean is then that of the places
     on and off debris, weighted by their areas, and its interval that of both. Of a pull-off force with fewer than two
-    places on debris, the interval extends to that of a smooth flat there. ``tests/benchmarks/debris_intervals.py``
+    places on debris, the interval extends to that of a smooth flat there, which debris exceeds only
+    if it fits the sphere or ripples. ``tests/benchmarks/debris_intervals.py``
     prints the coverage.
 
     References
@@ -356,8 +357,6 @@ def _two_population_ends(
         return (1 - share) * off_ends + share * np.array([0.0, max(largest, off_ends[1], *on.values)])
     on_ends = _intervals(on, _independent(on), ["mean"], confidence, resamples, seed)[:, 0]
     means = np.array([off.values.mean(), on.values.mean()])
-    if means[1] < largest:
-        on_ends[1] = min(on_ends[1], largest)
     weights = np.array([1 - share, share])
     offsets = weights[:, None] * (np.array([off_ends, on_ends]) - means[:, None])
     return weights @ means + np.array([-1, 1]) * np.hypot(*offsets)

@@ -199,7 +199,8 @@ def _labelled(ds: xr.Dataset, solved: xr.Dataset, entries: dict[str, _Entry], me
     out = xr.Dataset({name: ("entry", values) for name, values in columns.items()} | scalars, {"entry": list(entries)})
     out["standard_error"].attrs["units"] = "1"
     out = out.assign_coords(schema.pair_coordinates(ds))
-    decided = f"The total {accuracy_words(total, total_deviation)}. Each change is solved at {count} of {solved.sizes['subregion']} places."
+    accuracy = accuracy_words(total, total_deviation)
+    decided = f"The total {accuracy}. Each change is solved at {count} of {solved.sizes['subregion']} places."
     out.attrs = {"law": solved.attrs["law"], "decided": decided}
     return schema.label(out)
 
