@@ -476,7 +476,8 @@ def test_the_best_estimate_and_the_error_of_the_mesh_stand_at_their_places():
     np.testing.assert_allclose(table["pull_off_force_extrapolated"], [2.0, 6.0, 10.0])
     headline = report.headline(run)
     assert headline.startswith(
-        "Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors)"
+        "Pull-off force of the real surface: 6.0 nN (95 % interval 4.0 … 9.0 nN, all known errors, given the law of "
+        "attraction)"
     )
     assert "× 0.12 (0.089 … 0.16) by roughness finer than 40 nm; × 0.85 … 1.2 by the pair of bodies." in headline
     assert "The interval narrows most with a second scan on pixels of 2 to 5 nm" in headline

@@ -103,9 +103,8 @@ def distribution(
         bins = bins if bins.size <= most_bins + 1 else np.linspace(bins[0], bins[-1], most_bins + 1)
     density = statistics.pdf(ds, name, bins=bins)
     edges = density.attrs["bin_edges"]
-    bars = {"stat": "density", "element": "step", "alpha": 0.18, "linewidth": 0.8}
-    share = density.values * np.diff(edges)
-    seaborn.histplot(x=density[name].values, weights=share, bins=edges.tolist(), ax=ax, **bars, **look)
+    bars = {"stat": "count", "element": "step", "alpha": 0.18, "linewidth": 0.8}  # not scaled: limits are in no bin
+    seaborn.histplot(x=density[name].values, weights=density.values, bins=edges.tolist(), ax=ax, **bars, **look)
     if len(laws):
         _laws(ax, ds, name, values, edges, laws, interval)
     label_density(ax, name)

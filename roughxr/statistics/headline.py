@@ -266,7 +266,9 @@ def _real_words(summary: xr.Dataset, value: Mapping[str, float]) -> list[str]:
     """Return the pull-off of the real surface, and what it is made of."""
     ends = value["best_low"], value["best_high"]
     best = with_interval(value["best_estimate"], *ends, why_wide="").removesuffix(")")
-    errors = "all known errors" if np.isfinite(value["pair_error"]) else "without the errors of the pair of bodies"
+    errors = "without the errors of the pair of bodies"
+    if np.isfinite(value["pair_error"]):
+        errors = "all known errors, given the law of attraction"  # of which no error is known
     scanned = f"As scanned {_mean_words(summary, value)}"
     low, high = (number(value[f"roughness_{end}"], digits=2) for end in ("low", "high"))
     finer = number(value["finest_shown"], "nm", 2)
