@@ -29,6 +29,7 @@ import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
+from .doors import open_hdf5, refuse_other_files, refuse_place, refuse_replacement
 from .vocabulary.provenance import as_json
 from .vocabulary.refusal import Refusal
 from .vocabulary.schema import VARIABLES, entered
@@ -47,9 +48,6 @@ _CHECKSUMS = "checksums"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
-
-#: Largest depth of nested groups.
-_DEEPEST_GROUP = 50
 
 #: Set when an interrupt came while interrupts were delayed.
 _interrupted = threading.Event()
@@ -213,7 +211,6 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     3.0
     """
     path = Path(path)
-    refuse_other_files(path)
     if missing := root_attributes(path).get(UNFINISHED):
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
@@ -245,51 +242,6 @@ def _checksum(ds: xr.Dataset) -> str:
     return digest.hexdigest()
 
 
-def refuse_other_files(path: Path) -> None:
-    """Raise if an HDF5 file takes data from other files of this machine, or nests groups without end.
-
-    A stranger's file could name any file; the NetCDF library never returns from deeply nested groups.
-    """
-    if not h5py.is_hdf5(path):
-        return
-    try:
-        with h5py.File(path) as file:
-            foreign = _foreign_name(file)
-    except (OSError, RuntimeError, KeyError):  # damaged, which its reader reports
-        return
-    if foreign:
-        raise Refusal(
-            path,
-            "data in the file itself",
-            f"{foreign!r} in another file",
-            "ask its author for a file without external storage, virtual datasets and external links",
-        )
-
-
-def _foreign_name(file: h5py.File) -> str:
-    """Return the name of the first dataset or group whose data lie in another file, else an empty text."""
-    groups: list[h5py.Group] = [file]
-    visited = set()
-    while groups:
-        group = groups.pop()
-        if group.name.count("/") > _DEEPEST_GROUP:
-            raise Refusal(file.filename, f"groups nested at most {_DEEPEST_GROUP} deep", "more")
-        for name in group:
-            link = group.get(name, getlink=True)
-            if isinstance(link, h5py.ExternalLink):
-                return name
-            if not isinstance(link, h5py.HardLink):
-                continue
-            item = group[name]
-            if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
-                return name
-            address = h5py.h5o.get_info(item.id).addr
-            if isinstance(item, h5py.Group) and address not in visited:
-                groups.append(item)
-            visited.add(address)
-    return ""
-
-
 def root_attributes(path: Path) -> dict[str, Any]:
     """Return the attributes of an archive's root."""
     with _damage_explained(path), open_locked(path) as root:
@@ -301,7 +253,7 @@ def _damage_explained(path: Path) -> Iterator[None]:
     """Raise any library error on a damaged archive as a ValueError that explains it."""
     try:
         yield
-    except (FileNotFoundError, PermissionError, IsADirectoryError):
+    except (FileNotFoundError, PermissionError, IsADirectoryError, Refusal):
         raise
     except Exception as error:
         if path.is_file() and not h5py.is_hdf5(path):
@@ -350,7 +302,7 @@ class _StoredField:
         self.ndim = array.ndim
 
     def __getitem__(self, part: tuple) -> np.ndarray:
-        with _damage_explained(self.path), uninterrupted(), h5py.File(self.path) as file:
+        with _damage_explained(self.path), uninterrupted(), open_hdf5(self.path) as file:
             if _checksums(file.attrs.get(_CHECKSUMS, "")).get(self.group, "") != self.checksum:
                 raise ValueError(f"{self.group} was replaced after it was loaded; load it again")
             field = file[f"{self.group}/{self.name}"]
@@ -429,15 +381,21 @@ def checked_names(door: Callable) -> Callable:
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike) -> Iterator[Path]:
-    """Yield a temporary path to write to; rename the file to ``path`` at the end, or remove it after an error."""
+def atomic_write(path: str | os.PathLike, *, is_own: bool = False) -> Iterator[Path]:
+    """Yield a temporary path to write to; rename the file to ``path`` at the end, or remove it after an error.
+
+    An existing file of another kind is refused, except of a name that ``is_own``, in a folder of this program's files.
+    """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.roughxr{path.suffix}")
     try:
+        refuse_place(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.touch(exist_ok=False)
         yield temporary
         _flush(temporary)
+        if not is_own:
+            refuse_replacement(path, temporary)
         os.replace(temporary, path)
         _flush(path.parent)
     except BaseException as error:
@@ -509,6 +467,7 @@ def open_locked(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]
 
     The library crashes if two threads use it at once. xarray locks it while it reads data, but not metadata.
     """
+    refuse_other_files(Path(path))
     with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
 
@@ -523,6 +482,8 @@ def check_name(path: str | os.PathLike) -> None:
 def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a", "w"] = "r") -> Iterator[netCDF4.Dataset]:
     """Open a NetCDF file as `open_locked` does, but without xarray."""
     check_name(path)
+    if mode == "r":
+        refuse_other_files(Path(path))
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
 

@@ -12,6 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from .archive import atomic_write
+from .doors import MARK, refuse_source
 from .vocabulary import schema
 from .vocabulary.refusal import Refusal
 from .vocabulary.text import printable
@@ -42,7 +43,8 @@ def to_table(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None = Non
     Raises
     ------
     ValueError
-        If ``ds`` contains fields of many places, which do not fit a table.
+        If ``ds`` contains fields of many places, which do not fit a table; or if the path is that of the file from
+        which ``ds`` was read, or of an existing file that is no table of these columns.
 
     Examples
     --------
@@ -57,6 +59,11 @@ def to_table(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None = Non
     >>> roughxr.to_table(roughxr.roughness(roughxr.open_sample("glass"))).loc["s_q", ["units", "meaning"]].tolist()
     ['nm', 'root mean square height S_q']
     """
+    return table_of(ds, path)
+
+
+def table_of(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None, *, is_own: bool = False) -> Any:
+    """Return or write a table as `to_table` does; a file of a run's folder, which ``is_own``, is replaced."""
     if isinstance(ds, xr.DataArray):
         ds = ds.to_dataset(name=ds.name or "value")
     ds = schema.entered_dataset(ds)
@@ -72,7 +79,9 @@ def to_table(ds: xr.Dataset | xr.DataArray, path: str | os.PathLike | None = Non
     frame = ds.to_dataframe() if ds.dims else _scalars(ds)
     if path is None or write is None:
         return frame
-    with atomic_write(path) as temporary:
+    if not is_own:
+        refuse_source(Path(path), ds.attrs)
+    with atomic_write(path, is_own=is_own) as temporary:
         write(_headed(frame.reset_index(), ds), temporary)
     return Path(path)
 
@@ -100,7 +109,13 @@ def table_writer(path: Path) -> Callable[[pd.DataFrame, Path], None]:
         return lambda frame, path: frame.to_csv(path, index=False, lineterminator="\n")
     if suffix not in written_formats():
         raise ImportError("a table in .xlsx needs openpyxl, which is not installed: pip install openpyxl")
-    return lambda frame, path: frame.to_excel(path, index=False, engine="openpyxl")
+    return _write_workbook
+
+
+def _write_workbook(frame: pd.DataFrame, path: Path) -> None:
+    with pd.ExcelWriter(path, engine="openpyxl") as writer:
+        frame.to_excel(writer, index=False)
+        writer.book.properties.creator = MARK  # type: ignore[attr-defined]
 
 
 def _headed(frame: pd.DataFrame, ds: xr.Dataset) -> pd.DataFrame:

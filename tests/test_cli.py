@@ -497,7 +497,8 @@ def test_images_are_chosen_by_number_or_direction_and_lengths_stated(tmp_path, c
     ("options", "says"),
     [
         (["-o", "scan.xyz"], "--output: expected one of '.nc', '.gsf', found '.xyz'"),
-        (["-o", "in.nc/scan.nc"], "in.nc/scan.nc: could not be written"),
+        (["-o", "in.nc/scan.nc"], "in.nc/scan.nc: expected a name in a folder, found a file, in.nc"),
+        (["-o", "in.nc"], "--output: expected another file than those that are read, found in.nc"),
     ],
 )
 def test_what_cannot_be_written_is_refused(options, says, tmp_path, monkeypatch, capsys):

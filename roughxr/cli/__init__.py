@@ -25,7 +25,7 @@ from contextlib import nullcontext, redirect_stdout
 from ..jobs.interrupts import delivered_interrupts, is_interrupt
 from ..jobs.progress import print_line, progress
 from .options import command_line
-from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error
+from .words import EXPECTED_ERRORS, Printable, error_text, in_shell, print_error, refuse_inputs_as_outputs
 
 #: Exit status after Ctrl-C, as of a shell's commands.
 _INTERRUPTED = 130
@@ -53,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             warnings.simplefilter("always", UserWarning)  # whatever the filters of Python: each is printed once
             warnings.showwarning = lambda message, *_, **__: print_error(in_shell(str(message), options), printed)
             with nullcontext() if getattr(options, "quiet", True) else progress():
+                refuse_inputs_as_outputs(options)
                 importlib.import_module(".checks", __package__).check(options)
                 print_line("loading the package")
                 module, _, name = options.command.partition(":")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from argparse import Namespace
@@ -41,6 +42,23 @@ def error_text(error: BaseException) -> str:
 
 #: Attributes of the parsed command line other than options.
 _NO_OPTIONS = {"command", "line", "debug", "scan", "run", "file"}
+
+
+#: Options that name files which a command reads, and files which it writes.
+_INPUTS = ("scan", "file", "run", "finer", "indenter", "config")
+_OUTPUTS = ("output", "parameters", "picture", "dem")
+
+
+def refuse_inputs_as_outputs(options: Namespace) -> None:
+    """Raise if a command would write to a file that it reads, under whatever name."""
+    values = {name: getattr(options, name, None) or [] for name in (*_INPUTS, *_OUTPUTS)}
+    files = {name: [value] if isinstance(value, str) else value for name, value in values.items()}
+    files["dem"] = [file for _, file in files["dem"]]
+    read = [file for name in _INPUTS for file in files[name] if os.path.isfile(file)]
+    for name in _OUTPUTS:
+        for file in filter(os.path.isfile, files[name]):
+            if any(os.path.samefile(file, other) for other in read):
+                raise Refusal(name, "another file than those that are read", file)
 
 
 def in_shell(text: str, options: Namespace) -> str:

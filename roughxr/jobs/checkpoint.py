@@ -228,7 +228,7 @@ class Checkpoint:
             for batch in self.path.glob("*.npz"):
                 batch.unlink()
         if stored is None:
-            with self._writing(), archive.atomic_write(file) as temporary:
+            with self._writing(), archive.atomic_write(file, is_own=True) as temporary:
                 temporary.write_text(json.dumps(identity), encoding="utf-8")
         else:
             _refuse_other(stored, identity, self.path)
@@ -240,7 +240,11 @@ class Checkpoint:
     def put(self, items: Sequence[str], results: np.ndarray) -> None:
         """Store the results of a batch; once this returns, they are safe on disk."""
         name = _file_name(items)
-        with self._writing(), archive.atomic_write(self.path / name) as temporary, temporary.open("wb") as file:
+        with (
+            self._writing(),
+            archive.atomic_write(self.path / name, is_own=True) as temporary,
+            temporary.open("wb") as file,
+        ):
             np.savez_compressed(file, items=np.array(items), results=results)
         self._note(name, items)
 

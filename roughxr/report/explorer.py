@@ -24,7 +24,7 @@ from ..vocabulary import schema
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import sentences_on_lines
 from .caveats import cautions
-from .report_page import as_uri, render_template, title, write_page
+from .report_page import as_uri, page_path, render_template, title, write_page
 from .run_tables import METHOD_WORDS, debris_flags
 from .summary import by_place, headline
 
@@ -66,12 +66,13 @@ def write_explorer(path: str | os.PathLike, output: str | os.PathLike | None = N
     'explore.html'
     """
     path = archive.run_archive(Path(path))
+    output = page_path(path, output, "explore.html")
     run = {name: ds for name, ds in archive.load(path).items() if ds.variables}
     try:
         text = explorer_page(run, archive_name=path.name)
     except Refusal as error:
         raise Refusal(path, error.expected, error.found, error.advice) from error
-    return write_page(text, path, output, "explore.html")
+    return write_page(text, output)
 
 
 def explorer_page(run: Run, *, archive_name: str = "run.nc") -> str:

@@ -18,6 +18,7 @@ import xarray as xr
 from .. import archive, figures
 from .._version import __version__
 from ..bodies import liquid
+from ..doors import refuse_other_page, refuse_place
 from ..figures.maps import critical_map
 from ..scans.regions import sides
 from ..statistics import LAWS
@@ -60,12 +61,13 @@ def write_report(path: str | os.PathLike, output: str | os.PathLike | None = Non
     'report.html'
     """
     path = archive.run_archive(Path(path))
+    output = page_path(path, output, "report.html")
     run = {name: ds.load() for name, ds in archive.load(path).items() if ds.data_vars}
     if not set(run) & {"scan", "solutions/direct", "statistics/energy"}:
         groups = ", ".join(run) or "none"
         raise Refusal(path, "the archive of a run", f"groups: {groups}", "make one with roughxr run")
     text = page(run, archive_name=path.name, missing=archive.root_attributes(path).get(archive.UNFINISHED, ""))
-    return write_page(text, path, output, "report.html")
+    return write_page(text, output)
 
 
 def page(run: Run, *, archive_name: str = "run.nc", missing: str = "") -> str:
@@ -357,9 +359,16 @@ def address(path: str) -> str:
     return "./" + quote(path, errors="surrogateescape")
 
 
-def write_page(text: str, path: Path, output: str | os.PathLike | None, name: str) -> Path:
-    """Write a page, by default under ``name`` in the folder of its archive, and return its path."""
+def page_path(path: Path, output: str | os.PathLike | None, name: str) -> Path:
+    """Return the path of a page, by default ``name`` beside its archive; raise if it is that of another file."""
     output = path.with_name(name) if output is None else Path(output)
+    refuse_place(output)
+    refuse_other_page(output)  # before the page is made
+    return output
+
+
+def write_page(text: str, output: Path) -> Path:
+    """Write a page, and return its path."""
     with archive.atomic_write(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return output

@@ -23,6 +23,7 @@ from .. import figures, report
 from ..archive import remove_leftovers
 from ..contact.adhesive_options import chosen_law
 from ..contact.mesh import Mesh, read_mesh
+from ..doors import refuse_place
 from ..jobs.checkpoint import checkpointed
 from ..jobs.progress import Stages, print_line, rough_duration
 from ..particles import resting
@@ -37,7 +38,7 @@ from ..vocabulary.adhesion_laws import JKR
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.text import warn
 from ..vocabulary.units import Places, Quantities
-from .folder import notes, tables_text, write_figures, write_pages, write_tables
+from .folder import notes, refuse_own_files, tables_text, write_figures, write_pages, write_tables
 from .options import check_output, read_adhesion
 from .parts import PARTS, SILENT, Part, Task
 from .plan import Plan, plan, usual_mesh
@@ -100,7 +101,7 @@ def run(
     ------
     ValueError
         If the sphere does not fit the scan, levelling, law or mesh is not among those listed, or no place has a pull-
-        off.
+        off; or if the output would replace files that are no run's.
 
     Examples
     --------
@@ -159,6 +160,9 @@ def execute(
     draw_figures: Callable = lambda run: [("overview", figures.overview(run))],
 ) -> dict[str, xr.Dataset]:
     """Compute the groups that a run's archive lacks, write its files or print its tables, and return all groups."""
+    refuse_place(path)
+    if folder is not None:
+        refuse_own_files(folder)
     task = Task(specimen, plan)
     parts = _applicable(task, parts)
     compiling = {part.name: part.compiling for part in parts if part.compiling > 0}

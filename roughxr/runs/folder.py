@@ -12,8 +12,10 @@ import xarray as xr
 
 from .. import report
 from ..archive import atomic_write
+from ..doors import is_own_page
 from ..report.summary import scan_label
-from ..tables import to_table, written_formats
+from ..tables import table_of, written_formats
+from ..vocabulary.refusal import Refusal
 
 #: Tables that are also written as files, by the name of the file.
 _TABLE_FILES = {
@@ -23,14 +25,31 @@ _TABLE_FILES = {
     "force": "Force without adhesion",
 }
 
+#: Names of what is written into the folder of a run, of the paper among them.
+_NAMES = ("table.txt", "table-*.csv", "places.csv", "places.xlsx", "report.html", "overview.png", "figure-[0-9]*.png")
+
+#: Names of the archive in such a folder.
+_ARCHIVES = ("run.nc", "paper.nc")
+
+
+def refuse_own_files(folder: Path, names: Sequence[str] = _NAMES, archives: Sequence[str] = _ARCHIVES) -> None:
+    """Raise if a folder without an earlier output, known by its archive or page, has files of the names of outputs."""
+    pages = ("report.html", "index.html")
+    if any((folder / name).is_file() for name in archives) or any(is_own_page(folder / name) for name in pages):
+        return
+    existing = sorted(file.name for name in names for file in folder.glob(name))
+    if existing:
+        listed = ", ".join(existing)
+        raise Refusal("output", "a folder of an earlier run, or one without files of these names", listed)
+
 
 def write_tables(tables: Mapping[str, Any], printed: str, folder: Path) -> None:
     """Write the tables as text, and some of them as files of their own."""
-    with atomic_write(folder / "table.txt") as temporary:
+    with atomic_write(folder / "table.txt", is_own=True) as temporary:
         temporary.write_text(printed, encoding="utf-8")
     for part, title in _TABLE_FILES.items():
         if title in tables:
-            with atomic_write(folder / f"table-{part}.csv") as temporary:
+            with atomic_write(folder / f"table-{part}.csv", is_own=True) as temporary:
                 tables[title].to_csv(temporary, float_format="%.6g")
 
 
@@ -38,7 +57,7 @@ def write_figures(groups: Mapping[str, xr.Dataset], draw_figures: Callable, fold
     """Write the figures that a function yields by name."""
     groups["solutions/contact"].load()  # else each of its figures reads the fields from the file again
     for name, figure in draw_figures(groups):
-        with atomic_write(folder / f"{name}.png") as temporary:
+        with atomic_write(folder / f"{name}.png", is_own=True) as temporary:
             figure.savefig(temporary, dpi=220)
 
 
@@ -46,8 +65,8 @@ def write_pages(groups: Mapping[str, xr.Dataset], path: Path, folder: Path) -> N
     """Write the table of places and the report."""
     if places := report.by_place(groups):
         for ending in written_formats():
-            to_table(report.place_table(places, scan_label(groups)), folder / f"places{ending}")
-    with atomic_write(folder / "report.html") as temporary:
+            table_of(report.place_table(places, scan_label(groups)), folder / f"places{ending}", is_own=True)
+    with atomic_write(folder / "report.html", is_own=True) as temporary:
         temporary.write_text(report.page(groups, archive_name=path.name), encoding="utf-8")
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -19,11 +20,12 @@ from ..report.summary import few_digits, place_table
 from ..scans.regions import sides
 from ..statistics import pooled
 from ..statistics.headline import headline, scalar_values
-from ..tables import FORMATS, to_table, written_formats
+from ..tables import FORMATS, table_of, written_formats
 from ..vocabulary import schema
 from ..vocabulary.numbers import number, percent, quantity, value_and_interval, with_interval
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.table import SCALARS
+from .folder import refuse_own_files
 
 _FORCE = "pull_off_force"
 
@@ -51,9 +53,13 @@ def table_name(output: Path) -> str:
 
 
 def scan_folders(scans: Iterable[str | Path], output: Path) -> dict[Path, Path]:
-    """Return an output folder for each scan, named after its file; raise if two files have the same name."""
+    """Return an output folder for each scan, named after its file; raise if two files have the same name.
+
+    Raise, too, if the output has files that the tables or the page of all scans would replace.
+    """
     chosen: dict[Path, Path] = {}
     reserved = {f"{name}{ending}" for name in ("places", table_name(output)) for ending in FORMATS} | {_PAGE}
+    refuse_own_files(output, [glob.escape(name) for name in reserved], archives=())
     for scan in map(Path, scans):
         if scan.stem in reserved:
             raise Refusal(scan, f"another name than that of the runs' {scan.stem}: rename the scan")
@@ -111,9 +117,6 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
     tables = [place_table(run.places, name) for name, run in finished.items()]
     all_places = xr.concat(tables, "scan", data_vars="all", coords="minimal")
     endings = written_formats()
-    for ending in endings:
-        to_table(scan_table(finished), output / f"{table_name(output)}{ending}")
-        to_table(all_places, output / f"places{ending}")
     pooled_mean = _pooled_words(finished)
     page = render_template(
         _PAGE,
@@ -125,8 +128,11 @@ def write_summary(finished: Mapping[str, ScanResult], refused: Mapping[str, str]
         rows=[(n, Path(n).stem, _cells(run), headline(run.summary), run.cautions) for n, run in finished.items()],
         refused=refused,
     )
-    with atomic_write(output / _PAGE) as temporary:
+    with atomic_write(output / _PAGE, is_own=True) as temporary:
         temporary.write_text(page, encoding="utf-8")
+    for ending in endings:  # after the page, by which a later call knows them as its own
+        table_of(scan_table(finished), output / f"{table_name(output)}{ending}", is_own=True)
+        table_of(all_places, output / f"places{ending}", is_own=True)
     return pooled_mean
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import label, record
 from ..vocabulary.units import factor
 from .channel import UnreadableScan, file_name, first_bytes
@@ -163,8 +164,8 @@ def _topography(archive: zipfile.ZipFile, entry: dict[str, Any], path: Path) -> 
             shutil.copyfileobj(packed, member)
         try:
             return _heights(file, entry)
-        except UnreadableScan as error:
-            raise UnreadableScan(path, f"{name}: {str(error).removeprefix(f'{file}: ')}") from error
+        except Refusal as error:
+            raise UnreadableScan(path, f"{name}: {error.reason}") from error
 
 
 def _heights(file: Path, entry: dict[str, Any]) -> xr.Dataset:

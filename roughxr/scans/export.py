@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from ..archive import as_characters, atomic_write, check_name, uninterrupted
+from ..doors import refuse_source
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
 from .channel import optional
@@ -50,6 +51,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     }
     encoding["height"]["_FillValue"] = np.nan
     check_name(path)
+    refuse_source(Path(path), scan.attrs)
     with atomic_write(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
     return Path(path)
@@ -69,6 +71,7 @@ def _gsf(ds: xr.Dataset, path: str | os.PathLike, name: str) -> None:
         "ZUnits": si,
         "Title": title,
     }
+    refuse_source(Path(path), ds.attrs)
     with atomic_write(path) as temporary:
         optional("gsffile").write_gsf(temporary, (rows * times).astype(np.float32), header)
 

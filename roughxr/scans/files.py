@@ -8,7 +8,6 @@ frame): ``height[0, 0]`` is the lower left pixel, and the picture's row r lies a
 from __future__ import annotations
 
 import hashlib
-import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..archive import refuse_other_files
+from ..doors import refuse_other_files
 from ..vocabulary.provenance import flat
 from ..vocabulary.refusal import Refusal
 from ..vocabulary.schema import SMALLEST_LENGTH, history, label, pixel, record, validate
@@ -41,15 +40,10 @@ def regular_file(path: Any) -> Path:
         path = Path(path)
     except TypeError:
         raise TypeError(f"expected the path of a file, found {type(path).__name__}") from None
-    mode = path.stat().st_mode
-    if stat.S_ISDIR(mode):
-        raise IsADirectoryError(f"{path}: expected a file, found a folder; name those in it, as {path}/*")
-    if not stat.S_ISREG(mode):
-        raise UnreadableScan(path, "expected an ordinary file, found a pipe or device; save it to a file first")
-    if not first_bytes(path, 1):
-        raise UnreadableScan(path, "expected a scan, found an empty file")
     try:
         refuse_other_files(path)
+        if not first_bytes(path, 1):
+            raise UnreadableScan(path, "expected a scan, found an empty file")
     except Refusal as error:
         raise UnreadableScan(path, error.reason) from None
     return path

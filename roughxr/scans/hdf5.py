@@ -16,6 +16,7 @@ import h5py
 import numpy as np
 
 from ..archive import open_locked_raw
+from ..doors import open_hdf5
 from ..vocabulary.units import factor
 from .channel import Channel, UnreadableScan, stated_direction
 
@@ -43,7 +44,7 @@ def hdf5_channels(path: Path) -> list[Channel]:
         if isinstance(item, h5py.Dataset) and item.dtype.kind in "iuf" and item.size:
             images.extend(_images(path, name, item))
 
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         file.visititems(visit)
     if not images:
         raise UnreadableScan(path, "expected a matrix of numbers, found none")
@@ -161,7 +162,7 @@ def _values(
     part: Any = ...,
 ) -> np.ndarray:
     """Return a dataset or a part of it, scaled; lines of a ``shape`` come from the lowest upwards."""
-    with h5py.File(path) as file:
+    with open_hdf5(path) as file:
         values = np.asarray(file[name][part], dtype=float)
     values = np.where(values == missing, np.nan, values * scale[0] + scale[1])
     return values if shape is None else values.reshape(shape)[::-1]
