@@ -13,6 +13,7 @@ import hashlib
 import itertools
 import json
 import os
+import re
 import secrets
 import shutil
 import signal
@@ -29,7 +30,7 @@ import xarray as xr
 from xarray.backends.netCDF4_ import NETCDF4_PYTHON_LOCK
 
 from ._version import __version__
-from .doors import open_hdf5, refuse_other_files, refuse_place, refuse_replacement
+from .doors import open_hdf5, refuse_damage, refuse_place, refuse_replacement
 from .vocabulary.provenance import as_json
 from .vocabulary.refusal import Refusal
 from .vocabulary.schema import VARIABLES, entered
@@ -48,6 +49,9 @@ _CHECKSUMS = "checksums"
 
 #: Fields are read in chunks of this many bytes, or of one subregion if that is larger.
 _CHUNK = 2**23
+
+#: Names that NetCDF allows.
+_NETCDF_NAME = re.compile(r"[A-Za-z0-9_\u0080-\U0010ffff]([^\x00-\x1f\x7f/]*[^\x00-\x20\x7f/])?")
 
 #: Set when an interrupt came while interrupts were delayed.
 _interrupted = threading.Event()
@@ -215,6 +219,8 @@ def load(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         warn(f"{path}: the run is not finished, {missing}; the same command continues it")
     with _damage_explained(path), open_locked_raw(path) as file:
         checksums = _checksums(getattr(file, _CHECKSUMS, ""))
+        if not checksums and file.groups and str(getattr(file, "source", "")).startswith("roughxr "):
+            raise ValueError("it lacks the checksums of its groups")
         groups = {name: _without_fields(path, name, file[name], checksums.get(name, "")) for name in group_names(file)}
         for name, ds in groups.items() if checksums else ():
             if _checksum(ds) != checksums.get(name):
@@ -333,14 +339,33 @@ class _StoredField:
 
 def _storable(ds: xr.Dataset, group: str) -> xr.Dataset:
     """Return ``ds`` without the encodings of its source file; raise for an attribute that cannot be stored."""
-    out = ds.drop_encoding()
-    for attrs in (out.attrs, *(variable.attrs for variable in out.variables.values())):
+    refuse_unstorable(ds, group)
+    return ds.drop_encoding()
+
+
+def refuse_unstorable(ds: xr.Dataset, what: str) -> None:
+    """Raise for attributes, names and values that no NetCDF file can store."""
+    names = [*ds.variables, *ds.dims]
+    for attrs in (ds.attrs, *(variable.attrs for variable in ds.variables.values())):
+        names += attrs
         for key, value in attrs.items():
-            if value is None or isinstance(value, (dict, bool)):
-                raise Refusal(group, "attributes of text, numbers or arrays", f"{key}={value!r}")
-            if "/" in str(key):
-                raise Refusal(group, "attribute names without '/'", f"{key!r}", "rename it")
-    return out
+            if not _is_storable(value):
+                raise Refusal(what, "attributes of text, numbers or arrays", f"{key}={value!r}")
+    for name in names:
+        if not isinstance(name, str) or not _NETCDF_NAME.fullmatch(name):
+            expected = "names that begin with a letter, digit or _ and are free of '/' and control characters"
+            raise Refusal(what, expected, f"{name!r}", "rename it")
+    for name, variable in ds.variables.items():
+        if variable.dtype.kind not in "biufSUMmO":
+            raise Refusal(what, "real numbers or text", f"{name} of type {variable.dtype}", "store parts of it")
+
+
+def _is_storable(value: Any) -> bool:
+    """Return whether an attribute's value is text, a number, or a row of them."""
+    if value is None or isinstance(value, (dict, bool)):
+        return False
+    array = np.asarray(value)
+    return array.ndim <= 1 and array.dtype.kind in "iufSU"
 
 
 def run_archive(path: Path) -> Path:
@@ -467,7 +492,7 @@ def open_locked(path: str | os.PathLike, **options: Any) -> Iterator[xr.Dataset]
 
     The library crashes if two threads use it at once. xarray locks it while it reads data, but not metadata.
     """
-    refuse_other_files(Path(path))
+    refuse_damage(Path(path))
     with uninterrupted(), NETCDF4_PYTHON_LOCK, xr.open_dataset(path, engine="netcdf4", lock=False, **options) as ds:
         yield ds
 
@@ -483,7 +508,7 @@ def open_locked_raw(path: str | os.PathLike, mode: Literal["r", "a", "w"] = "r")
     """Open a NetCDF file as `open_locked` does, but without xarray."""
     check_name(path)
     if mode == "r":
-        refuse_other_files(Path(path))
+        refuse_damage(Path(path))
     with uninterrupted(), NETCDF4_PYTHON_LOCK, netCDF4.Dataset(path, mode) as file:
         yield file
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 
@@ -34,8 +34,17 @@ _PAGE = b"<!doctype html>" + MARK.encode()
 #: Longest first line of a table, and beginning of a page that contains the mark, bytes.
 _LONGEST_LINE = 2**16
 
+#: Errors of damaged zip and HDF5 files, which their readers report.
+_UNREADABLE = (OSError, RuntimeError, KeyError, ValueError, zipfile.BadZipFile, zlib.error)
+
 #: Largest depth of nested groups.
 _DEEPEST_GROUP = 50
+
+#: Largest size of what a zip file or an HDF5 file unpacks to, over the size of the file; a size that is always allowed,
+#: bytes; and the largest size of a zip file's content.
+_LARGEST_RATIO = {"zip": 50, "hdf5": 200}
+_ALWAYS_ALLOWED = {"zip": 2**22, "hdf5": 2**28}
+_LARGEST_ZIP = 2**32
 
 
 def refuse_special(path: Path) -> None:
@@ -58,11 +67,18 @@ def open_hdf5(path: Path) -> Iterator[h5py.File]:
 def refuse_other_files(path: Path) -> None:
     """Raise if an HDF5 file takes data from other files of this machine, or nests groups without end.
 
-    A stranger's file could name any file; the NetCDF library never returns from deeply nested groups.
+    A stranger's file could name any file; the NetCDF library never returns from deeply nested groups. Raise, too, if an
+    HDF5 or zip file unpacks to much more than its own size: such a file would fill the memory.
     """
     refuse_special(path)
     state = path.stat()
-    if foreign := _foreign_name(path, state.st_ino, state.st_mtime_ns, state.st_size):
+    foreign, kind, content, _ = _survey(path, state.st_ino, state.st_mtime_ns, state.st_size)
+    largest = max(_ALWAYS_ALLOWED[kind], _LARGEST_RATIO[kind] * state.st_size)
+    largest = min(largest, _LARGEST_ZIP) if kind == "zip" else largest
+    if content > largest:
+        sizes = [f"{size / 2**20:.3g} MiB" for size in (largest, content)]
+        raise Refusal(path, f"a content of at most {sizes[0]}, by its size", sizes[1], "save it anew in its program")
+    if foreign:
         raise Refusal(
             path,
             "data in the file itself",
@@ -71,21 +87,48 @@ def refuse_other_files(path: Path) -> None:
         )
 
 
+def refuse_damage(path: Path) -> None:
+    """Raise as `refuse_other_files`, or an OSError where HDF5 cannot read the description of all data.
+
+    The NetCDF library never closes a file that it failed to open.
+    """
+    refuse_other_files(path)
+    state = path.stat()
+    if fault := _survey(path, state.st_ino, state.st_mtime_ns, state.st_size).fault:
+        raise OSError(fault)
+
+
+class _Survey(NamedTuple):
+    """What an archive contains: the first name whose data lie in another file, its kind and unpacked size (bytes)."""
+
+    foreign: str = ""
+    kind: str = "hdf5"
+    content: int = 0
+    fault: str = ""  # of a damaged file
+
+
 @lru_cache(maxsize=64)
-def _foreign_name(path: Path, *_state: int) -> str:
-    """Return the name of the first dataset or group whose data lie in another file, else an empty text."""
+def _survey(path: Path, *_state: int) -> _Survey:
+    """Return what a zip or HDF5 file contains."""
     try:
-        if not h5py.is_hdf5(path):
-            return ""
-        with h5py.File(path) as file:
-            return _first_foreign_name(file)
-    except (OSError, RuntimeError, KeyError):  # damaged, which its reader reports
-        return ""
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as archive:
+                return _Survey(kind="zip", content=sum(member.file_size for member in archive.infolist()))
+        if h5py.is_hdf5(path):
+            with h5py.File(path) as file:
+                foreign, content = _foreign_data(file)
+                return _Survey(foreign, content=content)
+    except Refusal:
+        raise
+    except _UNREADABLE as error:
+        return _Survey(fault=str(error) or type(error).__name__)
+    return _Survey()
 
 
-def _first_foreign_name(file: h5py.File) -> str:
-    """Return the name of the first dataset or group whose data lie in another file, else an empty text."""
+def _foreign_data(file: h5py.File) -> tuple[str, int]:
+    """Return the name of the first dataset or group whose data lie in another file, or none, and the unpacked bytes."""
     groups: list[h5py.Group] = [file]
+    content = 0
     visited = set()
     while groups:
         group = groups.pop()
@@ -94,17 +137,21 @@ def _first_foreign_name(file: h5py.File) -> str:
         for name in group:
             link = group.get(name, getlink=True)
             if isinstance(link, h5py.ExternalLink):
-                return name
+                return name, content
             if not isinstance(link, h5py.HardLink):
                 continue
             item = group[name]
             if isinstance(item, h5py.Dataset) and (item.is_virtual or item.external):
-                return name
+                return name, content
+            for attribute in item.attrs:
+                with suppress(TypeError):  # of a type that numpy lacks
+                    item.attrs[attribute]
+            content += item.nbytes if isinstance(item, h5py.Dataset) else 0
             address = h5py.h5o.get_info(item.id).addr
             if isinstance(item, h5py.Group) and address not in visited:
                 groups.append(item)
             visited.add(address)
-    return ""
+    return "", content
 
 
 def refuse_place(path: Path) -> None:
@@ -165,14 +212,13 @@ def is_own_page(path: Path) -> bool:
 
 def _has_groups(path: Path) -> bool:
     """Return whether an HDF5 file has groups, as the archive of a run; a damaged file has none."""
-    with suppress(OSError, RuntimeError, KeyError, Refusal), open_hdf5(path) as file:
+    with suppress(*_UNREADABLE), open_hdf5(path) as file:
         return any(file.get(name, getclass=True) is h5py.Group for name in file)
     return False
 
 
 def _is_own_workbook(path: Path) -> bool:
     """Return whether a zip file is a workbook that states this program as its creator."""
-    unreadable = (OSError, KeyError, ValueError, NotImplementedError, zipfile.BadZipFile, zlib.error)
-    with suppress(*unreadable), zipfile.ZipFile(path) as archive, archive.open("docProps/core.xml") as properties:
+    with suppress(*_UNREADABLE), zipfile.ZipFile(path) as archive, archive.open("docProps/core.xml") as properties:
         return f">{MARK}</dc:creator>".encode() in properties.read(_LONGEST_LINE)
     return False

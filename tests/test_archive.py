@@ -1,5 +1,7 @@
 """Archives: read back as written, whole or not there."""
 
+import datetime
+import os
 import shutil
 
 import h5py
@@ -131,7 +133,18 @@ def test_a_field_is_not_read_from_a_file_that_replaced_its_own(groups, tmp_path)
 @pytest.mark.parametrize(
     ("attrs", "message"),
     [
-        ({"area/pixel": 1.0}, "attribute names without '/'"),
+        ({"area/pixel": 1.0}, "names that begin with a letter, digit or _ and are free of '/'"),
+        ({".hidden": 1.0}, "names that begin with a letter"),
+        ({" ": 1.0}, "names that begin with a letter"),
+        ({"trailing ": 1.0}, "names that begin with a letter"),
+        ({"line\nbreak": 1.0}, "names that begin with a letter"),
+        ({3: 1.0}, "names that begin with a letter"),
+        ({"phase": 1j}, "attributes of text, numbers or arrays, found phase=1j"),
+        ({"phases": np.array([1j])}, "attributes of text, numbers or arrays"),
+        ({"day": np.datetime64("2020-01-01")}, "attributes of text, numbers or arrays"),
+        ({"day": datetime.date(2020, 1, 1)}, "attributes of text, numbers or arrays"),
+        ({"flag": np.True_}, "attributes of text, numbers or arrays"),
+        ({"table": [[1.0, 2.0], [3.0, 4.0]]}, "attributes of text, numbers or arrays"),
         ({"pair": {"E": 75}}, "text, numbers or arrays, found pair="),
     ],
 )
@@ -143,3 +156,49 @@ def test_attributes_that_netcdf_cannot_hold_are_refused_in_words(groups, tmp_pat
         with pytest.raises(ValueError, match=f"scan: expected .*{message}"):
             save({"scan": wrong}, tmp_path / "run.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_complex_variables_are_refused_in_words(tmp_path):
+    with pytest.raises(ValueError, match="real numbers or text, found phase of type complex128"):
+        save({"scan": xr.Dataset({"phase": ("x", [1j])})}, tmp_path / "run.nc")
+
+
+@pytest.mark.parametrize("checksums", [None, ""])
+def test_an_own_archive_without_checksums_is_refused(checksums, groups, tmp_path):
+    path = save(groups, tmp_path / "run.nc")
+    with h5py.File(path, "a") as file:
+        del file.attrs["checksums"]
+        if checksums is not None:
+            file.attrs["checksums"] = checksums
+    with pytest.raises(ValueError, match="it lacks the checksums of its groups"):
+        load(path)
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="this system does not list open files")
+def test_a_refused_archive_is_closed(groups, tmp_path):
+    """Bytes changed at random: whatever the library says of it, the file can be deleted on any system."""
+    whole = save({"scan": groups["scan"]}, tmp_path / "run.nc").read_bytes()
+    random = np.random.default_rng(3)
+    refused = 0
+    for k in range(30):
+        content = bytearray(whole)
+        for place in random.integers(0, len(whole), 16):
+            content[place] ^= 255
+        path = tmp_path / f"damaged-{k}.nc"
+        path.write_bytes(content)
+        try:
+            load(path)
+        except ValueError:
+            refused += 1
+            opened = [f"/proc/self/fd/{number}" for number in os.listdir("/proc/self/fd")]
+            assert str(path) not in [os.readlink(link) for link in opened if os.path.lexists(link)]
+    assert refused > 20
+
+
+def test_an_archive_that_would_fill_the_memory_is_refused_unread(tmp_path):
+    """A variable of 8 GB without any stored value, in a file of some kB, in and beside an archive's groups."""
+    path = save({"scan": xr.Dataset({"height": ("n", [1.0])})}, tmp_path / "run.nc")
+    with h5py.File(path, "a") as file:
+        file["scan"].create_dataset("more", (10**9,), "f8", chunks=(10**6,))
+    with pytest.raises(ValueError, match=r"run\.nc: .* at most 256 MiB, by its size, found 7.63e\+03 MiB"):
+        load(path)

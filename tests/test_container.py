@@ -195,7 +195,7 @@ def test_a_container_that_unfolds_to_far_more_is_refused(tmp_path):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a.txt", "0 " * 25_000_000)
         archive.writestr("index.json", json.dumps({"surfaces": [{"topographies": [topography]}]}))
-    with pytest.raises(UnreadableScan, match="content of at most 4 MiB, found 47"):
+    with pytest.raises(UnreadableScan, match="content of at most 4 MiB, by its size, found 47"):
         roughxr.scans.open_container(path)
 
 

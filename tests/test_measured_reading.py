@@ -1,6 +1,8 @@
 """Pull-off forces from files: units and places as the file or the caller states them, never as anyone guesses."""
 
+import contextlib
 import io
+import time
 import zipfile
 
 import numpy as np
@@ -70,7 +72,7 @@ def test_a_workbook_of_millions_of_cells_is_refused_unread(tmp_path):
     pd.read_csv(io.StringIO(TABLE)).to_excel(path, index=False)
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("xl/worksheets/sheet2.xml", bytes(2**25))
-    with pytest.raises(UnreadableScan, match="at most 16 MiB unpacked, found 32 MiB; save the columns"):
+    with pytest.raises(UnreadableScan, match="a content of at most 4 MiB, by its size, found 32 MiB"):
         roughxr.open_pull_off(path)
 
 
@@ -394,3 +396,31 @@ def test_a_swept_condition_keeps_its_pull_offs_apart(tmp_path, capsys):
     assert main(["measured", str(path)]) == 0
     printed = capsys.readouterr().out
     assert all(f"load [nN]: {load}" in printed for load in (10, 20, 40))
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_table_may_have_a_long_heading(delimiter, tmp_path):
+    """Whatever the length of the heading, the numbers below it make a table of a text."""
+    names = [f"remark {'abcdefghij'[k % 10] * 20}" for k in range(40)]
+    heading = delimiter.join([*names, "force [nN]"]).replace("remark ", "remark_")
+    rows = "".join(delimiter.join(["text"] * 40 + [str(force)]) + "\n" for force in (1.5, 2.5, 3.5))
+    measured = roughxr.open_pull_off(written(tmp_path, f"{heading}\n{rows}"))
+    assert measured["pull_off_force"].values.tolist() == [1.5, 2.5, 3.5]
+
+
+HEADINGS = {
+    "blanks": lambda n: "f1" + " " * n + "x,force [nN]",
+    "brackets": lambda n: "a1(" + " (" * (n // 2) + ",force [nN]",
+    "slashes": lambda n: "a1" + "/" * n + " x,force [nN]",
+    "no delimiter": lambda n: "f1" + " " * n + "[nN] x",
+    "tabulators": lambda n: "f1" + "\t \t" * (n // 3) + "[nN",
+    "quotes": lambda n: '"f1' + " [" * (n // 2) + '",force [nN]',
+}
+
+
+@pytest.mark.parametrize("name", HEADINGS)
+def test_a_heading_costs_time_in_proportion_to_its_length(name, tmp_path):
+    begun = time.process_time()
+    with contextlib.suppress(UnreadableScan):
+        roughxr.open_pull_off(written(tmp_path, f"{HEADINGS[name](100_000)}\n1,2\n3,4\n"))
+    assert time.process_time() - begun < 3

@@ -4,11 +4,14 @@ import os
 import re
 import signal
 import struct
+import subprocess
 import sys
 import time
+import tracemalloc
 import warnings
 import zipfile
 from contextlib import contextmanager
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -199,6 +202,99 @@ def test_a_reader_that_dies_by_a_signal_is_a_refusal(tmp_path):
     dying.write_text("import os\ndef read(path):\n    os.abort()\n")
     with pytest.raises(reader_process.ReadingFailed, match="ended by SIGABRT"):
         reader_process.answer(dying, str(dying))
+
+
+READER = """import time
+def read(path, action):
+    if action == "fill the memory":
+        return {"size": len(bytes(2**36))}
+    while action == "never end":
+        time.sleep(0.01)
+    return {"action": action}
+"""
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="this system does not limit the memory of a process")
+def test_a_reader_has_a_limit_of_memory(tmp_path):
+    reader = tmp_path / "reader.py"
+    reader.write_text(READER)
+    with pytest.raises(reader_process.ReadingFailed, match=r"reading it needs more than 4 GiB of memory"):
+        reader_process.answer(reader, str(reader), action="fill the memory")
+    assert reader_process.answer(reader, str(reader), action="read") == {"action": "read"}  # by the same process
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a process of this system keeps the number of its parent")
+def test_a_reader_ends_with_its_caller(tmp_path):
+    """A caller that is killed while its reader is busy."""
+    reader = tmp_path / "reader.py"
+    reader.write_text(READER)
+    code = (
+        "import pathlib, threading, time\n"
+        "from roughxr.scans import reader_process as rp\n"
+        f"path = pathlib.Path({str(reader)!r})\n"
+        "asked = {'target': rp.answer, 'args': (path, str(path)), 'kwargs': {'action': 'never end'}}\n"
+        "threading.Thread(daemon=True, **asked).start()\n"
+        "while not rp._running: time.sleep(0.01)\n"
+        "print(next(iter(rp._running.values())).pid, flush=True)\n"
+        "time.sleep(60)\n"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as caller:
+        number = int(caller.stdout.readline())
+        time.sleep(1)  # until the reader is busy
+        caller.kill()
+    end = time.monotonic() + 20
+    while is_running(number) and time.monotonic() < end:
+        time.sleep(0.1)
+    assert not is_running(number)
+
+
+def is_running(number):
+    """Return whether a process runs, and is no zombie that nobody asked for its status."""
+    status = Path(f"/proc/{number}/stat")
+    if status.exists():
+        return status.read_text().rpartition(")")[2].split()[0] != "Z"
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    return not Path("/proc").exists()
+
+
+@pytest.mark.parametrize("name", ["nid", "bcr", "mdt", "igor", "sxm", "asd", "gsf", "gwy", "npy"])
+def test_bytes_inserted_into_a_file_are_named(name, tmp_path):
+    """Four bytes anywhere in the data would shift most heights."""
+    rows = picture()
+    path = WRITERS[name](tmp_path, rows, image_size(rows))
+    whole = path.read_bytes()
+    options = {"size": image_size(rows), "height_units": "nm"} if name == "npy" else {}
+    open_scan(path, **options)
+    for place in (len(whole) // 2, len(whole) - 30, len(whole)):
+        path.write_bytes(whole[:place] + b"\1\2\3\4" + whole[place:])
+        with pytest.raises(UnreadableScan, match="damaged"):
+            open_scan(path, **options)
+
+
+@pytest.mark.parametrize("name", ["asylum_20um_256.ibw", "asylum_2um_256_film.ibw", "nanosurf_20um_256.nid"])
+def test_files_of_instruments_are_as_long_as_they_state(name, tmp_path):
+    path = Path("/work/shared/scans") / name
+    if not path.exists():
+        pytest.skip(f"{path} is not there")
+    open_scan(path)
+    content = path.read_bytes()
+    for place in (len(content) // 3, len(content) - 2**14):
+        longer = tmp_path / name
+        longer.write_bytes(content[:place] + b"\1\2\3\4" + content[place:])
+        with pytest.raises(UnreadableScan, match="as its header states, found"):
+            open_scan(longer)
+
+
+def test_doubts_about_a_scan_take_little_more_memory_than_its_heights():
+    surface = scan(rough(512))
+    tracemalloc.start()
+    doubts(surface)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 3 * surface["height"].nbytes
 
 
 def test_control_characters_of_a_file_never_reach_the_terminal(tmp_path, capsys):

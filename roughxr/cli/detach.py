@@ -104,7 +104,8 @@ def _write_files(options: Namespace, critical: xr.Dataset, moments: xr.Dataset, 
     if options.parameters:
         print(f"written to {exports.to_table(with_few_digits(particles.parameters(moments)), options.parameters)}")
     for code, file in options.dem:
-        Path(file).write_text(particles.to_dem(moments, code=code), encoding="utf-8")
+        with archive.atomic_write(file) as temporary:
+            temporary.write_text(particles.to_dem(moments, code=code), encoding="utf-8")
         print(f"written to {file}" + _BEFORE_LAMMPS * (code == "lammps"))
     if options.picture:
         _draw(critical, moments, options.picture, title)

@@ -56,6 +56,9 @@ _SWEPT = re.compile(
 #: Largest size of a workbook's sheet, bytes: half a million cells, which take some ten seconds.
 _LARGEST_SHEET = 2**24
 
+#: Longest name of a column, characters: searching longer ones for units would take minutes.
+_LONGEST_NAME = 1000
+
 #: Cells that mean a missing value.
 _EMPTY = ("", "-", "nan", "na", "n/a", "none")
 
@@ -168,7 +171,7 @@ def _column_names(path: Path, comments: list[str], delimiter: str | None, row: l
 def _split(line: str, delimiter: str | None) -> list[str]:
     """Return the cells of a line; units in brackets belong to the name before them, quoted text is one cell."""
     if delimiter is None:
-        return re.split(r"\s+(?![\[(])", line.strip())
+        return re.split(r" (?![\[(])", " ".join(line.split()))
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
 
 
@@ -198,6 +201,8 @@ def _column(path: Path, name: str, cells: list[tuple[int, str]], comma: bool) ->
     if texts:
         line, cell = texts[0]
         raise UnreadableScan(path, f"line {line}: expected a number in column {name!r}, found {cell!r}")
+    if len(name) > _LONGEST_NAME:
+        raise UnreadableScan(path, f"expected names of at most {_LONGEST_NAME} characters, found {len(name)} in one")
     headed = _HEADED.match(name)
     units = next(filter(None, headed.groups()[1:]), None) if headed else None
     power = _POWER.fullmatch(units.translate(_SUPERSCRIPTS)) if units else None

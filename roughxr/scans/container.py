@@ -29,9 +29,6 @@ from .force_curve_formats import METADATA
 from .levelling import level
 from .netcdf import is_netcdf, unread
 
-#: Largest size of a zip file's content: in bytes, and over the size of the zip file; and a size that is always allowed.
-_LARGEST_CONTENT, _LARGEST_RATIO, _ALWAYS_ALLOWED = 2**32, 50, 2**22
-
 #: Largest size of the metadata, bytes: JSON, and YAML, which takes ten seconds a megabyte.
 _LARGEST_METADATA = {"index.json": 2**24, "meta.yml": 2**19}
 
@@ -95,13 +92,6 @@ def _read_topographies(path: Path) -> list[xr.Dataset]:
     origin = {"source_file": file_name(path), "source_sha256": file_hash(path), "source_format": "contact.engineering"}
     topographies = []
     with zipfile.ZipFile(path) as archive:
-        content = sum(member.file_size for member in archive.infolist())
-        largest = min(_LARGEST_CONTENT, max(_ALWAYS_ALLOWED, _LARGEST_RATIO * path.stat().st_size))
-        if content > largest:
-            raise UnreadableScan(
-                path,
-                f"expected a content of at most {largest / 2**20:.3g} MiB, found {content / 2**20:.3g} MiB: damaged",
-            )
         surfaces = _metadata(archive, path)["surfaces"]
         names = Counter(_member_name(entry) for surface in surfaces for entry in surface["topographies"])
         for name, count in names.most_common(1):

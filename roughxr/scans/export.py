@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from ..archive import as_characters, atomic_write, check_name, uninterrupted
+from ..archive import as_characters, atomic_write, check_name, refuse_unstorable, uninterrupted
 from ..doors import refuse_source
 from ..vocabulary import schema
 from ..vocabulary.schema import pixel, validate
@@ -51,6 +51,7 @@ def to_netcdf(ds: xr.Dataset, path: str | os.PathLike) -> Path:
     }
     encoding["height"]["_FillValue"] = np.nan
     check_name(path)
+    refuse_unstorable(scan, "scan")
     refuse_source(Path(path), scan.attrs)
     with atomic_write(path) as temporary, uninterrupted():
         scan.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)

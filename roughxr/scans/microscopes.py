@@ -111,9 +111,11 @@ def sxm_channels(path: Path) -> list[Channel]:
         _, name, units, direction = line.strip().split("\t" if "\t" in line.strip() else None)[:4]
         ways = [way for way, letter in _DIRECTIONS.items() if direction == "both" or direction.startswith(letter)]
         images += [(name, units, way) for way in ways]
+    wanted = f"{len(images)} images of {columns} x {rows} pixels"
     if len(data) < 4 * columns * rows * len(images):
-        wanted = f"{len(images)} images of {columns} x {rows} pixels"
         raise UnreadableScan(path, f"expected {wanted}, found {len(data)} bytes of data: cut short")
+    if len(data) > 4 * columns * rows * len(images):
+        raise UnreadableScan(path, f"expected {wanted}, found {len(data)} bytes of data, which are more: damaged")
     values = np.frombuffer(data, ">f4", len(images) * rows * columns).reshape(len(images), rows, columns)
     first = -1 if header.get("SCAN_DIR") == "up" else 1
     turned = [image[::first, :: -1 if way == "retrace" else 1] for (_, _, way), image in zip(images, values)]
@@ -147,6 +149,8 @@ def asd_channels(path: Path) -> list[Channel]:
     start = start if start >= _VERSION_0.size else latest
     if min(columns, rows, count) < 1 or before < 0 or latest < max(start, _VERSION_0.size):
         raise UnreadableScan(path, f"expected {count} frames of {columns} x {rows} pixels, found fewer: cut short")
+    if latest > start:
+        raise UnreadableScan(path, f"expected {count} frames, found {latest - start} bytes more: damaged")
     if code not in _VOLTS or not 0 < bits <= 32:
         raise UnreadableScan(path, f"expected a known range of voltages, found code {code:#x} of {bits} bits")
     low, high = _VOLTS[code]

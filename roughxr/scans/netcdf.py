@@ -16,7 +16,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from ..doors import refuse_other_files
+from ..doors import refuse_damage
 from ..vocabulary.schema import spacing
 from ..vocabulary.units import factor
 from .channel import UnreadableScan, first_bytes, is_length
@@ -79,7 +79,7 @@ def open_netcdf(path: Path, *, channel: str | int | None = None) -> xr.Dataset:
 
 def unread(path: Path) -> xr.Dataset:
     """Return a file's Dataset, unread; for an archive with groups, the group ``scan``."""
-    refuse_other_files(path)
+    refuse_damage(path)
     engine = "scipy" if first_bytes(path, 4) in (b"CDF\1", b"CDF\2") else "netcdf4"
     opened = partial(xr.open_dataset, path, engine=engine, cache=False, decode_times=False)
     ds = opened()

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..vocabulary.text import warn
 from ..vocabulary.units import factor
-from .channel import Channel, UnreadableScan, stated_direction
+from .channel import Channel, UnreadableScan, first_bytes, stated_direction
 from .formats import not_read
 
 NPY = b"\x93NUMPY"
@@ -34,6 +34,9 @@ _TRANSLATED = re.compile(r"^#\s*([^:：]+?)\s*[:：]\s*(.*?)\s*$")
 
 #: Longest line of a header, characters: searching longer ones for entries would take hours.
 _LONGEST_LINE = 1000
+
+#: Bytes of a text in which its first number stands.
+_HEADING_BYTES = 2**16
 
 #: Names of the sides in a header.
 _SIDES = (("width", "w"), ("height", "h"))
@@ -55,9 +58,14 @@ def npy_channels(path: Path) -> list[Channel]:
 
 
 def is_text(head: bytes) -> bool:
-    """Return whether bytes look like text of numbers: no control characters, and a digit."""
+    """Return whether bytes look like text: no control characters."""
     head = decoded(head[: len(head) // 2 * 2]).encode() if head.startswith(_UTF16) else head
-    return not re.search(rb"[\x00-\x08\x0e-\x1f]", head) and bool(re.search(rb"\d", head))
+    return not re.search(rb"[\x00-\x08\x0e-\x1f]", head)
+
+
+def has_digit(path: Path) -> bool:
+    """Return whether there is a digit near the beginning of a text, after a heading however long."""
+    return bool(re.search(rb"\d", first_bytes(path, _HEADING_BYTES)))
 
 
 def text_channels(path: Path) -> list[Channel]:

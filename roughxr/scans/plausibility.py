@@ -58,18 +58,25 @@ def refuse_absurd(height: np.ndarray, width: float, path: Any) -> None:
 
 def _missing_mark(height: np.ndarray, least: float = 0.0) -> list[str]:
     """Return a warning if one value is many ranges of all others, and over ``least`` nm, away from them."""
-    finite = height[np.isfinite(height)]
-    for value in (finite.min(), finite.max()):
-        others = finite[finite != value]
-        relief, gap = (np.ptp(others), np.abs(others - value).min()) if others.size else (0.0, 0.0)
+    known = np.isfinite(height)
+    for value in _ends(height, known):
+        others = known & (height != value)  # no copies: a map may fill much of the memory
+        low, high = _ends(height, others)
+        relief = high - low
+        gap = max(low - value, value - high)
         # least distance of a mark of missing pixels from all heights, in ranges of these
         if relief > 0 and gap > max(10.0 * relief, least):
             return [
-                f"{value:.6g} nm at {finite.size - others.size} of {finite.size} pixels, {gap:.4g} nm off all others, "
+                f"{value:.6g} nm at {known.sum() - others.sum()} of {known.sum()} pixels, {gap:.4g} nm off all others, "
                 f"which range over {relief:.4g} nm: if it marks missing pixels, replace it by nan (in the file, "
                 "or its export as text), then fill them (ds.contact.fill(), in a shell --fill linear)"
             ]
     return []
+
+
+def _ends(height: np.ndarray, chosen: np.ndarray) -> tuple[float, float]:
+    """Return the lowest and the highest of some heights, infinite ones if there are none."""
+    return height.min(where=chosen, initial=np.inf), height.max(where=chosen, initial=-np.inf)
 
 
 def doubts(ds: xr.Dataset) -> list[str]:
@@ -101,7 +108,7 @@ def _height_doubts(height: np.ndarray, steps: tuple[float, float]) -> list[str]:
     width = min(step * (n - 1) for step, n in zip(steps, height.shape))
     if relief > width:
         doubts.append(f"heights range over {relief:.4g} nm, more than the lateral {width:.4g} nm")
-    share = max(np.mean(np.abs(np.diff(height, axis=axis)) > step) for axis, step in enumerate(steps))
+    share = max(np.mean(_steps(height, axis) > step) for axis, step in enumerate(steps))
     if share > 0.01:
         doubts.append(f"the slope exceeds 1 (45°) between {100 * share:.3g} % of neighbouring pixels")
     doubts += faults(height)
@@ -113,19 +120,22 @@ def faults(height: np.ndarray) -> list[str]:
     if np.nanmin(height) == np.nanmax(height):
         return []
     finite = np.isfinite(height)
-    height = height[finite.any(axis=1)][:, finite.any(axis=0)]  # lines without any height are neither
+    if not finite.all():
+        height = height[np.ix_(finite.any(axis=1), finite.any(axis=0))]  # lines without any height are neither
     lines = (_scar(height) or _line_jump(height)) if min(height.shape) >= _FEWEST_LINES else []
     return [*_clipped(height), *_wrapped(height), *lines]
 
 
 def _clipped(height: np.ndarray) -> list[str]:
     """Return a warning if many pixels share the highest or lowest value, as at the end of a converter's range."""
-    finite = height[np.isfinite(height)]
+    known = np.isfinite(height)
     ends = []
-    for which, end in (("highest", np.max), ("lowest", np.min)):
-        level = end(finite)
-        others = finite[finite != level]
-        ends.append((which, level, finite.size - others.size, np.count_nonzero(others == end(others))))
+    for which, place in (("highest", 1), ("lowest", 0)):
+        level = _ends(height, known)[place]
+        others = known & (height != level)
+        ends.append(
+            (which, level, known.sum() - others.sum(), np.count_nonzero(height == _ends(height, others)[place]))
+        )
     # heights are clipped if this share of the pixels has the highest or lowest value, and this many times more than the
     # next value
     return [
@@ -139,8 +149,10 @@ def _wrapped(height: np.ndarray) -> list[str]:
     """Return a warning if neighbours lie at opposite ends of the range and most heights between: an overflow."""
     low = np.nanmin(height)
     high = np.nanmax(height)
-    jumps = sum(int((np.abs(np.diff(height, axis=axis)) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
-    between = np.mean(np.abs(height - 0.5 * (low + high)) < 0.25 * (high - low))
+    jumps = sum(int((_steps(height, axis) > _WRAPPED_JUMP * (high - low)).sum()) for axis in (0, 1))
+    middle = 0.5 * (low + high)
+    quarter = 0.25 * (high - low)
+    between = np.mean((height > middle - quarter) & (height < middle + quarter))
     if jumps < _FEWEST_WRAPS or between < _BETWEEN_SHARE:
         return []
     return [
@@ -161,7 +173,9 @@ def _outlying_line(height: np.ndarray, deviations: Callable[[np.ndarray], np.nda
 def _line_jump(height: np.ndarray) -> list[str]:
     """Return a warning if heights jump between two lines, and not in the other direction."""
     median = np.median if np.isfinite(height).all() else np.nanmedian  # in a third of the time
-    ratio, line, axis, across = _outlying_line(height, lambda z: np.abs(median(np.diff(z, axis=0), axis=1)))
+    ratio, line, axis, across = _outlying_line(
+        height, lambda z: np.abs(median(np.diff(z, axis=0), axis=1, overwrite_input=True))
+    )
     # a fault is a jump between lines of this many times the median jump, and `_SCAR_RATIO` times any in the other
     # direction
     if ratio < max(10.0, _SCAR_RATIO * across):
@@ -171,13 +185,26 @@ def _line_jump(height: np.ndarray) -> list[str]:
 
 def _scar(height: np.ndarray) -> list[str]:
     """Return a warning if one line differs from its neighbours, and none in the other direction (unlike debris)."""
-    ratio, line, axis, across = _outlying_line(
-        height, lambda z: np.sqrt(np.nanmean((z[1:-1] - 0.5 * (z[:-2] + z[2:])) ** 2, axis=1))
-    )
+    ratio, line, axis, across = _outlying_line(height, _differences_from_neighbours)
     if ratio < _SCAR_RATIO * across:
         return []
     times = f"{ratio:.2g} times more than the median line"
     return [f"line {line + 1}, counted along {axis}, differs from its neighbours {times}: a scan fault"]
+
+
+def _differences_from_neighbours(lines: np.ndarray) -> np.ndarray:
+    """Return the rms difference of each line but the outer ones from the mean of its neighbours."""
+    differences = lines[:-2] + lines[2:]
+    differences *= -0.5
+    differences += lines[1:-1]
+    np.square(differences, out=differences)
+    return np.sqrt(np.nanmean(differences, axis=1))
+
+
+def _steps(height: np.ndarray, axis: int) -> np.ndarray:
+    """Return the absolute differences of neighbouring heights."""
+    steps = np.diff(height, axis=axis)
+    return np.abs(steps, out=steps)
 
 
 def _garbled(height: np.ndarray) -> list[str]:

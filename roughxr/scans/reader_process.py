@@ -1,4 +1,4 @@
-"""Read foreign files in a separate process, so that no file can hang or crash the caller.
+"""Read foreign files in a separate process, so that no file can hang or crash the caller, or fill the memory.
 
 A process serves all files of one reader in a session, and ends with its caller. Imported, this file is the client; run
 as a script, it is the server. A reader is a file that imports nothing of roughxr and has a function ``read(path,
@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 import warnings
 from contextlib import suppress
 from pathlib import Path
@@ -22,6 +23,12 @@ from typing import Any
 
 #: Time limit: seconds, and bytes that allow one second more; a hundred times the need of intact files.
 SECONDS, BYTES_PER_SECOND = 60.0, 1e6
+
+#: Limit of memory: bytes, and bytes for each of the file; several times the need of intact files.
+MEMORY, MEMORY_PER_BYTE = 2**32, 32
+
+#: Time between two looks after the caller, s.
+_BETWEEN_LOOKS = 0.5
 
 _LOCK = threading.Lock()
 _running: dict[tuple[int, str], subprocess.Popen] = {}
@@ -100,12 +107,33 @@ def _serve(reader: ModuleType) -> None:
         except EOFError:
             return
         try:
+            limit = _limit_memory(question["path"])
             result = reader.read(**question)
+        except MemoryError:
+            result = f"reading it needs more than {limit / 2**30:.3g} GiB of memory"
         except Exception as error:  # any error of a library
             reason = " ".join(str(error).split())[:300] or "no reason given"
             result = reason if type(error) is ValueError else f"{type(error).__name__}: {reason}"
         pickle.dump(result, answers)
         answers.flush()
+
+
+def _limit_memory(path: str) -> int:
+    """Limit the memory of this process by the size of a file, where the system can, and return the limit in bytes."""
+    limit = MEMORY + MEMORY_PER_BYTE * os.path.getsize(path)
+    with suppress(ImportError, ValueError, OSError):
+        import resource  # not on Windows
+
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (limit if hard < 0 else min(limit, hard), hard))
+    return limit
+
+
+def _end_with(caller: int) -> None:
+    """End this process once its caller has ended, however deep in a library it is."""
+    while os.getppid() == caller:
+        time.sleep(_BETWEEN_LOOKS)
+    os._exit(1)
 
 
 def _loaded(path: str) -> ModuleType:
@@ -119,5 +147,7 @@ def _loaded(path: str) -> ModuleType:
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the caller, who ends this process
     sys.path[:] = sys.argv[2:]
+    if os.name == "posix":
+        threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     warnings.simplefilter("ignore")  # such as the notice that it runs without MPI
     _serve(_loaded(sys.argv[1]))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..vocabulary.refusal import Refusal
-from . import formats, vendor_reader
+from . import formats, stated_sizes, vendor_reader
 from .channel import IGOR, Channel, UnreadableScan, first_bytes, is_igor, is_length, read_in_process, stated_direction
 from .microscopes import TIFF
 
@@ -48,6 +48,8 @@ def channels(path: Path) -> list[Channel]:
         why = f"a file that is not read, {unknown}; {advice}" if unknown else f"none: {_reason(answer['errors'], head)}"
         raise UnreadableScan(path, f"expected an AFM image, found {why}")
     kind = answer["format"]
+    if longer := stated_sizes.excess(path, kind):
+        raise UnreadableScan(path, longer)
     images = [(k, image) for k, image in enumerate(answer["images"]) if image["dim"] == 2]
     if not images:
         raise UnreadableScan(path, "expected an image of heights, found other quantities alone, such as currents")

@@ -36,6 +36,9 @@ _SIZES |= {"layer_thickness", "layer_modulus", "liquid_molecule"}
 #: Smallest pixel and range of heights, nm: an atom is a hundred times as wide.
 SMALLEST_LENGTH = 1e-3
 
+#: Relief of the roughest scans in metres: smaller numbers are no nanometres.
+_LARGEST_IN_METRES = 1e-4
+
 #: Choices of the origin of delta.
 DATUMS = ("highest_peak", "first_contact")
 
@@ -209,13 +212,6 @@ def _validated_scan(ds: xr.Dataset) -> xr.Dataset:
     if bare:  # state the size of the scan in nm, so that a wrong unit is noticed
         sides = " x ".join(f"{(out.sizes[axis]) * spacing(out[axis]):.4g}" for axis in ("x", "y"))
         relief = np.nan if out.chunks else float(out["height"].max() - out["height"].min())
-        if 0 < relief < SMALLEST_LENGTH:
-            raise Refusal(
-                "height",
-                f"units and heights over at least {SMALLEST_LENGTH:g} nm",
-                f"no units and {relief:.3g}",
-                "state them, for example ds['height'].attrs['units'] = 'm'",
-            )
         heights = "" if out.chunks else f" and heights over {relief:.4g} nm"
         warn(
             f"{', '.join(bare)}: expected units, found none; taken as nm, a scan of {sides} nm{heights}. Set them, for "
@@ -237,6 +233,17 @@ def _float_heights(height: xr.Variable) -> xr.Variable:
             "finite heights",
             f"{np.isinf(data).sum()} infinite ones",
             "if they are missing, make them NaN, ds['height'].where(np.isfinite(ds['height'])), then ds.contact.fill()",
+        )
+    relief = 0.0
+    if isinstance(data, np.ndarray):
+        known = np.isfinite(data)
+        relief = float(data.max(where=known, initial=-np.inf) - data.min(where=known, initial=np.inf))
+    if 0 < relief < _LARGEST_IN_METRES:
+        raise Refusal(
+            "height",
+            f"units and heights over at least {SMALLEST_LENGTH:g} nm",
+            f"{height.attrs.get('units') or 'no units'} and {relief:.3g}",
+            "state them, for example ds['height'].attrs['units'] = 'm'",
         )
     return height
 
