@@ -216,3 +216,13 @@ def test_a_pull_off_is_one_that_the_states_around_it_allow(surface, factor):
     assert violation["pull_off"] < 0.01 and "pull_off" not in lost
     violation, lost = rows(solution.assign(pull_off_force=factor * solution.pull_off_force))
     assert "pull_off" in lost and violation["pull_off"] > 0.3
+
+
+def test_a_chunked_solution_has_the_same_certificate(surface):
+    """Of each method, lazy as from an archive or in chunks of xarray's."""
+    for solution in (
+        roughxr.adhesive(surface, subregions=(2, 1), law="jkr", mesh=1),
+        roughxr.direct(surface, delta=[1.5], subregions=(2, 1), fields=True),
+    ):
+        chunked = roughxr.certificate(solution.chunk(subregion=1))
+        assert chunked.sentence == roughxr.certificate(solution).sentence

@@ -270,6 +270,19 @@ def test_heights_in_metres_that_state_no_units_are_refused_where_the_pair_is_ass
         heights.contact.assign_pair(sphere_radius=500, materials="glass")
 
 
+@pytest.mark.parametrize("units", ["nm", None])
+@pytest.mark.parametrize("door", [roughxr.scans.level, roughxr.roughness, roughxr.asperities, roughxr.scans.to_netcdf])
+def test_heights_in_metres_that_are_called_nanometres_are_refused(door, units, tmp_path):
+    axes = {axis: (axis, np.arange(64) * 10.0, {"units": "nm"}) for axis in ("x", "y")}
+    heights = 1e-9 * np.random.default_rng(1).normal(0.0, 500.0, (64, 64))
+    surface = xr.Dataset({"height": (("x", "y"), heights, {"units": units} if units else {})}, axes)
+    options = {"path": tmp_path / "scan.nc"} if door is roughxr.scans.to_netcdf else {}
+    with pytest.raises(
+        ValueError, match=r"height: expected units and heights over at least .* found (nm|no units) and"
+    ):
+        door(surface, **options)
+
+
 @pytest.mark.parametrize("text", ["2020-01-01", "3 um + 2 um", "300 nm*1000", "2**3 um", "1/3 um", "3 um 2"])
 def test_arithmetic_is_no_quantity(text):
     with pytest.raises(ValueError, match="a: expected a"):

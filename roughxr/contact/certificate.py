@@ -80,13 +80,17 @@ def certificate(ds: xr.Dataset) -> xr.Dataset:
     """
     ds = schema.entered_dataset(ds, "result")
     stored = [name for name in FIELDS if name in ds]  # which may be larger than memory
-    ds = schema.in_memory(ds.drop_vars(stored)).assign({name: ds[name] for name in stored})
+    whole = ds
+    ds = schema.in_memory(ds.drop_vars(stored))
     method = ds.attrs.get("method")
     if method not in SOLVED or ("converged" not in ds and method != "rigid"):
         raise Refusal("", f"a solution of {', '.join(SOLVED)} along subregion", f"method={method!r}")
-    fields = set(FIELDS) <= set(ds) and method != "rigid"
-    names, values, most = zip(*_solver_conditions(ds), *(_field_conditions(ds, method == "adhesive") if fields else ()))
-    violations = np.array([value.max(skipna=False) for value in values], float)
+    fields = set(FIELDS) <= set(stored) and method != "rigid"
+    conditions = [(name, float(value.max(skipna=False)), limit) for name, value, limit in _solver_conditions(ds)]
+    if fields:
+        conditions += _worst_of_places(whole, method == "adhesive")
+    names, violations, most = zip(*conditions)
+    violations = np.array(violations)
     limits = np.array(most, float)
     met = violations <= limits
     words = [
@@ -147,6 +151,18 @@ def _pulls_of_states(ds: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
     falling = -second["force"] * (ds["pull_off_delta"] - after)
     most = 2 * (work - falling) / (before - ds["pull_off_delta"]) + first["force"]
     return least, most.where(known & (jump < _JUMP * work), np.inf)
+
+
+def _worst_of_places(ds: xr.Dataset, adheres: bool) -> list[tuple[str, float, float]]:
+    """Return name, largest violation and limit of each condition on fields; lazy fields are read place by place."""
+    places = [ds]
+    if ds.chunks and "subregion" in ds.dims:
+        places = [ds.isel(subregion=[place]) for place in range(ds.sizes["subregion"])]
+    rows = [
+        [(name, float(value.max(skipna=False)), limit) for name, value, limit in _field_conditions(part, adheres)]
+        for part in map(schema.in_memory, places)
+    ]
+    return [(same[0][0], float(np.max([value for _, value, _ in same])), same[0][2]) for same in zip(*rows)]
 
 
 def _field_conditions(ds: xr.Dataset, adheres: bool) -> Iterator[tuple[str, xr.DataArray, float]]:
