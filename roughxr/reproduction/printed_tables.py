@@ -44,6 +44,7 @@ _LINE_WIDTH = 0.02
 
 #: Titles of the tables.
 _CONTACT, _COMPARISON, _FORCE = "Pull-off force by method", "Superposition place by place", "Force without adhesion"
+_INTERVALS = "Pull-off force"  # of any run
 _CORRECTIONS, _SCAN = "Pull-off force with one change at a time, mean ± std [µN]", "Scan and asperities"
 
 
@@ -65,6 +66,7 @@ def explanations(run: Run, titles: Iterable[str]) -> dict[str, str]:
         _COMPARISON: conclusion,
         _FORCE: _force_words,
         _SCAN: lambda run: _SCAN_WORDS,
+        _INTERVALS: lambda run: _INTERVAL_WORDS,
     }
     return {title: makers[title](run) for title in titles if title in makers}
 
@@ -78,6 +80,10 @@ _SUM_COLUMNS = (
 _PULL_OFF_WORDS = (
     "Displacements are from the highest point. Figure 15: the place without debris with the largest published sum. The "
     "paper prints 'approximately' 10, 50 and 90 %. Only the published sum was fitted."
+)
+_INTERVAL_WORDS = (
+    "The simulation again, with places on debris counted as their area. Counted equally, its mean is that of the first "
+    "table."
 )
 _SCAN_WORDS = (
     "Asperities are those of the paper, fitted on 5 × 5 pixels. Second group: peaks above the widest gap between "
